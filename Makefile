@@ -1,0 +1,79 @@
+# `make test` and `make demo` each set up all they need: a Python 3.11+ and make are enough.
+SHELL := bash
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+PYTHON ?= python3
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip --disable-pip-version-check --no-input
+INSTALLED := $(VENV)/.installed
+TYPING := build/typing
+LAYERS := dynamics optim envs agents
+SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
+
+# Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
+# install, a moved checkout or a vanished interpreter all start again from an empty $(VENV).
+ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo runs || true),$(CURDIR) runs)
+$(INSTALLED): fresh-venv
+endif
+
+.PHONY: help venv test check test-long lint typecheck format demo bench clean fresh-venv
+
+help:  ## list the targets
+	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-10s %s\n", $$1, $$2}' Makefile
+
+venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
+
+test: check  ## lint, types, and every test but the long ones
+	@$(PY) -m pytest
+
+check: lint typecheck  ## lint and types only
+
+test-long: $(INSTALLED)  ## the tests that take minutes
+	@$(PY) -m pytest -m long
+
+lint: $(INSTALLED)  ## ruff: rules and formatting
+	@$(PY) -m ruff check $(SOURCES)
+	@$(PY) -m ruff format --check $(SOURCES)
+
+# Links file by file (the checker passes over linked folders), and messages name the real files.
+typecheck: $(INSTALLED)  ## basedpyright, in its "standard" mode
+	@rm -rf $(TYPING)
+	@find $(wildcard $(LAYERS)) src/stickslip -name '*.py' | while read -r file; do \
+		link="$(TYPING)/stickslip/$${file#src/stickslip/}"; \
+		mkdir -p "$${link%/*}" && ln -s "$(CURDIR)/$$file" "$$link"; done
+	@set -o pipefail; $(VENV)/bin/basedpyright --warnings \
+		| sed -E 's#$(TYPING)/stickslip/(($(subst $() ,|,$(LAYERS)))/)#\1#g; s#$(TYPING)/#src/#g'
+
+format: $(INSTALLED)  ## apply ruff's fixes and formatting
+	@$(PY) -m ruff check --fix $(SOURCES)
+	@$(PY) -m ruff format $(SOURCES)
+
+demo: $(INSTALLED)  ## train a walker for a slippery floor and show what it learnt
+	@$(VENV)/bin/stickslip demo
+
+bench: $(INSTALLED)  ## environment steps per second, beside Gymnasium's own
+	@$(PY) -m benchmarks.throughput
+
+clean:  ## remove the environment and everything built (runs/ stays)
+	rm -rf $(VENV) build dist *.egg-info src/*.egg-info .pytest_cache .ruff_cache .hypothesis
+	find $(SOURCES) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+fresh-venv:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+		echo "stickslip needs Python 3.11 or newer; $(PYTHON) is" \
+			"$$($(PYTHON) --version 2>/dev/null || echo not there)." \
+			"Name another: make PYTHON=python3.12" >&2; exit 1; }
+	@echo "Creating $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv --clear $(VENV) || { \
+		echo "$(PYTHON) -m venv failed; some systems package it apart (python3-venv)." >&2; exit 1; }
+
+# Of pip's output, only the larger downloads are shown; errors always are.
+$(INSTALLED): pyproject.toml constraints.txt
+	@echo "Installing the pinned packages (the first time 3 GB to fetch, most of it torch)"
+	@$(PIP) install -q -c constraints.txt setuptools
+	@set -o pipefail; $(PIP) install --progress-bar off --no-build-isolation -c constraints.txt \
+		-e '.[all]' | awk '/^ *Downloading .*[0-9][0-9]\.. MB/ {print "  fetching", $$2, $$3, $$4; fflush()}'
+	@printf '%s ' "$(CURDIR)" > $@
+	@echo "Installed in $(VENV)"

@@ -1,0 +1,87 @@
+"""Stick, slip and the ground's force: the reduced equations of MODEL 1.4, once.
+
+Every caller (forces at an instant, integrators, environments) solves the motion here. The mode is
+a number: 0 sticks, +1 slides forwards, -1 slides backwards.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax.numpy as jnp
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.model import BipedModel
+
+
+class Motion(NamedTuple):
+    """Accelerations and ground force at one instant."""
+
+    crank_acceleration: Float[Array, ""]
+    foot_acceleration: Float[Array, ""]
+    friction_force: Float[Array, ""]
+    normal_force: Float[Array, ""]
+    solvable: Bool[Array, ""]
+    """False where sliding has no unique solution (Painleve); the numbers are then of sticking."""
+
+
+def sticking(model: BipedModel, inertia: ReducedInertia, crank_rate, torque) -> Motion:
+    """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
+    M, dM, P, dP, Y, dY = inertia
+    square = crank_rate**2
+    alpha = (torque - dM * square / 2 - model.gravity * Y) / M
+    normal = model.total_mass * model.gravity + Y * alpha + dY * square
+    friction = P * alpha + dP * square
+    return Motion(alpha, jnp.zeros_like(alpha), friction, normal, jnp.ones_like(alpha, bool))
+
+
+def moving(
+    model: BipedModel, inertia: ReducedInertia, crank_rate, torque, mode, mu_kinetic
+) -> Motion:
+    """The motion in a given mode: f = -mode mu_k N with both accelerations free, or sticking.
+
+    Sliding is solvable while M m - P (P + mode mu_k Y) > 0; past that bound (Painleve) the
+    equations have no solution or two, and sticking's numbers stand in beside solvable = False.
+    """
+    M, dM, P, dP, Y, dY = inertia
+    mass, square = model.total_mass, crank_rate**2
+    slides = mode != 0
+    signed = mode * mu_kinetic
+    drive = torque - dM * square / 2 - model.gravity * Y
+    drag = -dP * square - signed * (mass * model.gravity + dY * square)
+    coupling = P + signed * Y
+    determinant = M * mass - P * coupling
+    solvable = determinant > 0
+    slides = slides & solvable
+    scale = 1 / jnp.where(slides, determinant, M)
+    alpha = scale * jnp.where(slides, mass * drive - P * drag, drive)
+    a1 = jnp.where(slides, scale * (M * drag - coupling * drive), 0.0)
+    normal = mass * model.gravity + Y * alpha + dY * square
+    friction = jnp.where(slides, -signed * normal, P * alpha + dP * square)
+    return Motion(alpha, a1, friction, normal, solvable | (mode == 0))
+
+
+def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:
+    """Which mode holds: the velocity's direction, or at rest the friction cone's word (eq. 32).
+
+    `still` is the sticking motion. A foot at rest whose friction would leave the cone slides
+    against the force that would be needed to hold it.
+    """
+    within = jnp.abs(still.friction_force) <= mu_static * still.normal_force
+    at_rest = jnp.where(within, 0.0, -jnp.sign(still.friction_force))
+    return jnp.where(foot_velocity != 0, jnp.sign(foot_velocity), at_rest)
+
+
+def ankle_moment(model: BipedModel, moment: GroundMoment, crank_rate, motion: Motion):
+    """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
+    turning = moment.L * motion.crank_acceleration + moment.dL * crank_rate**2
+    return turning + model.gravity * moment.X - motion.foot_acceleration * moment.Y
+
+
+def zero_moment_point(moment_of_ground, normal_force):
+    """Where the ground's force acts, from the ankle forwards [m]; 0 where there is no force."""
+    pressed = normal_force > 0
+    return jnp.where(pressed, moment_of_ground / jnp.where(pressed, normal_force, 1.0), 0.0)

@@ -1,0 +1,63 @@
+"""Finding where an event function, positive before and negative after, first crosses zero in a step.
+
+Each function is known at the start, the middle and the end of a trial step; time runs from 0 to 1.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax.numpy as jnp
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float
+
+CLOSE = 0.01
+"""A trial step that ends within this fraction of itself of an event is corrected to the event."""
+
+
+class Crossing(NamedTuple):
+    """The first crossing of one event function, in fractions of the trial step."""
+
+    time: Float[Array, ""]
+    """When, infinite if there is none."""
+    close: Bool[Array, ""]
+    """Whether the step's end is so near that a correction to `time` keeps the order."""
+
+
+def first_crossing(start, middle, end, end_slope, targeted) -> Crossing:
+    """The first crossing of the parabola through three samples, or Newton's from the end if close.
+
+    end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
+    an end just short of it counts as having reached it. A fall below zero and back between two
+    samples is not seen.
+    """
+    linear = -3 * start + 4 * middle - end
+    square = 2 * start - 4 * middle + 2 * end
+    crossed = (middle < 0) | (end < 0)
+    falling = end_slope < 0
+    correction = -end / jnp.where(falling, end_slope, -1.0)
+    near_end = falling & (jnp.abs(correction) <= CLOSE) & (middle >= 0)
+    close = near_end & ((end < 0) | targeted)
+    parabola = _first_root(start, linear, square)
+    # the samples say in which half the sign changes; the parabola only where in it
+    parabola = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
+    time = jnp.where(close, 1 + correction, jnp.where(crossed, parabola, jnp.inf))
+    return Crossing(time, close)
+
+
+def parabola_slope(start, middle, end):
+    """Slope at the end, per trial step, of the parabola through three samples."""
+    return start - 4 * middle + 3 * end
+
+
+def _first_root(start, linear, square):
+    """Least positive root of start + linear s + square s^2 where it falls through zero."""
+    discriminant = linear**2 - 4 * square * start
+    positive = discriminant > 0
+    root = jnp.where(positive, jnp.sqrt(jnp.where(positive, discriminant, 1.0)), 0.0)
+    rising = linear > 0
+    top = jnp.where(rising, -linear - root, 2 * start)
+    bottom = jnp.where(rising, 2 * square, root - linear)
+    usable = jnp.where(rising, bottom < 0, bottom > 0)
+    return jnp.clip(jnp.where(usable, top / jnp.where(usable, bottom, 1.0), 0.0), 0.0, 1.0)

@@ -1,0 +1,45 @@
+"""Friction under the foot, for each kind of floor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax.numpy as jnp
+
+from stickslip.dynamics.scene import Floor, Patches, Uniform
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+
+class Friction(NamedTuple):
+    """Friction coefficients [-] where the foot stands."""
+
+    mu_static: Float[Array, ""]
+    mu_kinetic: Float[Array, ""]
+
+
+def patch_at(floor: Floor, position, direction) -> Int[Array, ""]:
+    """Which patch the foot is on at a floor position [m]; on an edge, the one it moves into."""
+    if not isinstance(floor, Patches):
+        return jnp.zeros_like(position, jnp.int32)
+    edges = jnp.asarray(floor.edges)
+    passed = (edges < position) | ((edges == position) & (direction >= 0))
+    return jnp.sum(passed, dtype=jnp.int32)
+
+
+def friction_on(floor: Uniform | Patches, patch, dtype) -> Friction:
+    """The coefficients on one patch."""
+    if isinstance(floor, Uniform):
+        return Friction(jnp.asarray(floor.mu_static, dtype), jnp.asarray(floor.mu_kinetic, dtype))
+    return Friction(
+        jnp.asarray(floor.mu_static, dtype)[patch], jnp.asarray(floor.mu_kinetic, dtype)[patch]
+    )
+
+
+def edge_ahead(floor: Patches, patch, direction, dtype):
+    """Floor position of the edge the foot moves towards [m]; infinite past the outermost."""
+    edges = jnp.asarray(floor.edges, dtype)
+    infinite = jnp.full((1,), jnp.inf, dtype)
+    bounds = jnp.concatenate([-infinite, edges, infinite])
+    return bounds[jnp.where(direction >= 0, patch + 1, patch)]

@@ -1,0 +1,84 @@
+"""The reduced inertia functions M, P, Y and the ground moment's, exact by differentiation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, kinematics
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped.params import BipedParams
+
+
+class ReducedInertia(NamedTuple):
+    """M, P, Y of MODEL 1.4 and their derivatives by the crank angle; all depend on it alone."""
+
+    M: Float[Array, ""]
+    """sum m (X'^2 + y'^2) + I phi'^2 [kg m^2]"""
+    dM: Float[Array, ""]
+    P: Float[Array, ""]
+    """sum m X' [kg m]"""
+    dP: Float[Array, ""]
+    Y: Float[Array, ""]
+    """sum m y' [kg m]; gravity times Y is the slope of the potential energy"""
+    dY: Float[Array, ""]
+
+
+class GroundMoment(NamedTuple):
+    """What the moment of the ground about the ankle takes (eq. 30)."""
+
+    L: Float[Array, ""]
+    """Angular momentum about the ankle per crank rate: sum m (X y' - y X') + I phi' [kg m^2]"""
+    dL: Float[Array, ""]
+    X: Float[Array, ""]
+    """sum m X [kg m]"""
+    Y: Float[Array, ""]
+    """sum m y [kg m]"""
+
+
+def reduced_inertia(params: BipedParams, theta: Float[Array, ""]) -> ReducedInertia:
+    """M, dM, P, dP, Y, dY at crank angle `theta` [rad] of the supporting leg (MODEL 1.4).
+
+    Exact: forward-mode differentiation of the kinematics, where the chapter's eqs. (23)-(25) take
+    forward differences. Scalars: batch with vmap.
+    """
+    (M, P, Y, _), (dM, dP, dY, _) = _momenta_and_slopes(params, theta)
+    return ReducedInertia(M, dM, P, dP, Y, dY)
+
+
+def ground_moment(params: BipedParams, theta: Float[Array, ""]) -> GroundMoment:
+    """L, dL and the first mass moments about the supporting ankle, at crank angle `theta` [rad]."""
+    (_, _, _, L), (_, _, _, dL) = _momenta_and_slopes(params, theta)
+    X, Y = jnp.sum(body_masses(params)[:, None] * kinematics(params, theta).centres, axis=0)
+    return GroundMoment(L, dL, X, Y)
+
+
+def body_masses(params: BipedParams) -> Float[Array, " 24"]:
+    """Masses of the 24 bodies in the order of BODIES [kg], the payload on the hip."""
+    mass = jnp.asarray(params.mass)
+    return mass.at[12].add(params.payload)[LINK_OF_BODY]
+
+
+def _momenta_and_slopes(params: BipedParams, theta):
+    return jax.jvp(lambda angle: _momenta(params, angle), (theta,), (jnp.ones_like(theta),))
+
+
+def _momenta(params: BipedParams, theta):
+    """Generalised momenta per unit crank rate: M, P, Y, L."""
+
+    def place(angle):
+        now = kinematics(params, angle)
+        return now.centres, now.angles
+
+    (centres, _), (velocity, turning) = jax.jvp(place, (theta,), (jnp.ones_like(theta),))
+    mass, inertia = body_masses(params), jnp.asarray(params.inertia)[LINK_OF_BODY]
+    M = jnp.sum(mass * jnp.sum(velocity**2, axis=-1)) + jnp.sum(inertia * turning**2)
+    P, Y = jnp.sum(mass[:, None] * velocity, axis=0)
+    spin = centres[:, 0] * velocity[:, 1] - centres[:, 1] * velocity[:, 0]
+    L = jnp.sum(mass * spin) + jnp.sum(inertia * turning)
+    return M, P, Y, L

@@ -1,0 +1,256 @@
+"""Where the 24 links are, as functions of the supporting leg's crank angle (eqs. 3-16).
+
+Hip frame: origin A, x from A to B, y up. Ground frame: origin at the supporting ankle, x forwards
+and parallel to the foot, y up. The supporting foot is flat, so the hip turns by -theta10 (eq. 11).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped.params import BipedParams
+
+BODIES = (
+    *(str(number) for number in range(1, 14)),
+    *(f"{number}p" for number in range(1, 13) if number != 8),
+)
+"""The 24 bodies in order: links 1-13 (supporting leg, crank, hip), then the swing leg's 11 (p)."""
+
+SUPPORT_START, SUPPORT_END = np.pi / 2, 3 * np.pi / 2
+"""A leg carries the weight while its crank angle is between these [rad]."""
+
+LINK_OF_BODY = np.array([int(name.rstrip("p")) - 1 for name in BODIES])
+_SWING = np.array([int(name) - 1 for name in map(str, range(1, 13)) if name != "8"])
+
+
+class LegPins(NamedTuple):
+    """One leg's pin positions, each [2] m; `Kinematics.pins` stacks both legs as [2, 2], support first."""
+
+    crank_pin: Array
+    rod_pin: Array
+    C: Array
+    F: Array
+    K: Array
+    H: Array
+    E: Array
+    slot_pin: Array
+    ankle_bar: Array
+    """E + d"""
+    knee_bar: Array
+    """K + d"""
+    C_bar: Array
+    """C + d"""
+
+
+class Kinematics(NamedTuple):
+    """Positions in the ground frame for one crank angle; bodies in the order of BODIES."""
+
+    centres: Float[Array, "24 2"]
+    """Centres of mass [m]."""
+    angles: Float[Array, " 24"]
+    """Link angles from the horizontal [rad], continuous modulo 2 pi."""
+    pins: LegPins
+    """Pins of both legs, each [2, 2] m, supporting leg first."""
+    hip_pins: Float[Array, "3 2"]
+    """A, B and D [m]."""
+    closure: Float[Array, ""]
+    """Least closing margin of the loops [-]: negative where the linkage cannot close."""
+
+
+class _Leg(NamedTuple):
+    origins: Float[Array, "13 2"]
+    directions: Float[Array, "13 2"]
+    pins: LegPins
+    closure: Float[Array, ""]
+
+
+def kinematics(params: BipedParams, theta: Float[Array, ""]) -> Kinematics:
+    """All 24 links for crank angle `theta` [rad] of the supporting leg (eqs. 3-11, MODEL 1.1-1.2).
+
+    Closed form: the loops are closed by intersecting circles on the chapter's branches (knee
+    forwards), so lengths are free as long as `closure` >= 0. Ground frame; the slide x1 of eq. 16
+    is not included. Differentiable in theta and params. Scalars: batch with vmap.
+    """
+    support, swing = _legs(params, theta)
+    hip_turn = support.directions[0]  # e(theta10): the foot's direction seen from the hip
+    centre = jnp.asarray(params.centre)
+
+    def to_ground(vectors):
+        c, s = hip_turn
+        x, y = vectors[..., 0], vectors[..., 1]
+        return jnp.stack([c * x + s * y, c * y - s * x], axis=-1)
+
+    ankle = support.pins.E
+    origins = jnp.concatenate([support.origins, swing.origins[_SWING]])
+    directions = to_ground(jnp.concatenate([support.directions, swing.directions[_SWING]]))
+    normals = jnp.stack([-directions[:, 1], directions[:, 0]], axis=-1)
+    local = centre[LINK_OF_BODY]
+    centres = to_ground(origins - ankle[None]) + local[:, :1] * directions + local[:, 1:] * normals
+    pins = LegPins(
+        *(
+            to_ground(jnp.stack([a, b]) - ankle[None])
+            for a, b in zip(support.pins, swing.pins, strict=True)
+        )
+    )
+    zero = jnp.zeros_like(ankle[0])
+    hip = jnp.stack(
+        [
+            jnp.stack([zero, zero]),
+            jnp.stack([zero + params.ground_link, zero]),
+            jnp.stack([zero + params.ground_link, zero - params.tendon_drop]),
+        ]
+    )
+    return Kinematics(
+        centres=centres,
+        angles=jnp.arctan2(directions[:, 1], directions[:, 0]),
+        pins=pins,
+        hip_pins=to_ground(hip - ankle[None]),
+        closure=jnp.minimum(support.closure, swing.closure),
+    )
+
+
+def step_length(params: BipedParams) -> Float[Array, ""]:
+    """Distance from one foothold to the next without slip [m]: 8 crank lengths by default."""
+    at_exchange = kinematics(params, jnp.asarray(SUPPORT_END, _dtype(params)))
+    return at_exchange.pins.E[1, 0]
+
+
+def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
+    """How far the exchange of support is from impact-free [-]; 0 for a symmetric Chebyshev curve.
+
+    The largest, over both ends of the support phase, of the other foot's height over the ground and
+    velocity (per crank rate) in crank lengths, its angle and its turning rate (per crank rate).
+    """
+
+    def other_foot(theta):
+        now = kinematics(params, theta)
+        return jnp.stack([*(now.pins.E[1] / params.crank), now.angles[13]])
+
+    def mismatch(theta):
+        place, rate = jax.jvp(other_foot, (theta,), (jnp.ones_like(theta),))
+        return jnp.max(jnp.abs(jnp.stack([place[1], place[2], *rate])))
+
+    ends = jnp.asarray([SUPPORT_START, SUPPORT_END], _dtype(params))
+    return jnp.max(jax.vmap(mismatch)(ends))
+
+
+def require_closure(params: BipedParams, samples: int = 720) -> None:
+    """Raise ValueError naming the crank angle at which the linkage cannot close, if there is one."""
+    if not is_concrete(params):
+        return
+    leaves, structure = jax.tree.flatten(params)
+    plain = jax.tree.structure(params).unflatten(_PLAIN_NDIM)
+    ndims = jax.tree.leaves(plain)
+    batch = np.broadcast_shapes(
+        *(np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, ndims, strict=True))
+    )
+    count = int(np.prod(batch))
+    flat = [
+        jnp.broadcast_to(
+            jnp.asarray(leaf), (*batch, *np.shape(leaf)[np.ndim(leaf) - n :])
+        ).reshape(count, *np.shape(leaf)[np.ndim(leaf) - n :])
+        for leaf, n in zip(leaves, ndims, strict=True)
+    ]
+    margin = np.asarray(_closure_margins(structure.unflatten(flat), samples))
+    if np.all(margin >= 0):
+        return
+    member, worst = np.unravel_index(np.nanargmin(margin), margin.shape)
+    angle = 2 * np.pi * worst / samples
+    of = f" (batch member {member})" if batch else ""
+    raise ValueError(
+        f"the linkage cannot close at crank angle {angle:.4f} rad ({np.degrees(angle):.1f} degrees)"
+        f"{of}: closing margin {margin[member, worst]:.3g}; accepted: lengths whose loops close, "
+        "with margin >= 0, at every crank angle"
+    )
+
+
+@jax.jit(static_argnums=1)
+def _closure_margins(params: BipedParams, samples: int) -> Float[Array, "batch samples"]:
+    angles = jnp.arange(samples) * (2 * jnp.pi / samples)
+
+    def margins(member):
+        return jax.vmap(lambda angle: _leg(member, angle).closure)(angles.astype(_dtype(member)))
+
+    return jax.vmap(margins)(params)
+
+
+_PLAIN_NDIM = [0] * 17 + [1, 2, 1] + [0, 0]  # of BipedParams' fields, in order, without batch
+
+
+def _dtype(params: BipedParams):
+    return jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
+
+
+def _legs(params: BipedParams, theta) -> tuple[_Leg, _Leg]:
+    """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
+    both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
+    return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))  # type: ignore[return-value]
+
+
+def _leg(params: BipedParams, angle) -> _Leg:
+    """One leg and the hip in the hip frame, for its own crank angle."""
+    zero = jnp.zeros_like(angle)
+    A = jnp.stack([zero, zero])
+    ahead = jnp.stack([zero + 1, zero])
+    B = jnp.stack([zero + params.ground_link, zero])
+    D = jnp.stack([zero + params.ground_link, zero - params.tendon_drop])
+
+    crank = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    crank_pin = params.crank * crank
+    # eq. (3): the rocker's pin on the rod, below the line from the crank pin to B
+    rod_pin, margin_rod = _meet(crank_pin, B, params.rod_pin, params.rocker, side=-1)
+    rod = (crank_pin - rod_pin) / params.rod_pin
+    C = crank_pin - params.rod * rod
+    # eq. (4): F ahead of the line from D to C, so that the knee bends forwards
+    F, margin_knee = _meet(D, C, params.upper_tendon, params.femur_pin, side=-1)
+    femur = (C - F) / params.femur_pin
+    K = C - params.femur * femur
+    # the pantograph's fourth corner H, on the other side of the line from D to K than F
+    H, margin_tibia = _meet(D, K, params.lower_tendon, params.tibia_pin, side=-1)
+    tibia = (K - H) / params.tibia_pin
+    E = K - params.tibia * tibia
+    # eq. (5) with 4.2 for the printed 24: P slides along the slot
+    sine = (-params.slot_depth - C[1]) / params.stabiliser
+    margin_slot = 1 - sine**2
+    foot = jnp.stack([_root(margin_slot), sine])
+    P = C + params.stabiliser * foot
+    d = params.offset * foot
+
+    origins = [E, E, K, H, K, D, C, A, rod_pin, C, E + d, K + d, A]
+    upper_tendon = (F - D) / params.upper_tendon
+    lower_tendon = (D - H) / params.lower_tendon
+    rocker = (B - rod_pin) / params.rocker
+    directions = [foot, tibia, femur, lower_tendon, foot, upper_tendon, rod]
+    directions += [crank, rocker, foot, tibia, femur, ahead]
+    pins = LegPins(crank_pin, rod_pin, C, F, K, H, E, P, E + d, K + d, C + d)
+    margins = jnp.stack([margin_rod, margin_knee, margin_tibia, margin_slot])
+    return _Leg(jnp.stack(origins), jnp.stack(directions), pins, jnp.min(margins))
+
+
+def _meet(p, q, from_p, from_q, *, side: int):
+    """The point at the given distances from p and q, left (side=1) or right of the way p to q.
+
+    Also the closing margin: the squared height of the triangle over its base squared, which is
+    negative where the circles do not meet (the point is then the nearest on the line p q).
+    """
+    base = q - p
+    square = base @ base
+    along = (from_p**2 - from_q**2 + square) / (2 * square)
+    margin = from_p**2 / square - along**2
+    normal = jnp.stack([-base[1], base[0]])
+    return p + along * base + side * _root(margin) * normal, margin
+
+
+def _root(square):
+    """Square root, 0 below 0, with a finite derivative everywhere."""
+    inside = square > 0
+    return jnp.where(inside, jnp.sqrt(jnp.where(inside, square, 1.0)), 0.0)

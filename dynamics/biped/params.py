@@ -1,0 +1,250 @@
+"""Parameters of PASIBOT: lengths, masses, centres and inertias, link by link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_number
+
+if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+
+LINKS = (
+    "foot",
+    "tibia",
+    "femur",
+    "lower tendon",
+    "knee link",
+    "upper tendon",
+    "connecting rod",
+    "crank",
+    "rocker",
+    "stabiliser",
+    "tibia bar",
+    "femur bar",
+    "hip",
+)
+"""The 13 kinds of link; entry i is link number i + 1 of the chapter. Both legs share them."""
+
+POSITIVE = (
+    "crank",
+    "ground_link",
+    "rod",
+    "rod_pin",
+    "rocker",
+    "tendon_drop",
+    "upper_tendon",
+    "lower_tendon",
+    "femur",
+    "femur_pin",
+    "tibia",
+    "tibia_pin",
+    "stabiliser",
+    "gravity",
+)
+NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class BipedParams:
+    """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.
+
+    Every field may be an array with leading batch axes and be mapped over with vmap.
+
+    Lengths [m], pins named as in the chapter's Fig. 3:
+      crank: A to crank pin (each arm). ground_link: A to B, horizontal. rod: C to crank pin.
+      rod_pin: crank pin to the rocker's pin on the rod. rocker: that pin to B.
+      tendon_drop: B down to D. upper_tendon: D to F. lower_tendon: D to H.
+      femur: K to C. femur_pin: C to F. tibia: ankle E to K. tibia_pin: K to H.
+      stabiliser: C to the slot pin P. slot_depth: A down to the slot. offset: the parallelograms'
+      offset d, forwards, fixed in links 1, 5 and 10 (bars 11 and 12 are as long as tibia and femur).
+      heel, toe: the foot's edges behind and before the ankle.
+    mass [13] kg, inertia [13] kg m^2 about the centre of mass, centre [13, 2] m: centre of mass in
+      the link's frame. Links in the order of LINKS. A link's frame has its x axis along the
+      chapter's vector for that link and its origin at that vector's tail: foot E, tibia E, femur K,
+      lower tendon H, knee link K, upper tendon D, rod C, crank A, rocker its pin on the rod,
+      stabiliser C, tibia bar E + d, femur bar K + d, hip A.
+    payload: extra mass at the hip's centre [kg]. gravity [m/s^2].
+    """
+
+    crank: ArrayLike
+    ground_link: ArrayLike
+    rod: ArrayLike
+    rod_pin: ArrayLike
+    rocker: ArrayLike
+    tendon_drop: ArrayLike
+    upper_tendon: ArrayLike
+    lower_tendon: ArrayLike
+    femur: ArrayLike
+    femur_pin: ArrayLike
+    tibia: ArrayLike
+    tibia_pin: ArrayLike
+    stabiliser: ArrayLike
+    slot_depth: ArrayLike
+    offset: ArrayLike
+    heel: ArrayLike
+    toe: ArrayLike
+    mass: ArrayLike
+    centre: ArrayLike
+    inertia: ArrayLike
+    payload: ArrayLike
+    gravity: ArrayLike
+
+    @classmethod
+    def from_bars(
+        cls,
+        crank_length: ArrayLike = 0.030,
+        bar_density: ArrayLike = 1.48,
+        hip_mass: ArrayLike = 0.70,
+        foot_mass: ArrayLike = 0.30,
+        foot_inertia: ArrayLike = 1e-3,
+        offset: ArrayLike = 2.0,
+        payload: ArrayLike = 0.0,
+        heel: ArrayLike = 8.0,
+        toe: ArrayLike = 8.0,
+        gravity: ArrayLike = 9.81,
+        *,
+        ground_link: ArrayLike = 2.0,
+        rod: ArrayLike = 5.0,
+        rod_pin: ArrayLike = 2.5,
+        rocker: ArrayLike = 2.5,
+        tendon_drop: ArrayLike = 12.0,
+        upper_tendon: ArrayLike = 6.0,
+        lower_tendon: ArrayLike = 6.0,
+        femur: ArrayLike = 9.0,
+        femur_pin: ArrayLike = 3.0,
+        tibia: ArrayLike = 18.0,
+        tibia_pin: ArrayLike = 6.0,
+        stabiliser: ArrayLike = 4.2,
+        slot_depth: ArrayLike = 4.0,
+        hip_centre: tuple[ArrayLike, ArrayLike] = (1.0, -6.0),
+        hip_span: ArrayLike = 16.0,
+        dtype=None,
+    ) -> BipedParams:
+        """Uniform bars of one density, a hip and two feet; the defaults are the reference robot.
+
+        crank_length [m], bar_density [kg/m], masses [kg], foot_inertia [kg m^2], gravity [m/s^2];
+        every other length (also offset, heel, toe, hip_centre, hip_span) in crank lengths. Bars
+        have their centre in the middle and I = m L^2 / 12, the hip I = m hip_span^2 / 12; the
+        double crank is 2 crank lengths long; the foot's centre is the ankle. The chapter prints
+        the lengths but no masses: bar_density and hip_mass are calibrated on its start torque
+        (0.84 N m) and least friction (0.08 at 3 rad/s). Raises ValueError as `validate` does.
+        """
+        lengths = {
+            "crank": 1.0,
+            "ground_link": ground_link,
+            "rod": rod,
+            "rod_pin": rod_pin,
+            "rocker": rocker,
+            "tendon_drop": tendon_drop,
+            "upper_tendon": upper_tendon,
+            "lower_tendon": lower_tendon,
+            "femur": femur,
+            "femur_pin": femur_pin,
+            "tibia": tibia,
+            "tibia_pin": tibia_pin,
+            "stabiliser": stabiliser,
+            "slot_depth": slot_depth,
+            "offset": offset,
+            "heel": heel,
+            "toe": toe,
+        }
+        given = dict(lengths, crank_length=crank_length, gravity=gravity, payload=payload)
+        given |= {"bar_density": bar_density, "hip_mass": hip_mass, "foot_mass": foot_mass}
+        given |= {"foot_inertia": foot_inertia, "hip_span": hip_span}
+        for name, value in given.items():
+            require_number(name, value, low=0.0, accepted="a finite number >= 0")
+        if dtype is None:
+            dtype = jnp.result_type(float, *(jnp.result_type(v) for v in given.values()))
+        unit = jnp.asarray(crank_length, dtype)
+        metres = {name: unit * jnp.asarray(value, dtype) for name, value in lengths.items()}
+        zero = jnp.zeros_like(unit)
+        bars = [
+            metres["tibia"],
+            metres["femur"],
+            metres["lower_tendon"],
+            metres["offset"],
+            metres["upper_tendon"],
+            metres["rod"],
+            2 * metres["crank"],
+            metres["rocker"],
+            metres["stabiliser"],
+            metres["tibia"],
+            metres["femur"],
+        ]
+        bar_length = jnp.stack(jnp.broadcast_arrays(*bars), axis=-1)
+        density = jnp.asarray(bar_density, dtype)[..., None]
+        bar_mass = density * bar_length
+        bar_inertia = bar_mass * bar_length**2 / 12
+        middle = bar_length.at[..., 6].set(0.0) / 2  # the double crank is centred on A
+        hip = jnp.asarray(hip_mass, dtype)
+        hip_inertia = hip * (unit * jnp.asarray(hip_span, dtype)) ** 2 / 12
+        along = _join(zero, middle, unit * jnp.asarray(hip_centre[0], dtype))
+        across = _join(zero, jnp.zeros_like(middle), unit * jnp.asarray(hip_centre[1], dtype))
+        return cls(
+            **metres,
+            mass=_join(jnp.asarray(foot_mass, dtype), bar_mass, hip),
+            centre=jnp.stack([along, across], axis=-1),
+            inertia=_join(jnp.asarray(foot_inertia, dtype), bar_inertia, hip_inertia),
+            payload=jnp.asarray(payload, dtype),
+            gravity=jnp.asarray(gravity, dtype),
+        ).validate()
+
+    @property
+    def total_mass(self) -> jax.Array:
+        """All 24 bodies and the payload [kg]: hip and crank once, every other link twice."""
+        mass = jnp.asarray(self.mass)
+        return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + self.payload
+
+    def astype(self, dtype) -> BipedParams:
+        """The same robot with every field as an array of `dtype`."""
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
+
+    def replace(self, **changes: ArrayLike) -> BipedParams:
+        """A copy with some fields changed, validated. ValueError for an unknown field."""
+        known = [field.name for field in fields(self)]
+        for name in changes:
+            if name not in known:
+                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
+        return replace(self, **changes).validate()
+
+    def validate(self) -> BipedParams:
+        """Return self, or raise ValueError naming the field, what was given and what is accepted.
+
+        Checks shapes, signs, finiteness, and that the linkage closes at every crank angle (the
+        message says where it does not). Traced values pass unchecked: inside a transformation a
+        linkage that cannot close is reported as Status.NO_SOLUTION.
+        """
+        for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
+            shape = np.shape(getattr(self, name))
+            if shape[max(len(shape) - len(tail), 0) :] != tail:
+                raise ValueError(f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order")
+        for name in POSITIVE:
+            accepted = "a finite number > 0"
+            require_number(name, getattr(self, name), low=0.0, strict=True, accepted=accepted)
+        for name in (*NON_NEGATIVE, "mass", "inertia"):
+            require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
+        require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
+        require_number(
+            "total mass", self.total_mass, low=0.0, strict=True, accepted="a finite mass > 0 [kg]"
+        )
+        if is_concrete(self):
+            from stickslip.dynamics.biped.kinematics import require_closure
+
+            require_closure(self)
+        return self
+
+
+def _join(first: jax.Array, bars: jax.Array, last: jax.Array) -> jax.Array:
+    """Foot, the eleven bars and hip along the last axis, batch axes broadcast."""
+    batch = jnp.broadcast_shapes(first.shape, bars.shape[:-1], last.shape)
+    parts = [first[..., None], bars, last[..., None]]
+    return jnp.concatenate(
+        [jnp.broadcast_to(part, (*batch, part.shape[-1])) for part in parts], axis=-1
+    )

@@ -1,0 +1,272 @@
+"""Stepping a walk through time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.contact import (
+    Motion,
+    ankle_moment,
+    mode_of,
+    moving,
+    sticking,
+    zero_moment_point,
+)
+from stickslip.dynamics.biped.floor import friction_on, patch_at
+from stickslip.dynamics.biped.forces import contact_status
+from stickslip.dynamics.biped.integrate import advance, start
+from stickslip.dynamics.biped.kinematics import exchange_mismatch
+from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, table_of
+from stickslip.dynamics.biped.state import BipedState, Contact, Events
+from stickslip.dynamics.biped.trial import RK4Split, Walk
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.scene import Grip
+from stickslip.dynamics.status import EventKind, Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jax.typing import ArrayLike
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.scene import Scene
+
+INTEGRATORS = ("rk4_split",)
+Integrator = str | RK4Split
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Trajectory:
+    """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
+
+    After a terminal status the last state and contact stand to the end.
+    """
+
+    states: BipedState
+    torques: Float[Array, " n"]
+    contacts: Contact
+
+    @property
+    def final(self) -> BipedState:
+        """The last state."""
+        return jax.tree.map(lambda leaf: leaf[-1], self.states)
+
+    @property
+    def status(self) -> Int[Array, ""]:
+        """The gravest Status met."""
+        return jnp.max(self.contacts.status)
+
+    def events(self) -> list[tuple[float, str, float]]:
+        """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.
+
+        For one walk, not a batch, simulated with RK4Split(record_events=True); ValueError otherwise.
+        """
+        events = self.contacts.events
+        if events is None or np.ndim(events.kinds) != 2:
+            raise ValueError(
+                "events need one walk simulated with integrator=RK4Split(record_events=True)"
+            )
+        running = np.concatenate([[True], np.asarray(self.contacts.status)[:-1] <= 1])
+        used = (np.asarray(events.kinds) != EventKind.NONE) & running[:, None]
+        rows = (np.asarray(column)[used].tolist() for column in jax.tree.leaves(events))
+        return [(t, EventKind(k).name.lower(), angle) for t, k, angle in zip(*rows, strict=True)]
+
+
+def step(
+    params: BipedParams | BipedModel,
+    scene: Scene,
+    state: BipedState,
+    torque: Float[Array, ""],
+    dt: Float[Array, ""],
+    *,
+    fidelity: Fidelity = "reduced",
+    integrator: Integrator = "rk4_split",
+) -> tuple[BipedState, Contact]:
+    """One time step of `dt` [s] under a constant motor torque [N m], friction switching included.
+
+    Equations of MODEL 1.4 (eqs. 26-37); switching instants and exchanges of support are located
+    inside the step and the step is split there (see RK4Split). Where the status is terminal, the
+    state is the last one inside the model and its time says how far the step came. The topple check
+    looks at both ends of the step. Scalars: batch with vmap. Pass a model from `prepare` when
+    stepping often: from bare parameters it is built again at every call. Works in the widest
+    floating type among the arguments. Raises ValueError for dt <= 0 and unknown choices, before
+    tracing.
+    """
+    require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
+    spec = integrator_of(integrator)
+    table_of(fidelity)
+    require_rest_on_grip(scene, state)
+    return _step(spec, fidelity, params, scene, state, torque, dt)
+
+
+def simulate(
+    params: BipedParams | BipedModel,
+    scene: Scene,
+    state: BipedState,
+    torque: ArrayLike | Callable[[BipedState], ArrayLike],
+    duration: float,
+    dt: float,
+    *,
+    fidelity: Fidelity = "reduced",
+    integrator: Integrator = "rk4_split",
+) -> Trajectory:
+    """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
+
+    torque [N m]: a number, an array [n] with one value a step, or a function of the BipedState,
+    asked at the beginning of every step and held during it. The rest as in `step`. Raises
+    ValueError also for a linkage that cannot hand over its support, when the scene is continuous.
+    """
+    require_number("duration", duration, low=0.0, strict=True, accepted="a finite time > 0 [s]")
+    require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
+    spec = integrator_of(integrator)
+    table_of(fidelity)
+    state.validate()
+    require_rest_on_grip(scene, state)
+    require_exchange(params, scene)
+    count = max(1, int(np.ceil(float(duration) / float(dt) * (1 - 1e-9))))
+    policy, values = None, None
+    if callable(torque):
+        policy = torque
+    else:
+        if np.ndim(torque) > 0 and np.shape(torque) != (count,):
+            raise ValueError(
+                f"torque has shape {np.shape(torque)}; accepted: a number, a function of the state "
+                f"or one value for each of the {count} steps"
+            )
+        values = jnp.broadcast_to(jnp.asarray(torque), (count,))
+    size = float(duration) / count
+    return _simulate(spec, fidelity, policy, count, params, scene, state, values, size)
+
+
+def integrator_of(integrator: Integrator) -> RK4Split:
+    """The integrator's settings; ValueError for an unknown one."""
+    if isinstance(integrator, RK4Split):
+        return integrator
+    if integrator not in INTEGRATORS:
+        raise ValueError(
+            f"integrator = {integrator!r} is unknown; accepted: 'rk4_split' or RK4Split(...)"
+        )
+    return RK4Split()
+
+
+def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
+    """Raise ValueError if a continuous walk is asked of a linkage with an impact at the exchange."""
+    if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
+        return
+    if np.ndim(params.crank) > 0:
+        return  # a batch: Status.NO_EXCHANGE tells the members apart
+    mismatch = float(jax.jit(exchange_mismatch)(params))
+    accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
+    if not mismatch < accepted:
+        raise ValueError(
+            f"these lengths break the exchange of support: the other foot is {mismatch:.3g} (crank "
+            f"lengths or rad) off flat rest; accepted: below {accepted:.1g}, or a scene with "
+            'steps="one"'
+        )
+
+
+def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
+    """Raise ValueError for a foot that moves on a floor without slip."""
+    if isinstance(scene.floor, Grip) and is_concrete(state):
+        if np.any(np.asarray(state.foot_velocity) != 0):
+            raise ValueError(
+                f"foot_velocity = {state.foot_velocity} on a grip floor; accepted: 0 [m/s]"
+            )
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _step(spec: RK4Split, fidelity, params, scene, state, torque, dt):
+    model = prepare(params, fidelity=fidelity, payload=scene.payload)
+    dtype = _float_type(model, scene, state, torque, dt)
+    torque, duration = jnp.asarray(torque, dtype), jnp.asarray(dt, dtype)
+    walk = start(model, scene, state, duration, spec, dtype)
+    if scene.outputs == "forces":
+        *_, status = _contact(model, scene, walk, torque)
+        toppled = jnp.where(status == Status.TOPPLE, status, walk.status)
+        walk = walk._replace(status=toppled)
+    walk = advance(spec, model, scene, walk, torque, duration)
+    motion, mode, zmp, status = _contact(model, scene, walk, torque)
+    over = walk.status > Status.SLIP_ONSET
+    return BipedState(
+        phase=walk.theta,
+        steps=walk.steps,
+        crank_rate=walk.rate,
+        foot_position=walk.slide,
+        foot_velocity=walk.velocity,
+        time=jnp.asarray(state.time, dtype) + (duration - walk.left),
+    ), Contact(
+        friction_force=motion.friction_force,
+        normal_force=motion.normal_force,
+        zmp=zmp,
+        mode=mode.astype(jnp.int32),
+        status=jnp.where(over, walk.status, jnp.maximum(status, walk.status)),
+        switches=walk.switches,
+        slide_distance=walk.distance,
+        work=walk.work,
+        positive_work=walk.positive_work,
+        events=_events(walk, jnp.asarray(state.time, dtype) + duration),
+    )
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _simulate(spec, fidelity, policy, count, params, scene, state, values, size) -> Trajectory:
+    model = prepare(params, fidelity=fidelity, payload=scene.payload)
+    dtype = _float_type(model, scene, state, values)
+    state = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), state)
+    state = BipedState(**(vars(state) | {"steps": state.steps.astype(jnp.int32)}))
+
+    def body(carry, value):
+        now, last = carry
+        torque = jnp.asarray(value if policy is None else policy(now), dtype)
+        after, contact = _step(spec, fidelity, model, scene, now, torque, size)
+        over = last.status > Status.SLIP_ONSET
+        after, contact = jax.tree.map(
+            lambda new, old: jnp.where(over, old, new), (after, contact), (now, last)
+        )
+        return (after, contact), (after, torque, contact)
+
+    shapes = jax.eval_shape(
+        lambda: _step(spec, fidelity, model, scene, state, jnp.zeros((), dtype), size)[1]
+    )
+    blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
+    _, (states, torques, contacts) = jax.lax.scan(body, (state, blank), values, length=count)
+    states = jax.tree.map(lambda one, rest: jnp.concatenate([one[None], rest]), state, states)
+    return Trajectory(states, torques, contacts)
+
+
+def _contact(model: BipedModel, scene: Scene, walk: Walk, torque):
+    """Motion, mode, zero-moment point (None if not wanted) and status of the state as it is."""
+    inertia = model.inertia.at(walk.theta)
+    motion: Motion = sticking(model, inertia, walk.rate, torque)
+    mode = jnp.zeros_like(walk.theta)
+    if not isinstance(scene.floor, Grip):
+        friction = friction_on(scene.floor, walk.patch, walk.theta.dtype)
+        mode = mode_of(motion, walk.velocity, friction.mu_static)
+        motion = moving(model, inertia, walk.rate, torque, mode, friction.mu_kinetic)
+    zmp = None
+    if scene.outputs == "forces":
+        moment = ankle_moment(model, model.inertia.moment_at(walk.theta), walk.rate, motion)
+        zmp = zero_moment_point(moment, motion.normal_force)
+    onset = (walk.velocity == 0) & (mode != 0)
+    return motion, mode, zmp, contact_status(model, motion, zmp, onset)
+
+
+def _events(walk: Walk, end) -> Events | None:
+    if walk.log is None:
+        return None
+    left, kinds, angles = walk.log
+    return Events(end - left, kinds, angles)
+
+
+def _float_type(*trees):
+    """The widest floating type among the leaves."""
+    types = [jnp.result_type(leaf) for leaf in jax.tree.leaves(trees)]
+    return jnp.result_type(*(kind for kind in types if jnp.issubdtype(kind, jnp.floating)))

@@ -1,0 +1,105 @@
+"""The biped's state and what a step reports beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+
+if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.params import BipedParams
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class BipedState:
+    """Where a walk is. `steps` counts exchanges of support; phase and foot_position are what is left.
+
+    phase: crank angle of the supporting leg, in [pi/2, 3 pi/2] [rad]. steps: exchanges so far,
+    forwards positive (integer). crank_rate [rad/s]. foot_position: slide x1 of eq. (16), the
+    supporting ankle's distance from the foothold that `steps` steps without slip lead to [m], kept
+    apart from the steps so that single precision holds over long walks. foot_velocity: of the
+    supporting foot over the floor, exactly 0 while it is at rest [m/s]. time [s].
+
+    The whole turn of the crank is `crank_angle`, the ankle's place on the floor `floor_position`.
+    """
+
+    phase: ArrayLike = SUPPORT_START
+    steps: ArrayLike = 0
+    crank_rate: ArrayLike = 0.0
+    foot_position: ArrayLike = 0.0
+    foot_velocity: ArrayLike = 0.0
+    time: ArrayLike = 0.0
+
+    @property
+    def crank_angle(self) -> Float[Array, ""]:
+        """The crank's angle with no wrapping: phase + pi steps [rad]."""
+        return jnp.asarray(self.phase) + np.pi * jnp.asarray(self.steps)
+
+    def validate(self) -> BipedState:
+        """Return self, or raise ValueError naming a field that no walk can have."""
+        from stickslip.dynamics.checks import is_concrete, require_number
+
+        for name in ("crank_rate", "foot_position", "foot_velocity", "time"):
+            require_number(name, getattr(self, name), low=-np.inf, accepted="a finite number")
+        if is_concrete(self):
+            phase, slack = np.asarray(self.phase), 1e-6
+            if not np.all((phase >= SUPPORT_START - slack) & (phase <= SUPPORT_END + slack)):
+                raise ValueError(
+                    f"phase = {phase} is not accepted; accepted: the supporting leg's crank angle, "
+                    "pi/2 to 3 pi/2 rad (a full turn is counted in steps of pi)"
+                )
+        return self
+
+
+def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
+    """Where the supporting ankle stands on the floor [m]: steps times the step length, plus slide."""
+    from stickslip.dynamics.biped.kinematics import step_length
+    from stickslip.dynamics.biped.model import BipedModel
+
+    length = params.step_length if isinstance(params, BipedModel) else step_length(params)
+    return jnp.asarray(state.steps) * length + state.foot_position
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Contact:
+    """The foot on the ground at the end of a step, and what happened during it.
+
+    friction_force, normal_force: ground on foot [N]. zmp: from the ankle forwards [m], None when
+    the scene's outputs leave it out. mode: 0 sticks, +1 / -1 slides forwards / backwards. status:
+    a Status. switches: stick-slip changes, exchanges and patch edges crossed during the step.
+    slide_distance: path of the foot over the floor, >= 0 [m]. work, positive_work: of the motor,
+    net and counting only what it gives [J]. events: None, or times, kinds (EventKind) and crank
+    angles of the switches, unused entries of kind NONE.
+    """
+
+    friction_force: Float[Array, ""]
+    normal_force: Float[Array, ""]
+    zmp: Float[Array, ""] | None
+    mode: Int[Array, ""]
+    status: Int[Array, ""]
+    switches: Int[Array, ""]
+    slide_distance: Float[Array, ""]
+    work: Float[Array, ""]
+    positive_work: Float[Array, ""]
+    events: Events | None
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Events:
+    """Switching instants within one step, in order; entries past the last have kind NONE."""
+
+    times: Float[Array, " events"]
+    kinds: Int[Array, " events"]
+    crank_angles: Float[Array, " events"]

@@ -1,0 +1,141 @@
+"""What a scene contains, and so what is compiled.
+
+The *kind* of floor, of walk and of outputs is part of the tree structure, hence static under jit;
+the friction coefficients, edges and payload are numbers and may be traced, batched and
+differentiated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_choice, require_number
+
+if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+
+STEPS = ("continuous", "one")
+OUTPUTS = ("forces", "state")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Grip:
+    """A floor on which the foot never slips; no slip equation is compiled."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Uniform:
+    """The same dry friction everywhere: static and kinetic coefficient [-], mu_kinetic <= mu_static."""
+
+    mu_static: ArrayLike
+    mu_kinetic: ArrayLike
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Patches:
+    """Friction that changes with floor position.
+
+    edges: [n] strictly increasing floor positions [m]; mu_static, mu_kinetic: [n + 1], entry i
+    holding between edges[i - 1] and edges[i] (the first before edges[0], the last after the end).
+    """
+
+    edges: ArrayLike
+    mu_static: ArrayLike
+    mu_kinetic: ArrayLike
+
+
+Floor = Grip | Uniform | Patches
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Scene:
+    """A floor, how far to walk, what to carry and what to compute.
+
+    floor: Grip, Uniform or Patches. payload: mass [kg] added at the hip's centre, or None for none
+    (and nothing compiled for it). steps: "continuous" walking, or "one" step that ends at the
+    exchange of support. outputs: "forces" (zero-moment point and its topple check) or "state"
+    (neither is computed; the biped is taken not to topple).
+    """
+
+    floor: Floor
+    payload: ArrayLike | None = None
+    steps: str = field(default="continuous", metadata={"static": True})
+    outputs: str = field(default="forces", metadata={"static": True})
+
+    @classmethod
+    def grip(cls, **options) -> Scene:
+        """A floor without slip. Options: payload, steps, outputs."""
+        return cls(Grip(), **options).validate()
+
+    @classmethod
+    def uniform(cls, mu_static: ArrayLike, mu_kinetic: ArrayLike | None = None, **options) -> Scene:
+        """One friction everywhere; mu_kinetic defaults to mu_static."""
+        return cls(
+            Uniform(mu_static, mu_static if mu_kinetic is None else mu_kinetic), **options
+        ).validate()
+
+    @classmethod
+    def patches(
+        cls, edges: ArrayLike, mu_static: ArrayLike, mu_kinetic: ArrayLike | None = None, **options
+    ) -> Scene:
+        """Friction by floor position; see Patches. Ice from 0.3 m to 0.6 m:
+        `Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])`."""
+        edges, mu_static = jnp.asarray(edges), jnp.asarray(mu_static)
+        mu_kinetic = mu_static if mu_kinetic is None else jnp.asarray(mu_kinetic)
+        return cls(Patches(edges, mu_static, mu_kinetic), **options).validate()
+
+    def validate(self) -> Scene:
+        """Return self, or raise ValueError naming the field, what was given and what is accepted."""
+        require_choice("steps", self.steps, STEPS)
+        require_choice("outputs", self.outputs, OUTPUTS)
+        if not isinstance(self.floor, Grip | Uniform | Patches):
+            raise ValueError(
+                f"floor = {self.floor!r} is unknown; accepted: Grip(), Uniform(...), Patches(...)"
+            )
+        if self.payload is not None:
+            require_number("payload", self.payload, low=0.0, accepted="a finite mass >= 0 [kg]")
+        if isinstance(self.floor, Uniform | Patches):
+            _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
+        if isinstance(self.floor, Patches):
+            _check_patches(self.floor)
+        return self
+
+
+def _check_friction(mu_static: ArrayLike, mu_kinetic: ArrayLike) -> None:
+    accepted = "finite, 0 <= mu_kinetic <= mu_static"
+    require_number("mu_static", mu_static, low=0.0, accepted=accepted)
+    require_number("mu_kinetic", mu_kinetic, low=0.0, accepted=accepted)
+    if is_concrete(mu_static, mu_kinetic) and np.any(
+        np.asarray(mu_kinetic) > np.asarray(mu_static)
+    ):
+        raise ValueError(
+            f"mu_kinetic = {mu_kinetic} exceeds mu_static = {mu_static}; accepted: {accepted}"
+        )
+
+
+def _check_patches(floor: Patches) -> None:
+    """Shapes are checked on the last axis, so that a batch of floors passes too."""
+    edges, mu_static, mu_kinetic = map(np.shape, (floor.edges, floor.mu_static, floor.mu_kinetic))
+    if len(edges) == 0 or edges[-1] == 0:
+        raise ValueError(f"edges has shape {edges}; accepted: at least one floor position [m]")
+    for name, shape in (("mu_static", mu_static), ("mu_kinetic", mu_kinetic)):
+        if len(shape) == 0 or shape[-1] != edges[-1] + 1:
+            raise ValueError(
+                f"{name} has shape {shape}; accepted: one more entry than edges, "
+                f"here {edges[-1] + 1}"
+            )
+    if is_concrete(floor.edges):
+        values = np.asarray(floor.edges)
+        if not (np.all(np.isfinite(values)) and np.all(np.diff(values, axis=-1) > 0)):
+            raise ValueError(
+                f"edges = {values.tolist()}; accepted: finite, strictly increasing positions [m]"
+            )

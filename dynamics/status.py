@@ -1,0 +1,49 @@
+"""What can come of a traced step, as integers that travel through jit and vmap."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """Outcome of a step or of one force computation.
+
+    `OK` and `SLIP_ONSET` are the model at work; every other value says that the state has left
+    what the model covers, and the numbers beside it are the last ones inside it.
+    """
+
+    OK = 0
+    """Inside the model."""
+    SLIP_ONSET = 1
+    """Inside the model; the foot broke loose during this step."""
+    TOPPLE = 2
+    """The zero-moment point (eq. 30) lies outside the foot."""
+    LIFT_OFF = 3
+    """The ground would have to pull: normal force <= 0."""
+    RUNAWAY = 4
+    """The crank turns by more than half a support phase in one integration step."""
+    NO_SOLUTION = 5
+    """The linkage cannot close here, or sliding has no unique solution (Painleve)."""
+    NON_FINITE = 6
+    """A number overflowed or was not a number to begin with."""
+    STEP_COMPLETE = 7
+    """A one-step scene reached the exchange of support."""
+    NO_EXCHANGE = 8
+    """Support cannot be handed over without an impact: the linkage is not symmetric."""
+
+    @property
+    def terminal(self) -> bool:
+        """Whether the model stops here."""
+        return self > Status.SLIP_ONSET
+
+
+class EventKind(IntEnum):
+    """What happened at a switching instant inside a step."""
+
+    NONE = 0
+    SLIP = 1
+    """The foot breaks loose (or starts back the other way)."""
+    STICK = 2
+    """The sliding foot stops (eq. 36)."""
+    EXCHANGE = 3
+    """Support passes to the other foot."""
+    PATCH = 4
+    """The sliding foot crosses the edge of a floor patch."""

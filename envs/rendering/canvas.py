@@ -1,0 +1,166 @@
+"""A page to draw on: matplotlib's Agg canvas with a still background and moving artists."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.transforms import Transform
+
+Box = tuple[float, float, float, float]
+"""Left, bottom, right, top in page units."""
+
+
+class Canvas:
+    """A picture of `width` x `height` pixels, measured in page units with y upwards.
+
+    The page is 960 x 540 units at the default size and grows with the picture; line widths and
+    letters are in the same units. Still artists are drawn once, moving ones for every picture, both
+    in the order in which they were added. Fonts, colours and widths are all given, so that the
+    user's matplotlib settings do not matter, and no state is shared with pyplot.
+    """
+
+    def __init__(self, width: int, height: int):
+        agg = require("matplotlib.backends.backend_agg")
+        transforms = require("matplotlib.transforms")
+        self.unit = min(width / 960, height / 540)
+        self.width, self.height = width / self.unit, height / self.unit
+        dpi = 72 * self.unit  # so that a point is a page unit
+        self._figure = require("matplotlib.figure").Figure((width / dpi, height / dpi), dpi=dpi)
+        self._agg = agg.FigureCanvasAgg(self._figure)
+        self._renderer = self._agg.get_renderer()
+        self.page: Transform = transforms.Affine2D().scale(self.unit)
+        self._still: list[Artist] = []
+        self._moving: list[Artist] = []
+        self._background: Any = None
+        fonts = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
+        self._fonts = {
+            False: fonts / "DejaVuSans.ttf",
+            True: fonts / "DejaVuSans-Bold.ttf",
+        }
+        self.area([self.corners((0, 0, self.width, self.height))], theme.PAGE, still=True)
+
+    @staticmethod
+    def corners(box: Box) -> list[tuple[float, float]]:
+        """The box's outline, anticlockwise."""
+        left, bottom, right, top = box
+        return [(left, bottom), (right, bottom), (right, top), (left, top)]
+
+    def view(self) -> Any:
+        """A transform from a world to the page that can be moved: `set_matrix` on it."""
+        return require("matplotlib.transforms").Affine2D()
+
+    def lines(
+        self,
+        segments: Sequence[Any],
+        colour: Any,
+        width: Any = 1.0,
+        *,
+        cap: str = "round",
+        still: bool = False,
+        **place: Any,
+    ) -> Any:
+        """Separate straight or bent lines; `set_segments` moves them."""
+        artist = require("matplotlib.collections").LineCollection(
+            segments, colors=colour, linewidths=width, capstyle=cap, joinstyle="round"
+        )
+        return self._add(artist, still, **place)
+
+    def curve(
+        self, colour: str, width: float, *, dashes: Any = "-", marker: str = "", **options: Any
+    ) -> Any:
+        """One curve, or one marker at each of its points; `set_data` moves it."""
+        place = {name: options.pop(name) for name in ("view", "clip") if name in options}
+        artist = require("matplotlib.lines").Line2D(
+            [], [], color=colour, linewidth=width, linestyle=dashes, marker=marker, **options
+        )
+        return self._add(artist, False, **place)
+
+    def area(
+        self,
+        outlines: Sequence[Any],
+        colour: Any,
+        *,
+        edge: Any = "none",
+        width: float = 0.0,
+        alpha: float | None = None,
+        still: bool = False,
+        **place: Any,
+    ) -> Any:
+        """Filled polygons; `set_verts` moves them."""
+        artist = require("matplotlib.collections").PolyCollection(
+            outlines, facecolors=colour, edgecolors=edge, linewidths=width, alpha=alpha
+        )
+        artist.set_joinstyle("round")
+        return self._add(artist, still, **place)
+
+    def rounded(self, box: Box, colour: str, radius: float, *, still: bool = False) -> Any:
+        """A filled box with round corners."""
+        patches = require("matplotlib.patches")
+        left, bottom, right, top = box
+        style = patches.BoxStyle("Round", pad=0, rounding_size=radius)
+        artist = patches.FancyBboxPatch(
+            (left, bottom), right - left, top - bottom, boxstyle=style, fc=colour, ec="none"
+        )
+        return self._add(artist, still)
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        words: str = "",
+        size: float = theme.LABEL,
+        colour: str = theme.INK,
+        *,
+        bold: bool = False,
+        align: str = "left",
+        base: str = "baseline",
+        still: bool = False,
+        **place: Any,
+    ) -> Any:
+        """A line of text at a point of the page; `set_text` and `set_position` change it."""
+        font = require("matplotlib.font_manager").FontProperties(
+            fname=self._fonts[bold], size=size
+        )
+        artist = require("matplotlib.text").Text(
+            x, y, words, color=colour, fontproperties=font, ha=align, va=base
+        )
+        artist.set_usetex(False)
+        artist.set_parse_math(False)
+        return self._add(artist, still, **place)
+
+    def forget_background(self) -> None:
+        """Draw the still artists anew in the next picture."""
+        self._background = None
+
+    def picture(self) -> np.ndarray:
+        """Draw everything: uint8 [height, width, 3], a fresh array."""
+        if self._background is None:
+            self._renderer.clear()
+            for artist in self._still:
+                artist.draw(self._renderer)
+            self._background = self._agg.copy_from_bbox(self._figure.bbox)
+        self._agg.restore_region(self._background)
+        for artist in self._moving:
+            artist.draw(self._renderer)
+        return np.array(np.asarray(self._renderer.buffer_rgba())[:, :, :3], order="C")
+
+    def _add(self, artist: Any, still: bool, *, view: Any = None, clip: Box | None = None) -> Any:
+        artist.set_figure(self._figure)
+        artist.set_transform(self.page if view is None else view + self.page)
+        if clip is not None:
+            transforms = require("matplotlib.transforms")
+            box = transforms.Bbox.from_extents(*(side * self.unit for side in clip))
+            artist.set_clip_box(box)
+            artist.set_clip_on(True)
+        (self._still if still else self._moving).append(artist)
+        return artist

@@ -1,0 +1,82 @@
+"""Numbers of the moment above the picture, and what the colours mean."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.contact import cone_use
+
+if TYPE_CHECKING:
+    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.frame import BipedFrame
+
+BADGE_WIDTH = 118.0
+
+
+class _Tile(NamedTuple):
+    title: str
+    share: float
+
+
+TILES = (
+    _Tile("time  [s]", 0.0),
+    _Tile("walked  [m]", 0.155),
+    _Tile("steps", 0.33),
+    _Tile("mean rate  [rad/s]", 0.455),
+    _Tile("friction / normal", 0.71),
+)
+
+
+class Header:
+    """Five numbers and a badge that says whether the foot sticks, slips or the walk has ended."""
+
+    def __init__(self, canvas: Canvas, box: Box):
+        left, bottom, right, top = box
+        room = right - left - BADGE_WIDTH - theme.GAP
+        self._values = []
+        for tile in TILES:
+            x = left + tile.share * room
+            canvas.text(x, top - 10, tile.title, theme.SMALL, theme.MUTED, still=True)
+            self._values.append(canvas.text(x, bottom + 3, "", theme.VALUE, bold=True))
+        middle = right - BADGE_WIDTH / 2
+        badge = (right - BADGE_WIDTH, bottom, right, top - 4)
+        self._badge = canvas.rounded(badge, theme.HOLDS, 6.0)
+        self._word = canvas.text(
+            middle, (bottom + top - 4) / 2 - 5, "", 14.0, theme.PAGE, bold=True, align="center"
+        )
+
+    def move(self, frame: BipedFrame, walked: float) -> None:
+        """Show a frame; `walked` is the hip's way since the start of the first step [m]."""
+        use = cone_use(frame)
+        words = (
+            f"{frame.time:.2f}",
+            f"{walked:.2f}",
+            f"{frame.steps}",
+            f"{frame.mean_crank_rate:.2f}",
+            f"{use:.2f}" + ("" if frame.mu_static is None else f" of {frame.mu_static:.2f}"),
+        )
+        for value, word in zip(self._values, words, strict=True):
+            value.set_text(word.replace("-", "−"))
+        ended = frame.status.lower() not in ("ok", "slip_onset")
+        colour = theme.HOLDS if frame.sticking else theme.SLIDES
+        self._badge.set_facecolor(theme.INK if ended else colour)
+        word = "STICK" if frame.sticking else "SLIP"
+        self._word.set_text(frame.status.replace("_", " ").upper() if ended else word)
+        self._word.set_fontsize(14.0 if len(self._word.get_text()) < 9 else 11.0)
+
+
+def draw_key(canvas: Canvas, left: float, top: float) -> None:
+    """What the colours stand for, in the still background; the words are all there is to read."""
+    entries = (
+        (theme.SUPPORT["main"], "supporting leg"),
+        (theme.SWING["main"], "swinging leg"),
+        (theme.HIP_EDGE, "hip and slot"),
+        (theme.MOTOR, "crank and motor"),
+        (theme.HOLDS, "ground force, holding"),
+        (theme.SLIDES, "ground force, sliding"),
+    )
+    for i, (colour, words) in enumerate(entries):
+        y = top - 17 * i
+        canvas.lines([[(left + 3, y), (left + 17, y)]], colour, 5.0, still=True)
+        canvas.text(left + 26, y - 4, words, theme.SMALL, theme.MUTED, still=True)

@@ -1,0 +1,206 @@
+"""The 24 bodies, drawn link by link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.biped.kinematics import (
+    SUPPORT_END,
+    SUPPORT_START,
+    Kinematics,
+    kinematics,
+)
+from stickslip.envs.rendering import theme
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.envs.rendering.canvas import Box, Canvas
+
+BARS = (
+    ("ankle_bar", "knee_bar", "slim"),  # 11, parallel to the tibia
+    ("knee_bar", "C_bar", "slim"),  # 12, parallel to the femur
+    ("K", "knee_bar", "slim"),  # 5, knee link
+    ("C", "slot_pin", "slim"),  # 10, stabiliser
+    ("D", "H", "mid"),  # 4, lower tendon
+    ("D", "F", "mid"),  # 6, upper tendon
+    ("rod_pin", "B", "mid"),  # 9, rocker
+    ("C", "crank_pin", "mid"),  # 7, connecting rod
+    ("K", "C", "main"),  # 3, femur
+    ("E", "K", "main"),  # 2, tibia
+)
+"""Each bar of a leg by its end pins, back to front; foot, crank and hip are drawn apart."""
+
+SOLE = 0.55
+"""Thickness of the drawn sole in crank lengths. The model's foot has none: its ankle is on the
+ground, so the sole and the floor are drawn below the ankle."""
+
+_FOOT_OF_LEG = (0, 13)  # in BODIES
+_kinematics = jax.jit(kinematics)
+_sweep = jax.jit(jax.vmap(kinematics, in_axes=(None, 0)))
+
+
+class Pose(NamedTuple):
+    """Where the links are, in the ground frame of the supporting ankle, as NumPy arrays."""
+
+    pins: dict[str, np.ndarray]
+    """Each [2 legs, 2] m, supporting leg first; A, B and D are the hip's, the same for both."""
+    feet: np.ndarray
+    """Directions of both feet [2 legs, 2], heel to toe."""
+
+
+class Mechanism:
+    """The linkage of one robot: poses and extents, by the kinematics alone (on the CPU)."""
+
+    def __init__(self, params: BipedParams):
+        if any(np.ndim(value) for value in (params.crank, params.tibia, params.toe)):
+            raise ValueError(
+                "params holds a batch of robots; accepted: one robot, for instance "
+                "jax.tree.map(lambda leaf: leaf[0], params)"
+            )
+        self._params = jax.tree.map(np.asarray, params)
+        try:
+            self._params = jax.device_put(self._params, jax.local_devices(backend="cpu")[0])
+        except RuntimeError:  # JAX was told to use an accelerator only
+            self._params = jax.device_put(self._params)
+        self._dtype = self._params.crank.dtype
+        self.crank, self.offset = float(params.crank), float(params.offset)
+        self.heel, self.toe = float(params.heel), float(params.toe)
+        phases = np.linspace(SUPPORT_START, SUPPORT_END, 33, dtype=self._dtype)
+        swept = jax.tree.map(np.asarray, _sweep(self._params, phases))
+        pins = np.stack([*swept.pins])
+        self.top = float(max(pins[..., 1].max(), swept.hip_pins[..., 1].max()))
+        """Highest point any pin reaches over the supporting ankle [m]."""
+        from_A = swept.pins.slot_pin - swept.hip_pins[:, None, 0]
+        ahead = swept.hip_pins[:, 1] - swept.hip_pins[:, 0]
+        ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+        along = np.sum(from_A * ahead[:, None], axis=-1)
+        depth, base = float(params.slot_depth), float(params.ground_link)
+        self.slot = np.array([[along.min(), -depth], [along.max(), -depth]])
+        """Between which points the slot's pins travel, from A, in the hip's axes [2, 2] m."""
+        joints = np.array([[0, 0], [base, 0], [base, -float(params.tendon_drop)], *self.slot])
+        self.hip_outline = _hull(joints, 0.55 * self.crank)
+        """The drawn hip about A, B, D and the slot, from A, in the hip's axes [n, 2] m."""
+        self.start = float(swept.hip_pins[0, 0, 0])
+        """The hip's A at the start of a step, before the supporting ankle [m]."""
+
+    def pose(self, phase: float) -> Pose:
+        """The links at a crank angle [rad] of the supporting leg."""
+        now: Kinematics = jax.device_get(_kinematics(self._params, self._dtype.type(phase)))
+        pins = now.pins._asdict()
+        for name, place in zip("ABD", now.hip_pins, strict=True):
+            pins[name] = np.stack([place, place])
+        angles = now.angles[list(_FOOT_OF_LEG)]
+        return Pose(pins, np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+
+
+class Linkage:
+    """The artists of both legs, the hip and the crank; y = 0 is the supporting ankle's height."""
+
+    def __init__(self, canvas: Canvas, view: Any, clip: Box, mechanism: Mechanism):
+        self._mechanism = mechanism
+        place = {"view": view, "clip": clip}
+        swing = _Leg(canvas, mechanism, theme.SWING, 1, place)
+        self._plate = canvas.area([], theme.HIP, edge=theme.HIP_EDGE, width=1.2, **place)
+        self._slot = canvas.lines([], [theme.HIP_EDGE, theme.PAGE], [9.0, 6.6], **place)
+        self._legs = _Leg(canvas, mechanism, theme.SUPPORT, 0, place), swing
+        self._crank = canvas.lines([], [theme.PAGE, theme.MOTOR], [9.5, 6.5], **place)
+        dot = {"marker": "o", "markeredgecolor": theme.MOTOR, **place}
+        self._motor = canvas.curve(
+            "none", 0, markersize=13, markerfacecolor=theme.PAGE, markeredgewidth=3.2, **dot
+        )
+        self._crank_pins = canvas.curve(
+            "none", 0, markersize=5, markerfacecolor=theme.PAGE, markeredgewidth=1.4, **dot
+        )
+        dot["markeredgecolor"] = theme.HIP_EDGE
+        self._hip_pins = canvas.curve(
+            "none", 0, markersize=7, markerfacecolor=theme.PAGE, markeredgewidth=1.6, **dot
+        )
+
+    def move(self, pose: Pose, floor_position: float) -> None:
+        """Put every link where `pose` has it, the supporting ankle at a floor position [m]."""
+        shift = np.array([floor_position, 0.0])
+        pins = {name: place + shift for name, place in pose.pins.items()}
+        for leg in self._legs:
+            leg.move(pins, pose.feet)
+        A, B, D = (pins[name][0] for name in "ABD")
+        ahead = (B - A) / np.linalg.norm(B - A)
+        axes = np.array([ahead, [-ahead[1], ahead[0]]])
+        self._plate.set_verts([A + self._mechanism.hip_outline @ axes])
+        self._slot.set_segments([A + self._mechanism.slot @ axes] * 2)
+        arms = pins["crank_pin"]
+        self._crank.set_segments([arms, arms])
+        self._motor.set_data(*A[:, None])
+        self._crank_pins.set_data(*arms.T)
+        self._hip_pins.set_data(*np.array([B, D]).T)
+
+
+class _Leg:
+    """One leg: its sole, its ten bars with a pale casing each, and its pins."""
+
+    def __init__(
+        self, canvas: Canvas, mechanism: Mechanism, colours: dict[str, str], leg: int, place: dict
+    ):
+        self._mechanism, self._leg = mechanism, leg
+        self._foot = canvas.area([], colours["main"], edge=theme.PANEL, width=1.0, **place)
+        roles = [role for *_, role in BARS]
+        fill = [colours[role] for role in roles]
+        casing = [theme.PANEL] * len(roles)
+        widths = [theme.BAR_WIDTH[role] for role in roles]
+        self._bars = canvas.lines(
+            [],
+            [colour for pair in zip(casing, fill, strict=True) for colour in pair],
+            [w for width in widths for w in (width + 2 * theme.CASING, width)],
+            **place,
+        )
+        self._pins = canvas.curve(
+            "none",
+            0,
+            marker="o",
+            markersize=4.4,
+            markerfacecolor=theme.PAGE,
+            markeredgecolor=colours["main"],
+            markeredgewidth=1.2,
+            **place,
+        )
+
+    def move(self, pins: dict[str, np.ndarray], feet: np.ndarray) -> None:
+        here = {name: place[self._leg] for name, place in pins.items()}
+        segments = [(here[a], here[b]) for a, b, _ in BARS]
+        self._bars.set_segments([segment for segment in segments for _ in range(2)])
+        own = [name for name in here if name not in ("A", "B", "D", "crank_pin")]
+        self._pins.set_data(*np.array([here[name] for name in own]).T)
+        self._foot.set_verts([self._sole(here["E"], feet[self._leg])])
+
+    def _sole(self, ankle: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+        """Outline of the foot: flat below, a step at heel and toe, highest about the ankle."""
+        m = self._mechanism
+        bottom, edge, top = -SOLE * m.crank, -0.1 * SOLE * m.crank, 0.3 * m.crank
+        rear, front = -min(0.8 * m.crank, m.heel), min(m.offset + 0.8 * m.crank, m.toe)
+        along = np.array([-m.heel, m.toe, m.toe, front, rear, -m.heel])
+        up = np.array([bottom, bottom, edge, top, top, edge])
+        return ankle + np.outer(along, ahead) + np.outer(up, [-ahead[1], ahead[0]])
+
+
+def _hull(points: np.ndarray, reach: float, corners: int = 12) -> np.ndarray:
+    """Outline of the convex hull of discs of radius `reach` about the points [n, 2]."""
+    turn = np.arange(corners) * (2 * np.pi / corners)
+    rim = reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    cloud = (points[:, None] + rim).reshape(-1, 2)
+    order = cloud[np.lexsort((cloud[:, 1], cloud[:, 0]))]
+    return np.array(_chain(order) + _chain(order[::-1]))
+
+
+def _chain(points: np.ndarray) -> list[np.ndarray]:
+    """Half a convex hull of sorted points (Andrew's monotone chain), without its last point."""
+    chain: list[np.ndarray] = []
+    for point in points:
+        while len(chain) > 1:
+            a, b = chain[-1] - chain[-2], point - chain[-2]
+            if a[0] * b[1] - a[1] * b[0] > 0:
+                break
+            chain.pop()
+        chain.append(point)
+    return chain[:-1]

@@ -1,0 +1,200 @@
+"""Torque, crank rate and slide over the last seconds."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import ceil, floor
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.floor import nice_step
+
+if TYPE_CHECKING:
+    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.frame import BipedFrame
+
+SPAN = 4.0
+"""Length of the strips [s]."""
+KEPT_ROWS = 4096
+TITLE = 26.0
+
+
+class Row(NamedTuple):
+    """What the strips remember of a frame."""
+
+    time: float
+    torque: float
+    crank_rate: float
+    commanded_rate: float
+    slide: float
+    sliding: bool
+
+
+class History:
+    """The last seconds of a walk. A frame of an earlier time starts a new one."""
+
+    def __init__(self):
+        self._rows: deque[Row] = deque(maxlen=KEPT_ROWS)
+
+    def forget(self) -> None:
+        self._rows.clear()
+
+    def is_before(self, time: float) -> bool:
+        """Whether all that is remembered happened at or before `time` [s]."""
+        return not self._rows or self._rows[-1].time <= time
+
+    def record(self, frame: BipedFrame) -> None:
+        """Add a frame; one of the same time as the last takes its place."""
+        if self._rows and self._rows[-1].time == frame.time:
+            self._rows.pop()
+        commanded = np.nan if frame.commanded_rate is None else frame.commanded_rate
+        self._rows.append(
+            Row(
+                frame.time,
+                frame.torque,
+                frame.crank_rate,
+                commanded,
+                1000 * frame.slide,
+                not frame.sticking,
+            )
+        )
+        while len(self._rows) > 1 and self._rows[1].time <= frame.time - SPAN:
+            self._rows.popleft()
+
+    def columns(self) -> np.ndarray:
+        """[6, n]: Row's fields, time counted from now [s], slide in mm."""
+        columns = np.array(self._rows, dtype=float).T
+        columns[0] -= columns[0, -1]
+        return columns
+
+
+class Strips:
+    """Three strips above each other with one time axis; slides are shaded in all of them."""
+
+    def __init__(self, canvas: Canvas, box: Box, torque_limit: float):
+        left, bottom, right, top = box
+        height = (top - bottom - 2 * theme.GAP) / 3
+        boxes = [
+            (left, low, right, low + height - TITLE)
+            for low in (bottom + i * (height + theme.GAP) for i in (2, 1, 0))
+        ]
+        self._torque = _Strip(canvas, boxes[0], "motor torque", "N m", theme.MOTOR)
+        self._rate = _Strip(canvas, boxes[1], "crank rate", "rad/s", theme.MOTOR, second=True)
+        self._slide = _Strip(canvas, boxes[2], "slide of the feet", "mm", theme.SLIDES)
+        self._limit = torque_limit
+        _time_axis(canvas, boxes[2])
+
+    def move(self, history: History, frame: BipedFrame) -> None:
+        """Show a history whose last row is `frame`."""
+        time, torque, rate, commanded, slide, sliding = history.columns()
+        spans = _spans(time, sliding > 0)
+        self._torque.move(time, torque, spans, f"{frame.torque:.2f}", (-self._limit, self._limit))
+        told = f"{frame.crank_rate:.2f}"
+        if frame.commanded_rate is not None:
+            told += f" of {frame.commanded_rate:.2f}"
+        self._rate.move(time, rate, spans, told, (0.0, 1.0), commanded)
+        self._slide.move(time, slide, spans, f"{1000 * frame.slide:.1f}", (0.0, 1.0))
+
+
+class _Strip:
+    """One quantity against time: title and present value above, scale at the left."""
+
+    def __init__(
+        self,
+        canvas: Canvas,
+        box: Box,
+        title: str,
+        unit: str,
+        colour: str,
+        *,
+        second: bool = False,
+    ):
+        self._canvas, self._box = canvas, box
+        self._limits = (0.0, 0.0)
+        left, bottom, right, top = box
+        canvas.area([canvas.corners(box)], theme.PANEL, still=True)
+        self._rules = canvas.lines([], theme.RULE, 1.0, cap="butt", still=True)
+        self._numbers = [
+            canvas.text(left - 6, 0, "", theme.SMALL, theme.MUTED, align="right", still=True)
+            for _ in range(7)
+        ]
+        canvas.text(left, top + 8, f"{title}  [{unit}]", colour=theme.MUTED, still=True)
+        self._view = canvas.view()
+        place = {"view": self._view, "clip": (left, bottom - 2, right, top + 2)}
+        self._shade = canvas.area([], theme.SLIDES, alpha=0.17, **place)
+        self._second = None
+        if second:
+            self._second = canvas.curve(theme.INK, 1.3, dashes=(0, (4.0, 2.6)), **place)
+        self._curve = canvas.curve(colour, 1.9, solid_joinstyle="round", **place)
+        dot = {"marker": "o", "markersize": 6.5, "markerfacecolor": colour}
+        self._now = canvas.curve(
+            "none", 0, **dot, markeredgecolor=theme.PAGE, markeredgewidth=1.2, view=self._view
+        )
+        self._value = canvas.text(right, top + 8, "", 13.0, bold=True, align="right")
+
+    def move(
+        self,
+        time: np.ndarray,
+        value: np.ndarray,
+        spans: list[tuple[float, float]],
+        told: str,
+        least: tuple[float, float],
+        second: np.ndarray | None = None,
+    ) -> None:
+        """Draw a curve; `least` is the range that its scale always holds."""
+        every = value if second is None else np.concatenate([value, second])
+        low, high = min(least[0], np.nanmin(every)), max(least[1], np.nanmax(every))
+        self._fit(float(low), float(high))
+        low, high = self._limits
+        self._shade.set_verts([self._canvas.corners((a, low, b, high)) for a, b in spans])
+        self._curve.set_data(time, value)
+        self._now.set_data(time[-1:], value[-1:])
+        if self._second is not None and second is not None:
+            self._second.set_data(time, second)
+        self._value.set_text(told.replace("-", "−"))
+
+    def _fit(self, low: float, high: float) -> None:
+        """Make the scale hold a range, in steps of a round number, changing it as little as needed."""
+        step = nice_step((high - low) / 4)
+        first, last = floor(low / step + 1e-6), ceil(high / step - 1e-6)
+        if (first * step, last * step) == self._limits:
+            return
+        self._limits = low, high = first * step, last * step
+        left, bottom, right, top = self._box
+        across, up = (right - left) / SPAN, (top - bottom) / (high - low)
+        self._view.set_matrix(
+            np.array([[across, 0, right], [0, up, bottom - up * low], [0, 0, 1]])
+        )
+        marks = [step * i for i in range(first, last + 1)]
+        places = [bottom + up * (mark - low) for mark in marks]
+        self._rules.set_segments([[(left, y), (right, y)] for y in places])
+        digits = max(0, -floor(np.log10(step) + 1e-9))
+        for number in self._numbers:
+            number.set_visible(False)
+        for number, mark, y in zip(self._numbers, marks, places, strict=False):
+            number.set_text(f"{mark + 0.0:.{digits}f}".replace("-", "−"))
+            number.set_y(y - 3.8)
+            number.set_visible(True)
+        self._canvas.forget_background()
+
+
+def _time_axis(canvas: Canvas, box: Box) -> None:
+    left, bottom, right, _ = box
+    seconds = range(-int(SPAN), 1)
+    places = [right + (right - left) * second / SPAN for second in seconds]
+    ticks = [[(x, bottom), (x, bottom - 5)] for x in places]
+    canvas.lines(ticks, theme.MUTED, 1.0, cap="butt", still=True)
+    for second, x in zip(seconds, places, strict=True):
+        words = f"−{-second} s" if second else "now"
+        style: dict[str, Any] = {"align": "center" if second else "right"}
+        canvas.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, still=True, **style)
+
+
+def _spans(time: np.ndarray, sliding: np.ndarray) -> list[tuple[float, float]]:
+    """From when to when the foot slid [s]: each frame stands for the time since the one before."""
+    edges = np.flatnonzero(np.diff(sliding.astype(int), prepend=0, append=0))
+    return [
+        (float(time[max(a - 1, 0)]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)
+    ]

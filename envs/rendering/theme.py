@@ -1,0 +1,50 @@
+"""Colours and sizes shared by every part of a picture.
+
+Accents are from Okabe and Ito's set, which stays apart under every kind of colour blindness, and
+none of them is the only carrier of its meaning. Sizes are in page units: pixels at 960 x 540.
+"""
+
+from __future__ import annotations
+
+PAGE = "#FFFFFF"
+PANEL = "#F3F5F7"
+INK = "#1E2A36"
+MUTED = "#5D6B79"
+RULE = "#D5DBE1"
+
+SUPPORT = {"main": "#26384A", "mid": "#4C6279", "slim": "#7A8FA5"}
+SWING = {"main": "#B3BFCB", "mid": "#C3CDD6", "slim": "#D2DAE1"}
+HIP = "#E1D3B0"
+HIP_EDGE = "#94804C"
+MOTOR = "#0072B2"
+HOLDS = "#00845F"
+SLIDES = "#D55E00"
+
+BAR_WIDTH = {"main": 8.0, "mid": 5.5, "slim": 3.5}
+CASING = 1.4
+
+MARGIN = 16.0
+COLUMN = 304.0
+"""Width of the strips' column with its tick labels."""
+HEADER = 40.0
+FOOTER = 24.0
+GAP = 14.0
+
+SMALL = 10.5
+LABEL = 11.5
+VALUE = 17.0
+
+SLIPPERY = 0.15
+"""A floor below this static friction is drawn as ice [-]."""
+
+
+def floor_colour(mu_static: float | None) -> tuple[float, float, float]:
+    """From pale blue (no friction) over light to dark stone (1 and more); None is a grip floor."""
+    if mu_static is None:
+        return (0.50, 0.53, 0.56)
+    if mu_static < SLIPPERY:
+        return (0.76, 0.90, 0.97)
+    share = min((mu_static - SLIPPERY) / (1 - SLIPPERY), 1.0)
+    light, dark = (0.83, 0.80, 0.74), (0.47, 0.43, 0.36)
+    red, green, blue = (a + share * (b - a) for a, b in zip(light, dark, strict=True))
+    return red, green, blue

@@ -1,0 +1,73 @@
+"""Fixtures for every test: both precisions in one process, reference values, no display.
+
+Precision: JAX decides it when an array is made, so ask for `dtype` (or `float64`) as a fixture and
+make the arrays inside the test; an array made at module level is always float32.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+# Before jax, matplotlib or pygame is imported: tests need neither an accelerator nor a display.
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+import hypothesis
+import jax
+import jax.numpy as jnp
+import pytest
+
+REFERENCE = Path(__file__).parent / "reference"
+
+# The same examples on every machine; no deadline, since the first example of a shape compiles.
+# The precision fixtures set a context for the whole test, which suits every example of it.
+hypothesis.settings.register_profile(
+    "stickslip",
+    deadline=None,
+    derandomize=True,
+    max_examples=50,
+    suppress_health_check=[
+        hypothesis.HealthCheck.function_scoped_fixture,
+        hypothesis.HealthCheck.differing_executors,
+    ],
+)
+hypothesis.settings.load_profile("stickslip")
+
+
+@pytest.fixture(autouse=True)
+def _x64_is_the_callers_switch() -> Iterator[None]:
+    """Start every test in float32, and fail one that leaves the global precision changed."""
+    with jax.enable_x64(False):
+        yield
+    if jax.config.read("jax_enable_x64"):
+        jax.config.update("jax_enable_x64", False)
+        pytest.fail("the test, or what it imports, switched jax_enable_x64 on for the process")
+
+
+@pytest.fixture(params=["float32", "float64"])
+def dtype(request: pytest.FixtureRequest) -> Iterator[jnp.dtype]:
+    """Run the test in float32 and again in float64.
+
+    Promotion is strict: arrays of different types do not mix (Python numbers mix with all), so a
+    float64 result proves that no float32 array took part.
+    """
+    with jax.enable_x64(request.param == "float64"), jax.numpy_dtype_promotion("strict"):
+        yield jnp.dtype(request.param)
+
+
+@pytest.fixture
+def float64() -> Iterator[jnp.dtype]:
+    """Run the test in float64 only: comparisons with tight tolerances."""
+    with jax.enable_x64(True):
+        yield jnp.dtype("float64")
+
+
+@pytest.fixture(scope="session")
+def reference() -> dict[str, Any]:
+    """Values of the default biped from independent derivations; "about" says what they are."""
+    return json.loads((REFERENCE / "biped_default.json").read_text(encoding="utf-8"))

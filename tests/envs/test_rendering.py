@@ -1,0 +1,441 @@
+"""Pictures of the biped: what must show in them, and what drawing must not do."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.scene import Scene
+from stickslip.envs.rendering import BipedFrame, BipedRenderer, Window, save_animation, theme
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("PIL")
+
+STANDING = BipedFrame(
+    phase=2.2,
+    steps=0,
+    floor_position=0.0,
+    slide=0.0,
+    crank_rate=3.0,
+    foot_velocity=0.0,
+    time=0.0,
+    torque=0.8,
+    friction_force=5.0,
+    normal_force=83.0,
+    zmp=0.05,
+    mu_static=0.4,
+    mu_kinetic=0.3,
+    sticking=True,
+    mean_crank_rate=3.0,
+    commanded_rate=3.0,
+)
+SCENE = Scene.uniform(0.4, 0.3)
+PANEL = np.s_[70:500, 200:640]
+"""Where the robot is in a picture of the default size, without the key."""
+
+
+@pytest.fixture(scope="module")
+def params():
+    return BipedParams.from_bars()
+
+
+@pytest.fixture(scope="module")
+def shared(params):
+    return BipedRenderer(params, SCENE)
+
+
+@pytest.fixture
+def renderer(shared):
+    shared.reset()
+    return shared
+
+
+def walk(count: int, slide_per_frame: float = 0.0) -> list[BipedFrame]:
+    """A synthetic walk at 3 rad/s and 20 pictures a second; the foot slides when asked to."""
+    frames, phase, steps, position, slide = [], math.pi / 2, 0, 0.0, 0.0
+    for i in range(count):
+        phase += 0.15
+        if phase >= 1.5 * math.pi:
+            phase, steps, position = phase - math.pi, steps + 1, position + 0.24
+        slide, position = slide + slide_per_frame, position + slide_per_frame
+        frames.append(
+            replace(
+                STANDING,
+                phase=phase,
+                steps=steps,
+                floor_position=position,
+                slide=slide,
+                time=0.05 * i,
+                torque=math.sin(2 * phase),
+                sticking=not slide_per_frame,
+            )
+        )
+    return frames
+
+
+def has_colour(picture: np.ndarray, colour: str) -> bool:
+    return bool(np.any(np.all(picture == rgb(colour), axis=-1)))
+
+
+def rgb(colour: str) -> list[int]:
+    return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+
+
+def differing(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.mean(np.any(one != other, axis=-1)))
+
+
+@pytest.mark.parametrize("size", [(960, 540), (640, 480), (1280, 400)])
+def test_a_picture_is_rgb_of_the_size_asked_for(params, size):
+    width, height = size
+    picture = BipedRenderer(params, SCENE, width=width, height=height).draw(STANDING)
+    assert picture.shape == (height, width, 3)
+    assert picture.dtype == np.uint8
+    assert picture.flags["C_CONTIGUOUS"]
+    assert picture.flags.writeable
+
+
+def test_each_picture_is_a_fresh_array(renderer):
+    first = renderer.draw(STANDING)
+    kept = first.copy()
+    second = renderer.draw(replace(STANDING, phase=3.0, time=0.1))
+    assert not np.shares_memory(first, second)
+    assert np.array_equal(first, kept)
+    second[:] = 0
+    assert np.array_equal(renderer.draw(replace(STANDING, time=0.2))[:5], kept[:5])
+
+
+def test_the_same_frames_after_reset_give_the_same_pictures(renderer):
+    frames = walk(12, slide_per_frame=0.002)
+    first = [renderer.draw(frame) for frame in frames]
+    renderer.reset()
+    for frame, picture in zip(frames, first, strict=True):
+        assert np.array_equal(renderer.draw(frame), picture)
+
+
+def test_drawing_one_frame_twice_gives_the_same_picture(renderer):
+    for frame in walk(5, slide_per_frame=0.002):
+        picture = renderer.draw(frame)
+        assert np.array_equal(renderer.draw(frame), picture)
+
+
+def test_a_frame_of_an_earlier_time_starts_a_new_history(renderer):
+    fresh = renderer.draw(STANDING)
+    for frame in walk(6, slide_per_frame=0.002):
+        renderer.draw(replace(frame, time=frame.time + 1.0))
+    assert np.array_equal(renderer.draw(STANDING), fresh)
+
+
+def test_a_patch_shows_where_it_is(params, renderer):
+    plain = renderer.draw(STANDING)
+    icy = Scene.patches([0.1, 0.3], [0.4, 0.05, 0.4], [0.3, 0.04, 0.3])
+    picture = BipedRenderer(params, icy).draw(STANDING)
+    below_the_surface = np.s_[462:466, 16:640]
+    changed = np.any(picture[below_the_surface] != plain[below_the_surface], axis=-1)
+    columns = np.flatnonzero(changed.any(axis=0))
+    share = (columns[-1] - columns[0]) / (640 - 16)
+    assert share == pytest.approx(0.2 / 1.53, rel=0.1)  # 1.53 m of floor are in the picture
+    ice = np.round(255 * np.array(theme.floor_colour(0.05)))
+    assert np.any(np.all(np.abs(picture.astype(int) - ice) <= 1, axis=-1))
+
+
+def test_every_kind_of_floor_looks_different(params):
+    scenes = [Scene.grip(), Scene.uniform(0.05), Scene.uniform(0.5), Scene.uniform(0.9)]
+    pictures = [BipedRenderer(params, scene).draw(STANDING) for scene in scenes]
+    for i, one in enumerate(pictures):
+        for other in pictures[:i]:
+            assert differing(one[460:498, 20:636], other[460:498, 20:636]) > 0.5
+
+
+def test_sliding_shows_in_force_badge_marks_and_strips(renderer):
+    for frame in walk(10):
+        held = renderer.draw(frame)
+    renderer.reset()
+    for frame in walk(10, slide_per_frame=0.003):
+        slid = renderer.draw(frame)
+    badge = np.s_[16:54, 525:640]
+    assert has_colour(held[badge], theme.HOLDS)
+    assert has_colour(slid[badge], theme.SLIDES)
+    for area in (np.s_[320:450, 200:640], np.s_[455:460, 16:640], np.s_[370:500, 690:944]):
+        assert has_colour(slid[area], theme.SLIDES)
+    assert not has_colour(held[456:460, 16:640], theme.SLIDES)
+
+
+def test_marks_stay_on_the_floor_while_the_robot_walks_on(renderer):
+    sliding = walk(6, slide_per_frame=0.004)
+    for frame in sliding:
+        renderer.draw(frame)
+    last = sliding[-1]
+    later = replace(last, sticking=True, floor_position=last.floor_position + 0.24, steps=1)
+    picture = renderer.draw(replace(later, time=last.time + 1.0))
+    assert has_colour(picture[456:460, 16:640], theme.SLIDES)
+    renderer.reset()
+    assert not has_colour(renderer.draw(later)[456:460, 16:640], theme.SLIDES)
+
+
+def test_both_legs_the_crank_and_the_hip_are_drawn(renderer):
+    picture = renderer.draw(replace(STANDING, phase=math.pi))[PANEL]
+    parts = *theme.SUPPORT.values(), *theme.SWING.values(), theme.MOTOR, theme.HIP
+    for colour in parts:
+        assert has_colour(picture, colour), colour
+
+
+def test_the_linkage_moves_with_the_phase_and_not_with_whole_turns(renderer):
+    here = renderer.draw(STANDING)[PANEL]
+    there = renderer.draw(replace(STANDING, phase=3.2))[PANEL]
+    assert differing(here, there) > 0.02
+    again = renderer.draw(replace(STANDING, phase=STANDING.phase + 4 * math.pi))[PANEL]
+    assert differing(here, again) < 1e-3  # the crank angle is single precision
+
+
+def test_the_cone_opens_with_friction_and_is_absent_on_a_grip_floor(renderer):
+    def tinted(mu: float | None) -> int:
+        frame = replace(STANDING, mu_static=mu, mu_kinetic=mu, normal_force=1e-3)
+        return int(np.sum(np.any(renderer.draw(frame)[PANEL] != bare[PANEL], axis=-1)))
+
+    none = replace(STANDING, mu_static=None, mu_kinetic=None, normal_force=1e-3)
+    bare = renderer.draw(none)
+    assert tinted(None) == 0
+    assert 0 < tinted(0.1) < tinted(0.4) < tinted(1.2)
+
+
+@pytest.mark.parametrize("status", ["TOPPLE", "NO_SOLUTION", "lift_off"])
+def test_a_walk_that_ended_says_so(renderer, status):
+    badge = np.s_[16:54, 525:640]
+    going = renderer.draw(STANDING)[badge]
+    ended = renderer.draw(replace(STANDING, status=status))[badge]
+    assert has_colour(going, theme.HOLDS)
+    assert has_colour(ended, theme.INK)
+    assert not has_colour(ended, theme.HOLDS)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"phase": math.nan, "torque": math.inf, "floor_position": -math.inf},
+        {"normal_force": 0.0, "friction_force": 0.0},
+        {"normal_force": -5.0},
+        {"torque": 1e6, "crank_rate": -400.0, "slide": -3.0},
+        {"mu_static": 0.0, "mu_kinetic": 0.0, "commanded_rate": None},
+        {"floor_position": 250.0},
+        {"floor_position": -80.0},
+    ],
+)
+def test_no_numbers_stop_a_picture_from_being_drawn(renderer, values):
+    renderer.draw(STANDING)
+    picture = renderer.draw(replace(STANDING, time=0.1, **values))
+    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
+
+
+def test_batches_and_unreadable_sizes_are_refused(params):
+    many = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), params)
+    with pytest.raises(ValueError, match="batch of robots"):
+        BipedRenderer(many, SCENE)
+    with pytest.raises(ValueError, match="batch of floors"):
+        BipedRenderer(params, Scene.uniform(np.array([0.1, 0.2])))
+    with pytest.raises(ValueError, match="too small"):
+        BipedRenderer(params, SCENE, width=100)
+    with pytest.raises(ValueError, match="torque_limit"):
+        BipedRenderer(params, SCENE, torque_limit=0.0)
+
+
+def test_other_proportions_and_a_scene_of_jax_arrays_are_drawn():
+    short = BipedParams.from_bars(crank_length=0.1, heel=0.0, toe=3.0, offset=0.0)
+    scene = Scene.patches(np.array([0.5]), np.array([0.2, 0.6]), payload=2.0)
+    scene = jax.tree.map(jax.numpy.asarray, scene)
+    picture = BipedRenderer(short, scene).draw(STANDING)
+    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
+
+
+def test_the_users_matplotlib_settings_do_not_matter(params, renderer):
+    import matplotlib as mpl
+
+    expected = renderer.draw(STANDING)
+    changed = {"lines.linewidth": 9, "font.size": 30, "text.color": "red", "font.family": "serif"}
+    with mpl.rc_context(changed):
+        picture = BipedRenderer(params, SCENE).draw(STANDING)
+        assert mpl.rcParams["font.size"] == 30
+    assert np.array_equal(picture, expected)
+
+
+def test_importing_the_package_imports_no_drawing_library():
+    code = (
+        "import sys, stickslip.envs.rendering\n"
+        "drawing = {'matplotlib', 'PIL', 'pygame'} & set(sys.modules)\n"
+        "sys.exit(f'imported {drawing}' if drawing else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("missing", ["matplotlib", "PIL", "pygame"])
+def test_a_missing_package_is_named_with_the_extra_to_install(
+    monkeypatch, params, tmp_path, missing
+):
+    for name in [name for name in sys.modules if name.partition(".")[0] == missing]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [_Without(missing), *sys.meta_path])
+    uses = {
+        "matplotlib": lambda: BipedRenderer(params, SCENE),
+        "PIL": lambda: save_animation([np.zeros((2, 2, 3), np.uint8)], tmp_path / "a.gif"),
+        "pygame": Window,
+    }
+    with pytest.raises(ImportError, match=rf"{missing}.*\n?.*stickslip\[viz\]"):
+        uses[missing]()
+
+
+class _Without:
+    """An import hook to which one package is not installed."""
+
+    def __init__(self, package: str):
+        self._package = package
+
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == self._package:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+
+@pytest.fixture
+def window(monkeypatch):
+    pytest.importorskip("pygame")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    if not sys.platform.startswith("linux"):
+        monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    window = Window(fps=None)
+    yield window
+    window.close()
+
+
+def test_a_window_works_without_a_display_and_leaves_the_environment_alone(window):
+    import pygame
+
+    before = dict(os.environ)
+    picture = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
+    assert window.show(picture)
+    assert pygame.display.get_driver() == "dummy"
+    shown = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert np.array_equal(shown.swapaxes(0, 1), picture)
+    assert dict(os.environ) == before
+    assert window.show(np.zeros((50, 30, 3), np.uint8))
+    assert pygame.display.get_surface().get_size() == (30, 50)
+
+
+def test_closing_the_window_ends_the_showing_and_not_the_process(window):
+    import pygame
+
+    picture = np.zeros((40, 60, 3), np.uint8)
+    assert window.show(picture)
+    pygame.event.post(pygame.event.Event(pygame.QUIT))
+    assert not window.show(picture)
+    assert window.dismissed
+    assert not window.is_open
+    assert not window.show(picture)
+    window.close()
+    window.close()
+    assert window.show(picture)
+
+
+def test_a_window_keeps_the_pace():
+    pytest.importorskip("pygame")
+    import time
+
+    window = Window(fps=50)
+    picture = np.zeros((40, 60, 3), np.uint8)
+    window.show(picture)
+    start = time.perf_counter()
+    for _ in range(5):
+        window.show(picture)
+    assert time.perf_counter() - start > 0.07
+    window.close()
+    with pytest.raises(ValueError, match="fps"):
+        Window(fps=0)
+
+
+@pytest.fixture(scope="module")
+def film(params):
+    renderer = BipedRenderer(params, SCENE, width=480, height=270)
+    frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
+    return [*frames, frames[-1]]  # a picture that stands still counts too
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".png"])
+def test_an_animation_has_every_frame_and_its_colours(film, tmp_path, suffix):
+    from PIL import Image
+
+    path = save_animation((frame for frame in film), tmp_path / f"walk{suffix}", fps=20)
+    with Image.open(path) as picture:
+        assert picture.n_frames == len(film)
+        assert picture.info["loop"] == 0
+        for i, frame in enumerate(film):
+            picture.seek(i)
+            assert picture.info["duration"] == pytest.approx(50)
+            back = np.asarray(picture.convert("RGB")).astype(int)
+            assert np.abs(back - frame).mean() < 0.3
+            assert np.abs(back - frame).max() < 80
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_webp_keeps_every_colour(film, tmp_path):
+    from PIL import Image, features
+
+    if not features.check("webp"):
+        pytest.skip("this Pillow has no WebP")
+    with Image.open(save_animation(film[:4], tmp_path / "walk.webp")) as picture:
+        assert picture.n_frames == 4
+        for i, frame in enumerate(film[:4]):
+            picture.seek(i)
+            assert np.array_equal(np.asarray(picture.convert("RGB")), frame)
+
+
+@pytest.mark.parametrize("name", ["walk.mp4", "walk", "walk.jpg"])
+def test_other_suffixes_are_refused_before_any_frame_is_drawn(tmp_path, name):
+    def never():
+        pytest.fail("a frame was asked for")
+        yield
+
+    with pytest.raises(ValueError, match=r"accepted: \.gif, \.png, \.webp"):
+        save_animation(never(), tmp_path / name)
+
+
+def test_a_failure_leaves_the_file_that_was_there(tmp_path):
+    def breaks():
+        yield np.zeros((4, 4, 3), np.uint8)
+        raise RuntimeError("drawing failed")
+
+    path = tmp_path / "walk.gif"
+    path.write_bytes(b"the old one")
+    with pytest.raises(RuntimeError, match="drawing failed"):
+        save_animation(breaks(), path)
+    wrong = [np.zeros((4, 4, 3), np.uint8), np.zeros((5, 4, 3), np.uint8)]
+    for frames in (wrong, [], [np.zeros((4, 4))]):
+        with pytest.raises(ValueError, match="accepted"):
+            save_animation(frames, path)
+    with pytest.raises(ValueError, match="fps"):
+        save_animation(wrong[:1], path, fps=100)
+    assert path.read_bytes() == b"the old one"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_encoder_that_fails_leaves_the_file_that_was_there(monkeypatch, tmp_path):
+    from stickslip.envs.rendering import animation
+
+    def fails(file, *_):
+        file.write(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(animation, "write_gif", fails)
+    path = tmp_path / "walk.gif"
+    path.write_bytes(b"the old one")
+    with pytest.raises(OSError, match="disk full"):
+        save_animation([np.zeros((4, 4, 3), np.uint8)], path)
+    assert path.read_bytes() == b"the old one"
+    assert list(tmp_path.iterdir()) == [path]

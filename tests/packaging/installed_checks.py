@@ -1,0 +1,110 @@
+"""Run by test_wheel.py in an environment that holds the wheel and its core dependencies only.
+
+Checks the installed package, never the checkout: run with `python -I` from elsewhere.
+"""
+
+import importlib
+import importlib.metadata
+import pkgutil
+import sys
+from pathlib import Path
+
+OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "tensorboard", "rich"}
+OPTIONAL |= {"tqdm", "jaxtyping", "pytest"}
+
+
+def check(condition: object, message: str) -> None:
+    """Stop with `message` unless `condition` holds (an assert could be optimised away)."""
+    if not condition:
+        sys.exit(f"FAILED: {message}")
+
+
+def check_import() -> None:
+    """Importing stickslip brings no optional package and leaves JAX's precision alone."""
+    import jax
+
+    before = jax.config.read("jax_enable_x64")
+    import stickslip
+
+    check(Path(stickslip.__file__ or "").is_relative_to(sys.prefix), "the checkout was imported")
+    check((Path(stickslip.__file__ or "").parent / "py.typed").is_file(), "py.typed is missing")
+    check(stickslip.__version__ == importlib.metadata.version("stickslip"), "versions differ")
+    check(jax.config.read("jax_enable_x64") == before, "import stickslip switched jax_enable_x64")
+    loaded = OPTIONAL & set(sys.modules)
+    check(not loaded, f"import stickslip imported {sorted(loaded)}")
+
+
+def check_gymnasium(env_id: str) -> None:
+    """Make, reset and step one registered environment, alone and as a vector."""
+    import gymnasium
+
+    env = gymnasium.make(env_id)
+    env.action_space.seed(0)
+    observation, _ = env.reset(seed=0)
+    check(observation in env.observation_space, f"{env_id}: first observation outside its space")
+    for _ in range(3):
+        observation, *_ = env.step(env.action_space.sample())
+        check(observation in env.observation_space, f"{env_id}: observation outside its space")
+    env.close()
+
+    envs = gymnasium.make_vec(env_id, num_envs=2)
+    envs.action_space.seed(0)
+    observations, _ = envs.reset(seed=0)
+    for _ in range(3):
+        observations, *_ = envs.step(envs.action_space.sample())
+    check(observations in envs.observation_space, f"{env_id}: vector observation outside its space")
+    envs.close()
+
+
+def check_functional() -> None:
+    """Reset and step the functional biped."""
+    import gymnasium
+    import jax
+    import jax.numpy as jnp
+
+    from stickslip.envs import BipedEnv
+
+    space = gymnasium.make("stickslip/Biped-v0").action_space
+    space.seed(0)
+    env, key = BipedEnv(), jax.random.key(0)
+    params = env.default_params
+    _, state = env.reset(key, params)
+    for _ in range(2):
+        _, state, *_ = env.step(key, state, jnp.asarray(space.sample()), params)
+    action = jnp.asarray(space.sample())
+    observation, state, reward, terminated, truncated, info = env.step(key, state, action, params)
+    check(jnp.isfinite(observation).all(), "BipedEnv: observation is not finite")
+    check(jnp.isfinite(reward), "BipedEnv: reward is not finite")
+    check(jnp.shape(terminated) == jnp.shape(truncated) == (), "BipedEnv: ends are not scalars")
+    check(isinstance(info, dict), "BipedEnv: info is not a dict")
+
+
+def check_modules() -> None:
+    """Every module imports, or lacks nothing but an optional package."""
+    import stickslip
+
+    for module in pkgutil.walk_packages(stickslip.__path__, "stickslip."):
+        if module.name.endswith("__main__"):
+            continue
+        try:
+            importlib.import_module(module.name)
+        except ModuleNotFoundError as error:
+            check(error.name in OPTIONAL, f"{module.name} needs {error.name}")
+
+
+def main() -> None:
+    """Run all checks and name what was stepped."""
+    check_import()
+    import gymnasium
+
+    env_ids = sorted(name for name in gymnasium.registry if name.startswith("stickslip/"))
+    check("stickslip/Biped-v0" in env_ids, f"registered environments are {env_ids}")
+    for env_id in env_ids:
+        check_gymnasium(env_id)
+    check_functional()
+    check_modules()
+    print("stepped", *env_ids)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+"""Imports point one way: dynamics, optim, envs, agents, then the front door.
+
+Read from the source, so imports inside functions and behind TYPE_CHECKING count too.
+"""
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+# Layer -> (folder, parts of stickslip it may import besides itself, packages it may import).
+# None stands for everything that pyproject.toml declares.
+FRONT = "stickslip"
+RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
+    "dynamics": ("dynamics", set(), {"jax", "numpy"}),
+    "optim": ("optim", {"dynamics"}, {"jax", "numpy", "cvxpy", "scipy"}),
+    "envs": ("envs", {"dynamics", "optim"}, None),
+    "agents": ("agents", {"dynamics", "optim", "envs"}, None),
+    FRONT: ("src/stickslip", {"dynamics", "optim", "envs", "agents"}, None),
+}
+TYPING_ONLY = {"jaxtyping"}
+IMPORT_NAMES = {"stable-baselines3": "stable_baselines3", "pillow": "PIL", "pygame-ce": "pygame"}
+IMPLIED = {"scipy", "torch"}  # by cvxpy and jax; by stable-baselines3
+
+# Packages an environment has no business with, and that would make a step depend on a solver.
+ENVS_NEVER = {"cvxpy", "scipy", "torch", "tensorboard", "rich", "tqdm"}
+
+
+def declared_packages() -> set[str]:
+    """Import names of the dependencies, core and for running (not for development)."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    lines = [*project["dependencies"], *extras["train"], *extras["viz"], *extras["bench"]]
+    names = {re.split(r"[\[<>=!~; ]", line, maxsplit=1)[0] for line in lines}
+    return {IMPORT_NAMES.get(name, name) for name in names} | IMPLIED
+
+
+def is_type_checking(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+
+
+def imports(tree: ast.AST, typing_only: bool = False) -> Iterator[tuple[str, int, bool]]:
+    """(dotted name, line, behind TYPE_CHECKING?) of every import; `from a import b` gives a.b."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno, typing_only) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            names = (f"{node.module}.{alias.name}" for alias in node.names)
+            yield from ((name, node.lineno, typing_only) for name in names)
+        else:
+            yield from imports(node, typing_only or is_type_checking(node))
+
+
+def allowed(layer: str, name: str, typing_only: bool) -> bool:
+    """True when a module of `layer` may import `name`."""
+    _, parts, packages = RULES[layer]
+    package, *rest = name.split(".")
+    if package == "stickslip":
+        return layer == FRONT or (bool(rest) and rest[0] in parts | {layer})
+    if package in sys.stdlib_module_names or (typing_only and package in TYPING_ONLY):
+        return True
+    if layer == "envs" and package in ENVS_NEVER:
+        return False
+    return package in (declared_packages() if packages is None else packages)
+
+
+@pytest.mark.parametrize("layer", RULES)
+def test_layer_imports_only_what_it_may(layer: str):
+    wrong = []
+    for path in sorted((ROOT / RULES[layer][0]).rglob("*.py")):
+        for name, line, typing_only in imports(ast.parse(path.read_text(encoding="utf-8"))):
+            if not allowed(layer, name, typing_only):
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("layer", "source", "accepted"),
+    [
+        ("dynamics", "import jax.numpy as jnp", True),
+        ("dynamics", "from stickslip.dynamics.scene import Scene", True),
+        ("dynamics", "from stickslip.envs import BipedEnv", False),
+        ("dynamics", "from stickslip import envs", False),
+        ("dynamics", "def f():\n    import gymnasium", False),
+        ("dynamics", "if TYPE_CHECKING:\n    from jaxtyping import Float", True),
+        ("dynamics", "from jaxtyping import Float", False),
+        ("envs", "from stable_baselines3.common.vec_env import VecEnv", True),
+        ("envs", "from stickslip.agents import train", False),
+        ("envs", "import cvxpy", False),
+        ("agents", "from stickslip.envs import BipedEnv", True),
+        ("agents", "import stickslip", False),
+        ("agents", "import pytest", False),
+        (FRONT, "from stickslip.agents import train", True),
+    ],
+)
+def test_the_rules_tell_right_from_wrong(layer: str, source: str, accepted: bool):
+    found = list(imports(ast.parse(source)))
+    assert found
+    assert all(allowed(layer, name, typing_only) for name, _, typing_only in found) is accepted
