@@ -29,8 +29,8 @@ def first_crossing(start, middle, end, end_slope, targeted) -> Crossing:
     """The first crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
-    an end just short of it counts as having reached it. A fall below zero and back between two
-    samples is not seen.
+    an end just short of it counts as having reached it, and one further short of it is aimed again
+    (time > 1). A fall below zero and back between two samples is not seen.
     """
     linear = -3 * start + 4 * middle - end
     square = 2 * start - 4 * middle + 2 * end
@@ -42,7 +42,9 @@ def first_crossing(start, middle, end, end_slope, targeted) -> Crossing:
     parabola = _first_root(start, linear, square)
     # the samples say in which half the sign changes; the parabola only where in it
     parabola = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
-    time = jnp.where(close, 1 + correction, jnp.where(crossed, parabola, jnp.inf))
+    short = targeted & falling & ~crossed & (correction <= 1)
+    time = jnp.where(crossed, parabola, jnp.where(short, 1 + correction, jnp.inf))
+    time = jnp.where(close, 1 + correction, time)
     return Crossing(time, close)
 
 

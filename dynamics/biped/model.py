@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Bool, Float
 
+    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+
 FIDELITIES = ("reduced", "table")
 
 Fidelity = str | Table
@@ -27,7 +29,9 @@ Fidelity = str | Table
 class BipedModel:
     """What a step needs of a robot. Build it once with `prepare` and step with it many times."""
 
-    inertia: ExactInertia | TableInertia
+    params: BipedParams
+    """The robot it was made from, the scene's payload included."""
+    inertia: ExactInertia | TableInertia | LoadedInertia
     total_mass: Float[Array, ""]
     gravity: Float[Array, ""]
     step_length: Float[Array, ""]
@@ -58,6 +62,7 @@ def prepare(
     params = params.astype(jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params))))
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
     return BipedModel(
+        params=params,
         inertia=ExactInertia(params) if table is None else fit_table(params, table),
         total_mass=params.total_mass,
         gravity=jnp.asarray(params.gravity),
@@ -67,6 +72,67 @@ def prepare(
         closes=_closes(params),
         symmetric=exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
     )
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class LoadedInertia:
+    """Inertia functions of a robot with other masses; they are linear in the masses.
+
+    empty: of the robot itself. unit: of 1 kg at the hip's centre and nothing else.
+    """
+
+    empty: ExactInertia | TableInertia
+    unit: ExactInertia | TableInertia | None
+    mass_factor: Float[Array, ""]
+    payload: Float[Array, ""]
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+        """M, P, Y and slopes at `theta` [rad]."""
+        return self._sum(lambda inertia: inertia.at(theta))
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        return self._sum(lambda inertia: inertia.moment_at(theta))
+
+    def _sum(self, of):
+        scaled = jax.tree.map(lambda value: self.mass_factor * value, of(self.empty))
+        if self.unit is None:
+            return scaled
+        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, of(self.unit))
+
+
+def load(
+    model: BipedModel,
+    unit: ExactInertia | TableInertia | None,
+    mass_factor: ArrayLike,
+    payload: ArrayLike = 0.0,
+) -> BipedModel:
+    """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
+
+    Fits nothing again: the functions are sums (see LoadedInertia). unit: from `unit_payload`, or
+    None for no payload, and nothing compiled for it. model.params stays the unloaded robot.
+    """
+    factor, extra = jnp.asarray(mass_factor), jnp.asarray(payload)
+    extra = jnp.zeros_like(extra) if unit is None else extra
+    return replace(
+        model,
+        inertia=LoadedInertia(model.inertia, unit, factor, extra),  # type: ignore[arg-type]
+        total_mass=model.total_mass * factor + extra,
+    )
+
+
+def unit_payload(params: BipedParams, fidelity: Fidelity) -> ExactInertia | TableInertia:
+    """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
+    table = table_of(fidelity)
+    nothing = jnp.zeros_like(jnp.asarray(params.mass))
+    alone = replace(
+        params,
+        mass=nothing,
+        inertia=jnp.zeros_like(nothing),
+        payload=jnp.ones_like(jnp.asarray(params.payload)),
+    )
+    return ExactInertia(alone) if table is None else fit_table(alone, table)
 
 
 def table_of(fidelity: Fidelity) -> Table | None:

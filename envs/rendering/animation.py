@@ -85,8 +85,7 @@ class _Reel:
         index = len(self)
         if frame.dtype != np.uint8 or frame.ndim != 3 or frame.shape[2] != 3 or not frame.size:
             raise ValueError(
-                f"frame {index} is {frame.dtype} {frame.shape}; "
-                "accepted: uint8 [height, width, 3]"
+                f"frame {index} is {frame.dtype} {frame.shape}; accepted: uint8 [height, width, 3]"
             )
         if index and frame.shape != self._shape:
             raise ValueError(
@@ -94,7 +93,7 @@ class _Reel:
             )
         self._shape = frame.shape
         self.count.add(frame)
-        packed = zlib.compress(np.ascontiguousarray(frame), level=1)
+        packed = zlib.compress(frame.tobytes(), level=1)
         self._spool.write(packed)
         self._sizes.append(len(packed))
 

@@ -12,7 +12,7 @@ from stickslip.envs.rendering.canvas import Canvas
 from stickslip.envs.rendering.contact import Contact
 from stickslip.envs.rendering.floor import Floor
 from stickslip.envs.rendering.header import Header, draw_key
-from stickslip.envs.rendering.linkage import SOLE, Linkage, Mechanism
+from stickslip.envs.rendering.linkage import SOLE, Linkage, Mechanism, plain
 from stickslip.envs.rendering.strips import TITLE, History, Strips
 from stickslip.envs.rendering.trace import SlipTrace
 
@@ -61,14 +61,14 @@ class BipedRenderer:
             edge,
             edge + theme.FOOTER,
             right - theme.COLUMN,
-            canvas.height - edge - theme.HEADER - theme.GAP / 2,
+            canvas.height - edge - theme.HEADER - 10,
         )
         tall = (self._mechanism.top - self._surface) * (1 + HEADROOM)
         self._scale = (panel[3] - panel[1] - FLOOR_BAND) / tall
         self._add_world(params, scene)
         top = canvas.height - edge
         self._header = Header(canvas, (panel[0], top - theme.HEADER, panel[2], top))
-        gauges = (panel[2] + 52, panel[1], right, top + TITLE - 20)
+        gauges = (panel[2] + 52, panel[1], right, top + TITLE - 18)
         self._strips = Strips(canvas, gauges, torque_limit)
         self._history = History()
         self._last: BipedFrame | None = None
@@ -106,10 +106,10 @@ class BipedRenderer:
         self._view = canvas.view()
         self._floor = Floor(canvas, self._view, panel, scene, surface, FLOOR_BAND / self._scale)
         self._trace = SlipTrace(canvas, self._view, panel, surface, FLOOR_BAND)
-        mass = float(params.total_mass) + float(scene.payload or 0.0)
+        mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
         height = self._mechanism.top - surface
         self._contact = Contact(
-            canvas, self._view, panel, weight=mass * float(params.gravity), height=height
+            canvas, self._view, panel, weight=mass * plain(params.gravity), height=height
         )
         self._linkage = Linkage(canvas, self._view, panel, self._mechanism)
         self._contact.add_arrow()
@@ -121,7 +121,5 @@ class BipedRenderer:
         start = hip - 0.46 * span
         up = bottom + FLOOR_BAND - self._scale * self._surface
         across = left - self._scale * start
-        self._view.set_matrix(
-            np.array([[self._scale, 0, across], [0, self._scale, up], [0, 0, 1]])
-        )
+        self._view.set_matrix(np.array([[self._scale, 0, across], [0, self._scale, up], [0, 0, 1]]))
         return start, start + span

@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
+from stickslip.envs.rendering.lettering import Lettering, Words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,11 +43,10 @@ class Canvas:
         self._still: list[Artist] = []
         self._moving: list[Artist] = []
         self._background: Any = None
-        fonts = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
-        self._fonts = {
-            False: fonts / "DejaVuSans.ttf",
-            True: fonts / "DejaVuSans-Bold.ttf",
-        }
+        self._pixels = height, width
+        self._words: list[Words] = []
+        self._still_words: list[Words] = []
+        self._lettering = Lettering(width, self.unit, _fonts())
         self.area([self.corners((0, 0, self.width, self.height))], theme.PAGE, still=True)
 
     @staticmethod
@@ -123,20 +123,28 @@ class Canvas:
         *,
         bold: bool = False,
         align: str = "left",
-        base: str = "baseline",
         still: bool = False,
-        **place: Any,
-    ) -> Any:
-        """A line of text at a point of the page; `set_text` and `set_position` change it."""
-        font = require("matplotlib.font_manager").FontProperties(
-            fname=self._fonts[bold], size=size
+        view: Any = None,
+        clip: Box | None = None,
+    ) -> Words:
+        """A line of text on a baseline; moving ones lie over everything else."""
+        if clip is not None:
+            left, bottom, right, top = (round(side * self.unit) for side in clip)
+            clip = left, self._pixels[0] - top, right, self._pixels[0] - bottom
+        transform = self.page if view is None else view + self.page
+        artist = Words(
+            self._lettering,
+            transform,
+            (x, y),
+            words,
+            size,
+            colour,
+            bold=bold,
+            align=align,
+            clip=clip,
         )
-        artist = require("matplotlib.text").Text(
-            x, y, words, color=colour, fontproperties=font, ha=align, va=base
-        )
-        artist.set_usetex(False)
-        artist.set_parse_math(False)
-        return self._add(artist, still, **place)
+        (self._still_words if still else self._words).append(artist)
+        return artist
 
     def forget_background(self) -> None:
         """Draw the still artists anew in the next picture."""
@@ -148,11 +156,18 @@ class Canvas:
             self._renderer.clear()
             for artist in self._still:
                 artist.draw(self._renderer)
+            self._write(self._still_words)
             self._background = self._agg.copy_from_bbox(self._figure.bbox)
         self._agg.restore_region(self._background)
         for artist in self._moving:
             artist.draw(self._renderer)
+        self._write(self._words)
         return np.array(np.asarray(self._renderer.buffer_rgba())[:, :, :3], order="C")
+
+    def _write(self, words: list[Words]) -> None:
+        pixels = np.asarray(self._renderer.buffer_rgba())
+        for each in words:
+            each.paint(pixels)
 
     def _add(self, artist: Any, still: bool, *, view: Any = None, clip: Box | None = None) -> Any:
         artist.set_figure(self._figure)
@@ -164,3 +179,11 @@ class Canvas:
             artist.set_clip_on(True)
         (self._still if still else self._moving).append(artist)
         return artist
+
+
+def _fonts() -> dict[bool, Any]:
+    """The plain and the bold letters that come with matplotlib."""
+    folder = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
+    properties = require("matplotlib.font_manager").FontProperties
+    names = {False: "DejaVuSans.ttf", True: "DejaVuSans-Bold.ttf"}
+    return {bold: properties(fname=folder / name) for bold, name in names.items()}

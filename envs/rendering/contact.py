@@ -20,13 +20,6 @@ CONE_LENGTH = 0.36
 HEAD, HEAD_WIDTH, SHAFT_WIDTH = 12.0, 10.0, 3.6
 
 
-def cone_use(frame: BipedFrame) -> float:
-    """Friction over normal force [-]; infinite when the ground does not push."""
-    if frame.normal_force <= 0:
-        return float("inf")
-    return abs(frame.friction_force) / frame.normal_force
-
-
 class Contact:
     """A cone of half-angle atan(mu) and the ground's force, both from the zero-moment point.
 

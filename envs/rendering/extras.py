@@ -15,7 +15,6 @@ def require(module: str) -> Any:
         if error.name is None or error.name.partition(".")[0] != package:
             raise
         raise ModuleNotFoundError(
-            f"rendering needs {package}, which is not installed; "
-            'run: pip install "stickslip[viz]"',
+            f'rendering needs {package}, which is not installed; run: pip install "stickslip[viz]"',
             name=error.name,
         ) from error

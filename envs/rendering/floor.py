@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.lettering import written
 
 if TYPE_CHECKING:
     from stickslip.dynamics.scene import Scene
@@ -62,12 +63,12 @@ class Floor:
         self._surface, self._depth = surface, depth
         left, bottom, right, _ = panel
         place = {"view": view, "clip": panel}
-        for patch in self._patches:
-            start, end = max(patch.start, -FAR), min(patch.end, FAR)
-            colour = theme.floor_colour(patch.mu_static)
-            box = canvas.corners((start, surface - depth, end, surface))
-            canvas.area([box], [colour], edge="none", **place)
-        self._glints = canvas.lines([], theme.PAGE, 1.4, **place)
+        bands = [
+            canvas.corners((max(a, -FAR), surface - depth, min(b, FAR), surface))
+            for a, b, *_ in self._patches
+        ]
+        canvas.area(bands, [theme.floor_colour(p.mu_static) for p in self._patches], **place)
+        self._glints = canvas.lines([], (1.0, 1.0, 1.0, 0.5), 2.2, cap="butt", **place)
         edges = [patch.start for patch in self._patches[1:]]
         canvas.lines(
             [[(x, surface - depth), (x, surface)] for x in edges], theme.PAGE, 2.0, **place
@@ -94,13 +95,13 @@ class Floor:
         self._move_scale(left, right, to_page)
         for patch, label in zip(self._patches, self._labels, strict=True):
             start, end = to_page(max(patch.start, left)), to_page(min(patch.end, right))
-            label.set_visible(end - start > 8 + 6.2 * len(patch.label))
-            label.set_x((start + end) / 2)
+            label.visible = end - start > 8 + 6.2 * len(patch.label)
+            label.x = (start + end) / 2
         self._move_glints(left, right)
 
     def _move_scale(self, left: float, right: float, to_page: Any) -> None:
         bottom = self._panel[1]
-        step = nice_step((right - left) / 6)
+        step = nice_step((right - left) / 8)
         marks = [step * i for i in range(ceil(left / step), floor(right / step) + 1)]
         fine = step / 2
         minor = [fine * i for i in range(ceil(left / fine), floor(right / fine) + 1)]
@@ -108,28 +109,25 @@ class Floor:
         ticks += [[(to_page(x), bottom), (to_page(x), bottom - 3)] for x in minor]
         self._ticks.set_segments(ticks)
         digits = max(0, -floor(np.log10(step) + 1e-9))
-        for number, x in zip(
-            self._numbers, marks + [None] * (len(self._numbers) - len(marks)), strict=False
-        ):
-            place = None if x is None else to_page(x)
-            shown = place is not None and self._panel[0] + 14 <= place <= self._panel[2] - 14
-            number.set_visible(shown)
-            if shown:
-                number.set_x(place)
-                number.set_text(f"{x + 0.0:.{digits}f} m".replace("-", "−"))
+        for number in self._numbers:
+            number.visible = False
+        room = [x for x in marks if self._panel[0] + 14 <= to_page(x) <= self._panel[2] - 14]
+        for number, x in zip(self._numbers, room, strict=False):
+            number.x = to_page(x)
+            number.words = f"{written(x, digits)} m"
+            number.visible = True
 
     def _move_glints(self, left: float, right: float) -> None:
         """Slanting strokes that stay where they are on the ice."""
-        pitch, strokes = 0.9 * self._depth, []
+        pitch, strokes = 0.5 * self._depth, []
+        top, bottom = self._surface, self._surface - self._depth
         for patch in self._patches:
             if patch.mu_static is None or patch.mu_static >= theme.SLIPPERY:
                 continue
-            first = max(patch.start, left - pitch) + 0.35 * self._depth
-            last = min(patch.end, right + pitch) - 0.35 * self._depth
-            for i in range(ceil(first / pitch), floor(last / pitch) + 1):
-                x, y = i * pitch, self._surface - (0.22 if i % 2 else 0.34) * self._depth
-                reach = (0.10 if i % 2 else 0.16) * self._depth
-                strokes.append([(x - reach, y - reach), (x + reach, y + reach)])
+            first, last = max(patch.start, left - pitch), min(patch.end, right + pitch)
+            for i in range(ceil(first / pitch), floor((last - self._depth) / pitch) + 1):
+                if i % 5 in (0, 1, 3):
+                    strokes.append([(i * pitch, bottom), (i * pitch + self._depth, top)])
         self._glints.set_segments(strokes)
 
 

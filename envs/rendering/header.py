@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.contact import cone_use
+from stickslip.envs.rendering.lettering import brief, written
 
 if TYPE_CHECKING:
     from stickslip.envs.rendering.canvas import Box, Canvas
@@ -21,10 +21,10 @@ class _Tile(NamedTuple):
 
 TILES = (
     _Tile("time  [s]", 0.0),
-    _Tile("walked  [m]", 0.155),
-    _Tile("steps", 0.33),
-    _Tile("mean rate  [rad/s]", 0.455),
-    _Tile("friction / normal", 0.71),
+    _Tile("walked  [m]", 0.18),
+    _Tile("steps", 0.35),
+    _Tile("mean rate  [rad/s]", 0.465),
+    _Tile("friction / normal", 0.715),
 )
 
 
@@ -40,30 +40,34 @@ class Header:
             canvas.text(x, top - 10, tile.title, theme.SMALL, theme.MUTED, still=True)
             self._values.append(canvas.text(x, bottom + 3, "", theme.VALUE, bold=True))
         middle = right - BADGE_WIDTH / 2
-        badge = (right - BADGE_WIDTH, bottom, right, top - 4)
+        badge = (right - BADGE_WIDTH, bottom + 2, right, top)
         self._badge = canvas.rounded(badge, theme.HOLDS, 6.0)
         self._word = canvas.text(
-            middle, (bottom + top - 4) / 2 - 5, "", 14.0, theme.PAGE, bold=True, align="center"
+            middle, (bottom + top + 2) / 2 - 5, "", 14.0, theme.PAGE, bold=True, align="center"
         )
 
     def move(self, frame: BipedFrame, walked: float) -> None:
         """Show a frame; `walked` is the hip's way since the start of the first step [m]."""
-        use = cone_use(frame)
+        use = (
+            written(abs(frame.friction_force) / frame.normal_force, 2)
+            if frame.normal_force > 0
+            else "–"
+        )
         words = (
-            f"{frame.time:.2f}",
-            f"{walked:.2f}",
+            written(frame.time, 2),
+            written(walked, 2),
             f"{frame.steps}",
-            f"{frame.mean_crank_rate:.2f}",
-            f"{use:.2f}" + ("" if frame.mu_static is None else f" of {frame.mu_static:.2f}"),
+            brief(frame.mean_crank_rate),
+            use if frame.mu_static is None else f"{use} of {frame.mu_static:.2f}",
         )
         for value, word in zip(self._values, words, strict=True):
-            value.set_text(word.replace("-", "−"))
+            value.words = word
         ended = frame.status.lower() not in ("ok", "slip_onset")
         colour = theme.HOLDS if frame.sticking else theme.SLIDES
         self._badge.set_facecolor(theme.INK if ended else colour)
         word = "STICK" if frame.sticking else "SLIP"
-        self._word.set_text(frame.status.replace("_", " ").upper() if ended else word)
-        self._word.set_fontsize(14.0 if len(self._word.get_text()) < 9 else 11.0)
+        self._word.words = frame.status.replace("_", " ").upper() if ended else word
+        self._word.size = 14.0 if len(self._word.words) < 9 else 11.0
 
 
 def draw_key(canvas: Canvas, left: float, top: float) -> None:
@@ -73,8 +77,8 @@ def draw_key(canvas: Canvas, left: float, top: float) -> None:
         (theme.SWING["main"], "swinging leg"),
         (theme.HIP_EDGE, "hip and slot"),
         (theme.MOTOR, "crank and motor"),
-        (theme.HOLDS, "ground force, holding"),
-        (theme.SLIDES, "ground force, sliding"),
+        (theme.HOLDS, "foot holds (force, cone)"),
+        (theme.SLIDES, "foot slides (and marks)"),
     )
     for i, (colour, words) in enumerate(entries):
         y = top - 17 * i

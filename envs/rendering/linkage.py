@@ -16,6 +16,8 @@ from stickslip.dynamics.biped.kinematics import (
 from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.envs.rendering.canvas import Box, Canvas
 
@@ -51,6 +53,20 @@ class Pose(NamedTuple):
     """Directions of both feet [2 legs, 2], heel to toe."""
 
 
+def _on_cpu(params: BipedParams) -> BipedParams:
+    """In single precision, enough for a picture, and where calling for one pose is quickest."""
+    single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
+    try:
+        return jax.device_put(single, jax.local_devices(backend="cpu")[0])
+    except RuntimeError:  # JAX was told to use an accelerator only
+        return jax.device_put(single)
+
+
+def plain(number: ArrayLike) -> float:
+    """A single number, of JAX or not, as Python's own."""
+    return np.asarray(number, float).item()
+
+
 class Mechanism:
     """The linkage of one robot: poses and extents, by the kinematics alone (on the CPU)."""
 
@@ -60,15 +76,10 @@ class Mechanism:
                 "params holds a batch of robots; accepted: one robot, for instance "
                 "jax.tree.map(lambda leaf: leaf[0], params)"
             )
-        self._params = jax.tree.map(np.asarray, params)
-        try:
-            self._params = jax.device_put(self._params, jax.local_devices(backend="cpu")[0])
-        except RuntimeError:  # JAX was told to use an accelerator only
-            self._params = jax.device_put(self._params)
-        self._dtype = self._params.crank.dtype
-        self.crank, self.offset = float(params.crank), float(params.offset)
-        self.heel, self.toe = float(params.heel), float(params.toe)
-        phases = np.linspace(SUPPORT_START, SUPPORT_END, 33, dtype=self._dtype)
+        self._params = _on_cpu(params)
+        self.crank, self.offset = plain(params.crank), plain(params.offset)
+        self.heel, self.toe = plain(params.heel), plain(params.toe)
+        phases = np.linspace(SUPPORT_START, SUPPORT_END, 33, dtype=np.float32)
         swept = jax.tree.map(np.asarray, _sweep(self._params, phases))
         pins = np.stack([*swept.pins])
         self.top = float(max(pins[..., 1].max(), swept.hip_pins[..., 1].max()))
@@ -77,10 +88,10 @@ class Mechanism:
         ahead = swept.hip_pins[:, 1] - swept.hip_pins[:, 0]
         ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
         along = np.sum(from_A * ahead[:, None], axis=-1)
-        depth, base = float(params.slot_depth), float(params.ground_link)
+        depth, base = plain(params.slot_depth), plain(params.ground_link)
         self.slot = np.array([[along.min(), -depth], [along.max(), -depth]])
         """Between which points the slot's pins travel, from A, in the hip's axes [2, 2] m."""
-        joints = np.array([[0, 0], [base, 0], [base, -float(params.tendon_drop)], *self.slot])
+        joints = np.array([[0, 0], [base, 0], [base, -plain(params.tendon_drop)], *self.slot])
         self.hip_outline = _hull(joints, 0.55 * self.crank)
         """The drawn hip about A, B, D and the slot, from A, in the hip's axes [n, 2] m."""
         self.start = float(swept.hip_pins[0, 0, 0])
@@ -88,7 +99,7 @@ class Mechanism:
 
     def pose(self, phase: float) -> Pose:
         """The links at a crank angle [rad] of the supporting leg."""
-        now: Kinematics = jax.device_get(_kinematics(self._params, self._dtype.type(phase)))
+        now: Kinematics = jax.device_get(_kinematics(self._params, np.float32(phase)))
         pins = now.pins._asdict()
         for name, place in zip("ABD", now.hip_pins, strict=True):
             pins[name] = np.stack([place, place])
@@ -102,9 +113,13 @@ class Linkage:
     def __init__(self, canvas: Canvas, view: Any, clip: Box, mechanism: Mechanism):
         self._mechanism = mechanism
         place = {"view": view, "clip": clip}
-        swing = _Leg(canvas, mechanism, theme.SWING, 1, place)
         self._plate = canvas.area([], theme.HIP, edge=theme.HIP_EDGE, width=1.2, **place)
-        self._slot = canvas.lines([], [theme.HIP_EDGE, theme.PAGE], [9.0, 6.6], **place)
+        self._slot = canvas.lines([], [theme.HIP_EDGE, theme.PAGE], [9.4, 7.0], **place)
+        self._letters = [
+            (canvas.text(0, 0, name, theme.SMALL, theme.HIP_EDGE, bold=True, **place), name, offset)
+            for name, offset in (("A", (-0.28, 1.5)), ("B", (-0.2, 0.8)), ("D", (-0.3, -1.5)))
+        ]
+        swing = _Leg(canvas, mechanism, theme.SWING, 1, place)
         self._legs = _Leg(canvas, mechanism, theme.SUPPORT, 0, place), swing
         self._crank = canvas.lines([], [theme.PAGE, theme.MOTOR], [9.5, 6.5], **place)
         dot = {"marker": "o", "markeredgecolor": theme.MOTOR, **place}
@@ -130,6 +145,8 @@ class Linkage:
         axes = np.array([ahead, [-ahead[1], ahead[0]]])
         self._plate.set_verts([A + self._mechanism.hip_outline @ axes])
         self._slot.set_segments([A + self._mechanism.slot @ axes] * 2)
+        for letter, name, offset in self._letters:
+            letter.x, letter.y = pins[name][0] + self._mechanism.crank * np.array(offset)
         arms = pins["crank_pin"]
         self._crank.set_segments([arms, arms])
         self._motor.set_data(*A[:, None])
@@ -175,12 +192,14 @@ class _Leg:
         self._foot.set_verts([self._sole(here["E"], feet[self._leg])])
 
     def _sole(self, ankle: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-        """Outline of the foot: flat below, a step at heel and toe, highest about the ankle."""
+        """Outline of the foot: upright edges at heel and toe, and a bracket about the two pins."""
         m = self._mechanism
         bottom, edge, top = -SOLE * m.crank, -0.1 * SOLE * m.crank, 0.3 * m.crank
         rear, front = -min(0.8 * m.crank, m.heel), min(m.offset + 0.8 * m.crank, m.toe)
-        along = np.array([-m.heel, m.toe, m.toe, front, rear, -m.heel])
-        up = np.array([bottom, bottom, edge, top, top, edge])
+        slope = 0.6 * m.crank
+        last, first = max(rear - slope, -m.heel), min(front + slope, m.toe)
+        along = np.array([-m.heel, m.toe, m.toe, first, front, rear, last, -m.heel])
+        up = np.array([bottom, bottom, edge, edge, top, top, edge, edge])
         return ankle + np.outer(along, ahead) + np.outer(up, [-ahead[1], ahead[0]])
 
 

@@ -9,7 +9,8 @@ from stickslip.envs.rendering.extras import require
 EXACT = 96
 """How many of the most frequent colours are kept exactly."""
 COLOURS = 255
-"""The 256th palette entry stays free for `transparent`."""
+"""The 256th palette entry stays free for "as before"."""
+UNKNOWN = COLOURS
 SAMPLE = 65536
 
 
@@ -22,8 +23,7 @@ class PaletteCount:
 
     def add(self, frame: np.ndarray) -> None:
         """Count a frame's colours, uint8 [height, width, 3]."""
-        red, green, blue = np.moveaxis(frame[::3].astype(np.uint32), -1, 0)
-        colours, times = np.unique((red << 16) | (green << 8) | blue, return_counts=True)
+        colours, times = np.unique(_pack(frame[::3]), return_counts=True)
         everything = np.concatenate([self._colours, colours])
         self._colours, place = np.unique(everything, return_inverse=True)
         weights = np.concatenate([self._times, times])
@@ -50,20 +50,34 @@ class PaletteCount:
 
 
 class Indexer:
-    """Turns pictures into palette entries: for each pixel the nearest colour."""
+    """Turns pictures into palette entries: for each pixel the nearest colour, without dithering.
+
+    Each colour is looked for once; a table of all 2^24 colours keeps what was found.
+    """
 
     def __init__(self, palette: np.ndarray):
-        Image = require("PIL.Image")
-        self._fromarray = Image.fromarray
-        self._undithered = Image.Dither.NONE
-        self._palette = Image.new("P", (1, 1))
-        padded = np.concatenate([palette, np.repeat(palette[:1], 256 - len(palette), axis=0)])
-        self._palette.putpalette(padded.tobytes())
+        self._palette = palette.astype(np.float32)
+        self._table = np.full(1 << 24, UNKNOWN, np.uint8)
 
     def __call__(self, frame: np.ndarray) -> np.ndarray:
         """uint8 [height, width, 3] to uint8 [height, width]."""
-        picture = self._fromarray(frame)
-        return np.asarray(picture.quantize(palette=self._palette, dither=self._undithered))
+        packed = _pack(frame)
+        entries = self._table[packed]
+        missing = np.unique(packed[entries == UNKNOWN])
+        for start in range(0, len(missing), 4096):
+            some = missing[start : start + 4096]
+            self._table[some] = self._nearest(_unpack(some).astype(np.float32))
+        return self._table[packed] if missing.size else entries
+
+    def _nearest(self, colours: np.ndarray) -> np.ndarray:
+        # |c - p|^2 without |c|^2, which is the same for every entry
+        distance = np.sum(self._palette**2, axis=1) - 2 * colours @ self._palette.T
+        return np.argmin(distance, axis=1).astype(np.uint8)
+
+
+def _pack(frame: np.ndarray) -> np.ndarray:
+    red, green, blue = np.moveaxis(frame.astype(np.uint32), -1, 0)
+    return (red << 16) | (green << 8) | blue
 
 
 def _unpack(colours: np.ndarray) -> np.ndarray:

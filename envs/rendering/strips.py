@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.floor import nice_step
+from stickslip.envs.rendering.lettering import brief, written
 
 if TYPE_CHECKING:
     from stickslip.envs.rendering.canvas import Box, Canvas
@@ -90,12 +91,11 @@ class Strips:
         """Show a history whose last row is `frame`."""
         time, torque, rate, commanded, slide, sliding = history.columns()
         spans = _spans(time, sliding > 0)
-        self._torque.move(time, torque, spans, f"{frame.torque:.2f}", (-self._limit, self._limit))
-        told = f"{frame.crank_rate:.2f}"
-        if frame.commanded_rate is not None:
-            told += f" of {frame.commanded_rate:.2f}"
-        self._rate.move(time, rate, spans, told, (0.0, 1.0), commanded)
-        self._slide.move(time, slide, spans, f"{1000 * frame.slide:.1f}", (0.0, 1.0))
+        self._torque.move(time, torque, spans, brief(frame.torque), (-self._limit, self._limit))
+        asked = frame.commanded_rate
+        self._rate.aside = "" if asked is None else f"asked {brief(asked)}"
+        self._rate.move(time, rate, spans, brief(frame.crank_rate), (0.0, 1.0), commanded)
+        self._slide.move(time, slide, spans, written(1000 * frame.slide, 1), (0.0, 1.0))
 
 
 class _Strip:
@@ -133,6 +133,9 @@ class _Strip:
             "none", 0, **dot, markeredgecolor=theme.PAGE, markeredgewidth=1.2, view=self._view
         )
         self._value = canvas.text(right, top + 8, "", 13.0, bold=True, align="right")
+        self._aside = canvas.text(right - 54, top + 8, "", theme.SMALL, theme.MUTED, align="right")
+        self.aside = ""
+        """A remark before the present value."""
 
     def move(
         self,
@@ -153,10 +156,11 @@ class _Strip:
         self._now.set_data(time[-1:], value[-1:])
         if self._second is not None and second is not None:
             self._second.set_data(time, second)
-        self._value.set_text(told.replace("-", "−"))
+        self._value.words = told
+        self._aside.words = self.aside
 
     def _fit(self, low: float, high: float) -> None:
-        """Make the scale hold a range, in steps of a round number, changing it as little as needed."""
+        """Make the scale hold a range, in steps of a round number."""
         step = nice_step((high - low) / 4)
         first, last = floor(low / step + 1e-6), ceil(high / step - 1e-6)
         if (first * step, last * step) == self._limits:
@@ -164,19 +168,17 @@ class _Strip:
         self._limits = low, high = first * step, last * step
         left, bottom, right, top = self._box
         across, up = (right - left) / SPAN, (top - bottom) / (high - low)
-        self._view.set_matrix(
-            np.array([[across, 0, right], [0, up, bottom - up * low], [0, 0, 1]])
-        )
+        self._view.set_matrix(np.array([[across, 0, right], [0, up, bottom - up * low], [0, 0, 1]]))
         marks = [step * i for i in range(first, last + 1)]
         places = [bottom + up * (mark - low) for mark in marks]
         self._rules.set_segments([[(left, y), (right, y)] for y in places])
         digits = max(0, -floor(np.log10(step) + 1e-9))
         for number in self._numbers:
-            number.set_visible(False)
+            number.visible = False
         for number, mark, y in zip(self._numbers, marks, places, strict=False):
-            number.set_text(f"{mark + 0.0:.{digits}f}".replace("-", "−"))
-            number.set_y(y - 3.8)
-            number.set_visible(True)
+            number.words = written(mark, digits)
+            number.y = y - 3.8
+            number.visible = True
         self._canvas.forget_background()
 
 
@@ -195,6 +197,4 @@ def _time_axis(canvas: Canvas, box: Box) -> None:
 def _spans(time: np.ndarray, sliding: np.ndarray) -> list[tuple[float, float]]:
     """From when to when the foot slid [s]: each frame stands for the time since the one before."""
     edges = np.flatnonzero(np.diff(sliding.astype(int), prepend=0, append=0))
-    return [
-        (float(time[max(a - 1, 0)]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)
-    ]
+    return [(float(time[max(a - 1, 0)]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]

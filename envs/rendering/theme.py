@@ -13,11 +13,11 @@ MUTED = "#5D6B79"
 RULE = "#D5DBE1"
 
 SUPPORT = {"main": "#26384A", "mid": "#4C6279", "slim": "#7A8FA5"}
-SWING = {"main": "#B3BFCB", "mid": "#C3CDD6", "slim": "#D2DAE1"}
-HIP = "#E1D3B0"
-HIP_EDGE = "#94804C"
+SWING = {"main": "#A9B7C4", "mid": "#BAC6D0", "slim": "#C9D2DA"}
+HIP = "#E6DFEC"
+HIP_EDGE = "#7B6A8D"
 MOTOR = "#0072B2"
-HOLDS = "#00845F"
+HOLDS = "#008069"
 SLIDES = "#D55E00"
 
 BAR_WIDTH = {"main": 8.0, "mid": 5.5, "slim": 3.5}

@@ -17,17 +17,17 @@ KEPT_MARKS = 400
 THICKNESS = 5.0
 LABEL_ROOM = 46.0
 
+
 class SlipTrace:
     """Marks on the floor where the supporting foot slid, each with its length."""
 
     def __init__(self, canvas: Canvas, view: Any, panel: Box, surface: float, depth: float):
         self._panel, self._surface = panel, surface
-        below = panel[1] + depth - THICKNESS - 4
+        below = panel[1] + depth - THICKNESS - 13
         place = {"view": view, "clip": panel}
         self._smears = canvas.lines([], [theme.SLIDES], THICKNESS, cap="butt", **place)
         self._labels = [
-            canvas.text(0, below, "", theme.SMALL, align="center", base="top", clip=panel)
-            for _ in range(8)
+            canvas.text(0, below, "", theme.SMALL, align="center", clip=panel) for _ in range(8)
         ]
         self.forget()
 
@@ -67,14 +67,14 @@ class SlipTrace:
         """The lengths of the latest marks that have room for one."""
         taken: list[float] = []
         for label in self._labels:
-            label.set_visible(False)
+            label.visible = False
         for _, start, end in reversed(shown):
             place = self._panel[0] + ((start + end) / 2 - left) * scale
             crowded = any(abs(place - other) < LABEL_ROOM for other in taken)
             if end - start < 5e-4 or crowded or len(taken) == len(self._labels):
                 continue
-            label = self._labels[len(taken)]
-            label.set_text(f"{1000 * (end - start):.3g} mm")
-            label.set_x(place)
-            label.set_visible(True)
+            label, length = self._labels[len(taken)], 1000 * (end - start)
+            label.words = f"{length:.0f} mm" if length >= 9.95 else f"{length:.1f} mm"
+            label.x = place
+            label.visible = True
             taken.append(place)

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from typing import Any
 
 import jax
 import numpy as np
@@ -136,7 +137,7 @@ def test_a_frame_of_an_earlier_time_starts_a_new_history(renderer):
 
 def test_a_patch_shows_where_it_is(params, renderer):
     plain = renderer.draw(STANDING)
-    icy = Scene.patches([0.1, 0.3], [0.4, 0.05, 0.4], [0.3, 0.04, 0.3])
+    icy = Scene.patches(np.array([0.1, 0.3]), np.array([0.4, 0.05, 0.4]))
     picture = BipedRenderer(params, icy).draw(STANDING)
     below_the_surface = np.s_[462:466, 16:640]
     changed = np.any(picture[below_the_surface] != plain[below_the_surface], axis=-1)
@@ -156,11 +157,9 @@ def test_every_kind_of_floor_looks_different(params):
 
 
 def test_sliding_shows_in_force_badge_marks_and_strips(renderer):
-    for frame in walk(10):
-        held = renderer.draw(frame)
+    held = [renderer.draw(frame) for frame in walk(10)][-1]
     renderer.reset()
-    for frame in walk(10, slide_per_frame=0.003):
-        slid = renderer.draw(frame)
+    slid = [renderer.draw(frame) for frame in walk(10, slide_per_frame=0.003)][-1]
     badge = np.s_[16:54, 525:640]
     assert has_colour(held[badge], theme.HOLDS)
     assert has_colour(slid[badge], theme.SLIDES)
@@ -259,7 +258,12 @@ def test_the_users_matplotlib_settings_do_not_matter(params, renderer):
     import matplotlib as mpl
 
     expected = renderer.draw(STANDING)
-    changed = {"lines.linewidth": 9, "font.size": 30, "text.color": "red", "font.family": "serif"}
+    changed: Any = {
+        "lines.linewidth": 9,
+        "font.size": 30,
+        "text.color": "red",
+        "font.family": "serif",
+    }
     with mpl.rc_context(changed):
         picture = BipedRenderer(params, SCENE).draw(STANDING)
         assert mpl.rcParams["font.size"] == 30
@@ -322,11 +326,13 @@ def test_a_window_works_without_a_display_and_leaves_the_environment_alone(windo
     picture = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
     assert window.show(picture)
     assert pygame.display.get_driver() == "dummy"
-    shown = pygame.surfarray.array3d(pygame.display.get_surface())
+    surface: Any = pygame.display.get_surface()
+    shown = pygame.surfarray.array3d(surface)
     assert np.array_equal(shown.swapaxes(0, 1), picture)
     assert dict(os.environ) == before
     assert window.show(np.zeros((50, 30, 3), np.uint8))
-    assert pygame.display.get_surface().get_size() == (30, 50)
+    surface = pygame.display.get_surface()
+    assert surface.get_size() == (30, 50)
 
 
 def test_closing_the_window_ends_the_showing_and_not_the_process(window):
@@ -373,7 +379,7 @@ def test_an_animation_has_every_frame_and_its_colours(film, tmp_path, suffix):
 
     path = save_animation((frame for frame in film), tmp_path / f"walk{suffix}", fps=20)
     with Image.open(path) as picture:
-        assert picture.n_frames == len(film)
+        assert getattr(picture, "n_frames", 1) == len(film)
         assert picture.info["loop"] == 0
         for i, frame in enumerate(film):
             picture.seek(i)
@@ -390,7 +396,7 @@ def test_a_webp_keeps_every_colour(film, tmp_path):
     if not features.check("webp"):
         pytest.skip("this Pillow has no WebP")
     with Image.open(save_animation(film[:4], tmp_path / "walk.webp")) as picture:
-        assert picture.n_frames == 4
+        assert getattr(picture, "n_frames", 1) == 4
         for i, frame in enumerate(film[:4]):
             picture.seek(i)
             assert np.array_equal(np.asarray(picture.convert("RGB")), frame)

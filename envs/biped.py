@@ -1,0 +1,362 @@
+"""BipedEnv: PASIBOT asked to walk at a commanded speed on a floor it may slip on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedState,
+    RK4Split,
+    Table,
+    floor_position,
+    step,
+)
+from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.model import Fidelity, load, table_of
+from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped_params import BipedEnvParams, Randomisation, make_params
+from stickslip.envs.functional import FunctionalEnv
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped import Contact
+
+MAX_FOOT_VELOCITY = 10.0
+"""Beyond this the observation is clipped [m/s]."""
+MAX_SIGHT = 10.0
+"""Farthest distance to the next patch that is told apart [m]."""
+
+
+class Drawn(NamedTuple):
+    """What the reset drew; entries that are not randomised hold their neutral value."""
+
+    friction: Array
+    mass: Array
+    payload: Array
+    commanded_rate: Array
+
+
+class Totals(NamedTuple):
+    """Sums over the episode."""
+
+    reward: Float[Array, ""]
+    turned: Float[Array, ""]
+    """Crank angle [rad]."""
+    walked: Float[Array, ""]
+    """[m]"""
+    slid: Float[Array, ""]
+    """[m]"""
+    energy: Float[Array, ""]
+    """Positive motor work and copper loss [J]."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class BipedEnvState:
+    """Where an episode is. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
+
+    biped: BipedState
+    mode: Int[Array, ""]
+    mean_rate: Float[Array, ""]
+    elapsed: Int[Array, ""]
+    """Control steps so far."""
+    over: Bool[Array, ""]
+    drawn: Drawn
+    totals: Totals
+
+
+@dataclass(frozen=True)
+class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
+    """A biped with one motor walks at a commanded mean crank rate without slipping or wasting energy.
+
+    One step of the environment is one control period (0.02 s): the torque is held, the dynamics of
+    `stickslip.dynamics.biped` run with friction switching (no contact of the swing foot, rigid
+    links, no friction in the pins), the status of the model decides whether the episode goes on.
+
+    ## Action
+    | index | name | range | meaning |
+    | --- | --- | --- | --- |
+    | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
+
+    ## Observation
+    | entry | unit | range | when |
+    | --- | --- | --- | --- |
+    | cos 2 theta, of the supporting leg's crank angle | - | [-1, 1] | always |
+    | sin 2 theta | - | [-1, 1] | always |
+    | crank rate | rad/s | +- `max_crank_rate` | always |
+    | velocity of the foot over the floor | m/s | +- 10, clipped | always |
+    | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
+    | mean crank rate, a running mean over `tracking_time` | rad/s | +- `max_crank_rate` | always |
+    | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
+    | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
+    | its static friction coefficient | - | [0, 10] | `see_patch`, patches |
+    | static friction coefficient under the foot | - | [0, 10] | `see_friction` |
+    | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
+
+    All functions of the angle have period pi (the legs take turns), hence 2 theta. The running mean
+    makes the reward a function of the state. Friction is hidden unless asked for.
+
+    ## Reward
+    Per step, each rate below times the control period; the sum of a perfect 10 s episode is about
+    10 times `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
+      tracking  + tracking_weight x max(-1, 1 - |mean rate - commanded rate| / commanded rate)
+      slip      - slip_weight x (distance slid per second) / v
+      energy    - energy_weight x (positive motor work + copper loss, per second) / (m g v)
+      fall      - fall_penalty, once, when the episode terminates
+    The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
+    what they are made of in physical units beside them.
+
+    ## Start
+    At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
+    rate, friction, masses, payload or commanded rate.
+
+    ## End
+    Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
+    (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10 s).
+
+    ## Info
+    Of the step: status, torque [N m], walked, slid [m], positive_work, copper_loss [J],
+    friction_force, normal_force [N], zmp [m from the ankle], final_obs, autoreset. Of the episode so
+    far: episode_return, episode_length [steps], episode_walked, episode_slid [m], episode_energy
+    [J], episode_mean_rate [rad/s].
+
+    Static choices: fidelity of the inertia functions and substeps of the integrator a control step
+    (speed against accuracy), autoreset, see_friction, see_patch. Version 0.
+    """
+
+    fidelity: Fidelity = Table()
+    substeps: int = 1
+    max_events: int = 3
+    autoreset: str = "same_step"
+    see_friction: bool = False
+    see_patch: bool = False
+
+    action_names = ("torque",)
+
+    def __post_init__(self):
+        super().__post_init__()
+        table_of(self.fidelity)
+        RK4Split(self.substeps, self.max_events)
+        for name in ("see_friction", "see_patch"):
+            if not isinstance(getattr(self, name), bool):
+                raise ValueError(f"{name} = {getattr(self, name)!r}; accepted: True or False")
+
+    @property
+    def default_params(self) -> BipedEnvParams:
+        """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
+        return make_params(self.fidelity)
+
+    def make_params(self, **changes: Any) -> BipedEnvParams:
+        """Parameters with some entries changed: biped, scene, randomisation, dtype or any number of
+        BipedEnvParams. Raises ValueError naming the field, and TypeError for an unknown name."""
+        return make_params(self.fidelity, **changes)
+
+    def reset_env(self, key, params):
+        """See FunctionalEnv."""
+        drawn, phase, rate = _draw(key, params)
+        dtype = rate.dtype
+        zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+        state = BipedEnvState(
+            biped=BipedState(phase, none, rate, zero, zero, zero),
+            mode=none,
+            mean_rate=rate,
+            elapsed=none,
+            over=jnp.zeros((), bool),
+            drawn=drawn,
+            totals=Totals(*[zero] * len(Totals._fields)),
+        )
+        return self._observe(state, params), state
+
+    def step_env(self, state, action, params):
+        """See FunctionalEnv."""
+        dtype = state.mean_rate.dtype
+        torque = (params.torque_limit * action[0]).astype(dtype)
+        period = jnp.asarray(params.control_period, dtype)
+        robot, scene = _robot(state, params), _scene(state, params)
+        biped, contact = step(
+            robot,
+            scene,
+            state.biped,
+            torque,
+            period,
+            integrator=RK4Split(self.substeps, self.max_events),
+        )
+        status = jnp.where(
+            (jnp.abs(biped.crank_rate) > params.max_crank_rate)
+            & (contact.status <= Status.SLIP_ONSET),
+            Status.RUNAWAY,
+            contact.status,
+        )
+        terminated = status > Status.SLIP_ONSET
+        elapsed = state.elapsed + 1
+        timed_out = elapsed * period >= params.time_limit - 0.5 * period
+        turned = biped.crank_angle - state.biped.crank_angle
+        share = jnp.minimum(period / params.tracking_time, 1.0)
+        mean_rate = state.mean_rate + share * (turned / period - state.mean_rate)
+        slid = contact.slide_distance
+        shift = biped.foot_position - state.biped.foot_position
+        walked = turned / np.pi * robot.step_length + shift
+        energy = contact.positive_work + params.copper_loss * torque**2 * period
+        terms = _reward(params, robot, state.drawn, mean_rate, slid, energy, terminated, period)
+        reward = sum(terms.values())
+        totals = Totals(
+            state.totals.reward + reward,
+            state.totals.turned + turned,
+            state.totals.walked + walked,
+            state.totals.slid + slid,
+            state.totals.energy + energy,
+        )
+        after = BipedEnvState(
+            biped=biped,
+            mode=contact.mode,
+            mean_rate=mean_rate,
+            elapsed=elapsed,
+            over=terminated | timed_out,
+            drawn=state.drawn,
+            totals=totals,
+        )
+        info = terms | {
+            "status": status,
+            "torque": torque,
+            "walked": walked,
+            "slid": slid,
+            "positive_work": contact.positive_work,
+            "copper_loss": energy - contact.positive_work,
+            **_ground_force(contact),
+            "episode_return": totals.reward,
+            "episode_length": elapsed,
+            "episode_walked": totals.walked,
+            "episode_slid": totals.slid,
+            "episode_energy": totals.energy,
+            "episode_mean_rate": totals.turned / (elapsed * period),
+        }
+        return (
+            self._observe(after, params),
+            after,
+            reward,
+            terminated,
+            timed_out & ~terminated,
+            info,
+        )
+
+    def is_over(self, state):
+        """See FunctionalEnv."""
+        return state.over
+
+    def observation_bounds(self, params):
+        """See FunctionalEnv; entries as in the class docstring."""
+        fastest = float(np.max(np.asarray(params.max_crank_rate)))
+        rows = [(-1, 1), (-1, 1), (-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY)]
+        rows += [(0, 1), (-fastest, fastest), (0, fastest)]
+        if self.see_patch and isinstance(params.scene.floor, Patches):
+            rows += [(0, MAX_SIGHT), (0, 10)]
+        if self.see_friction and not isinstance(params.scene.floor, Grip):
+            rows += [(0, 10), (0, 10)]
+        low, high = np.asarray(rows, np.float64).T
+        return low, high
+
+    def _observe(self, state: BipedEnvState, params: BipedEnvParams) -> Float[Array, " obs"]:
+        biped = state.biped
+        dtype = state.mean_rate.dtype
+        fastest = params.max_crank_rate
+        entries = [
+            jnp.cos(2 * biped.phase),
+            jnp.sin(2 * biped.phase),
+            jnp.clip(biped.crank_rate, -fastest, fastest),
+            jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
+            jnp.where(state.mode == 0, 1.0, 0.0),
+            jnp.clip(state.mean_rate, -fastest, fastest),
+            state.drawn.commanded_rate,
+        ]
+        entries += self._sight(state, params)
+        return jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
+
+    def _sight(self, state: BipedEnvState, params: BipedEnvParams) -> list[Array]:
+        """The floor's part of the observation."""
+        floor = _scene(state, params).floor
+        if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
+            return []
+        dtype = state.mean_rate.dtype
+        place = floor_position(params.robot, state.biped)
+        here = patch_at(floor, place, jnp.ones((), dtype))
+        seen = []
+        if self.see_patch and isinstance(floor, Patches):
+            gap = edge_ahead(floor, here, jnp.ones((), dtype), dtype) - place
+            ahead = jnp.minimum(here + 1, jnp.shape(floor.edges)[-1])
+            seen += [jnp.minimum(gap, MAX_SIGHT), friction_on(floor, ahead, dtype).mu_static]
+        if self.see_friction:
+            seen += list(friction_on(floor, here, dtype))
+        return seen
+
+
+def _draw(key, params: BipedEnvParams):
+    """What an episode begins with."""
+    ranges = params.randomisation
+    dtype = jnp.result_type(params.robot.total_mass)
+
+    def uniform(index: int, bounds, otherwise):
+        if bounds is None:
+            return jnp.asarray(otherwise, dtype)
+        low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+        share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
+        return low + (high - low) * share
+
+    drawn = Drawn(
+        friction=uniform(0, ranges.friction, 1.0),
+        mass=uniform(1, ranges.mass, 1.0),
+        payload=uniform(2, ranges.payload, 0.0),
+        commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
+    )
+    phase = uniform(4, ranges.phase, SUPPORT_START)
+    phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
+    return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
+
+
+def _robot(state: BipedEnvState, params: BipedEnvParams) -> BipedModel:
+    """The robot with the masses that the reset drew."""
+    ranges = params.randomisation
+    if ranges.mass is None and ranges.payload is None:
+        return params.robot
+    return load(params.robot, params.unit_payload, state.drawn.mass, state.drawn.payload)
+
+
+def _scene(state: BipedEnvState, params: BipedEnvParams) -> Scene:
+    """The scene with the friction that the reset drew; the payload is in the robot already."""
+    scene, floor, factor = params.scene, params.scene.floor, state.drawn.friction
+    if params.randomisation.friction is not None and isinstance(floor, Uniform | Patches):
+        scaled = (factor * jnp.asarray(mu) for mu in (floor.mu_static, floor.mu_kinetic))
+        edges = (floor.edges,) if isinstance(floor, Patches) else ()
+        floor = type(floor)(*edges, *scaled)
+    return Scene(floor, None, scene.steps, scene.outputs)
+
+
+def _reward(params: BipedEnvParams, robot, drawn: Drawn, mean_rate, slid, energy, fell, period):
+    """The four terms of the reward of one control step."""
+    commanded = drawn.commanded_rate
+    speed = commanded / np.pi * robot.step_length
+    missed = jnp.abs(mean_rate - commanded) / commanded
+    weight = robot.total_mass * robot.gravity
+    return {
+        "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
+        "reward_slip": -params.slip_weight * slid / speed,
+        "reward_energy": -params.energy_weight * energy / (weight * speed),
+        "reward_fall": -params.fall_penalty * fell.astype(period.dtype),
+    }
+
+
+def _ground_force(contact: Contact) -> dict[str, Array]:
+    force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
+    return force if contact.zmp is None else force | {"zmp": contact.zmp}
+
+
+__all__ = ["BipedEnv", "BipedEnvParams", "BipedEnvState", "Randomisation"]

@@ -1,0 +1,179 @@
+"""Numbers of the biped environment: robot, scene, task, reward and what is randomised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import BipedModel, BipedParams, prepare
+from stickslip.dynamics.biped.model import Fidelity, unit_payload
+from stickslip.dynamics.biped.simulate import require_exchange
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.scene import Grip, Scene
+
+if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+
+    from stickslip.dynamics.biped.table import ExactInertia, TableInertia
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Randomisation:
+    """What a reset draws, each uniformly from (low, high), or None to leave it as it is.
+
+    friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
+    mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
+    episode begins. What is None is not compiled in.
+    """
+
+    friction: tuple[ArrayLike, ArrayLike] | None = None
+    mass: tuple[ArrayLike, ArrayLike] | None = None
+    payload: tuple[ArrayLike, ArrayLike] | None = None
+    commanded_rate: tuple[ArrayLike, ArrayLike] | None = None
+    phase: tuple[ArrayLike, ArrayLike] | None = None
+    crank_rate: tuple[ArrayLike, ArrayLike] | None = None
+
+    def validate(self) -> Randomisation:
+        """Return self, or raise ValueError naming the range."""
+        lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
+        for field in fields(self):
+            given = getattr(self, field.name)
+            if given is None:
+                continue
+            low = lowest.get(field.name, -np.inf)
+            accepted = f"(low, high), finite, low <= high, low >= {low}"
+            if not isinstance(given, tuple) or len(given) != 2:
+                raise ValueError(f"{field.name} = {given!r} is no range; accepted: {accepted}")
+            require_number(field.name, given[0], low=low, accepted=accepted)
+            require_number(field.name, given[1], low=low, accepted=accepted)
+            if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
+                raise ValueError(f"{field.name} = {given} has low > high; accepted: {accepted}")
+        return self
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class BipedEnvParams:
+    """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
+
+    robot: the model that is stepped (its `params` are the robot's). scene: floor and walk.
+    unit_payload: inertia of 1 kg on the hip, only if payloads are drawn. randomisation: what a
+    reset draws.
+    torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
+    commanded_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
+    max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
+    tracking_time: time constant of the mean crank rate [s].
+    copper_loss: winding loss per torque squared [W / (N m)^2].
+    tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
+    """
+
+    robot: BipedModel
+    scene: Scene
+    unit_payload: ExactInertia | TableInertia | None
+    randomisation: Randomisation
+    torque_limit: ArrayLike
+    control_period: ArrayLike
+    commanded_rate: ArrayLike
+    time_limit: ArrayLike
+    max_crank_rate: ArrayLike
+    tracking_time: ArrayLike
+    copper_loss: ArrayLike
+    tracking_weight: ArrayLike
+    slip_weight: ArrayLike
+    energy_weight: ArrayLike
+    fall_penalty: ArrayLike
+
+    def replace(self, **changes: Any) -> BipedEnvParams:
+        """A copy with some numbers changed, validated. ValueError for an unknown field."""
+        known = [field.name for field in fields(self)]
+        for name in changes:
+            if name not in known:
+                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
+        return replace(self, **changes).validate()
+
+    def validate(self) -> BipedEnvParams:
+        """Return self, or raise ValueError naming the field, what was given and what is accepted."""
+        for name in POSITIVE:
+            require_number(name, getattr(self, name), low=0.0, strict=True, accepted="finite, > 0")
+        for name in NON_NEGATIVE:
+            require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
+        self.scene.validate()
+        self.randomisation.validate()
+        if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
+            raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
+        if is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
+            raise ValueError("robot: its linkage cannot close; accepted: one that closes")
+        require_exchange(self.robot.params, self.scene)
+        return self
+
+
+POSITIVE = (
+    "torque_limit",
+    "control_period",
+    "commanded_rate",
+    "time_limit",
+    "max_crank_rate",
+    "tracking_time",
+)
+NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+
+DEFAULT_SCENE = Scene.uniform(0.06, 0.05)
+"""Too slippery for a constant crank rate of 3 rad/s, which needs 0.08."""
+
+
+def make_params(
+    fidelity: Fidelity,
+    *,
+    biped: BipedParams | None = None,
+    scene: Scene | None = None,
+    randomisation: Randomisation | None = None,
+    dtype: Any = None,
+    torque_limit: ArrayLike = 4.0,
+    control_period: ArrayLike = 0.02,
+    commanded_rate: ArrayLike = 3.0,
+    time_limit: ArrayLike = 10.0,
+    max_crank_rate: ArrayLike = 20.0,
+    tracking_time: ArrayLike = 1.0,
+    copper_loss: ArrayLike = 0.5,
+    tracking_weight: ArrayLike = 1.0,
+    slip_weight: ArrayLike = 1.0,
+    energy_weight: ArrayLike = 0.5,
+    fall_penalty: ArrayLike = 5.0,
+) -> BipedEnvParams:
+    """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
+    biped = BipedParams.from_bars() if biped is None else biped
+    scene = DEFAULT_SCENE if scene is None else scene
+    drawn = Randomisation() if randomisation is None else randomisation
+    biped = biped.astype(dtype or jnp.result_type(biped.mass))
+    robot = _prepare(biped, fidelity, scene.payload)
+    unit = None if drawn.payload is None else _unit_payload(biped, fidelity)
+    return BipedEnvParams(
+        robot=robot,
+        scene=scene,
+        unit_payload=unit,
+        randomisation=drawn,
+        torque_limit=torque_limit,
+        control_period=control_period,
+        commanded_rate=commanded_rate,
+        time_limit=time_limit,
+        max_crank_rate=max_crank_rate,
+        tracking_time=tracking_time,
+        copper_loss=copper_loss,
+        tracking_weight=tracking_weight,
+        slip_weight=slip_weight,
+        energy_weight=energy_weight,
+        fall_penalty=fall_penalty,
+    ).validate()
+
+
+_unit_payload = jax.jit(unit_payload, static_argnums=1)
+
+
+@jax.jit(static_argnums=1)
+def _prepare(biped: BipedParams, fidelity: Fidelity, payload: ArrayLike | None) -> BipedModel:
+    return prepare(biped, fidelity=fidelity, payload=payload)

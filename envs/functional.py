@@ -1,0 +1,134 @@
+"""The protocol of the functional environments: pure functions of a key, a state and parameters.
+
+`step` returns six values, as gymnax 1.0 does: observation, state, reward, terminated, truncated and
+info. Everything jits, vmaps and differentiates; a failure inside a step is a status in info.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_choice
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float
+
+AUTORESET = ("same_step", "next_step", "disabled")
+
+State = TypeVar("State")
+Params = TypeVar("Params")
+
+
+class FunctionalEnv(ABC, Generic[State, Params]):
+    """A pure environment. Subclasses are frozen dataclasses of static choices.
+
+    autoreset: "same_step" returns the next episode's first observation with the step that ends one,
+    the last observation being kept in info["final_obs"]; "next_step" resets in the step after, whose
+    action is ignored and whose reward is 0; "disabled" leaves resetting to the caller.
+    info["autoreset"] is true in the step that resets.
+    """
+
+    autoreset: str
+    action_names: tuple[str, ...]
+
+    @property
+    @abstractmethod
+    def default_params(self) -> Params:
+        """The parameters of the standard task."""
+
+    @abstractmethod
+    def reset_env(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
+        """A new episode's first observation and state."""
+
+    @abstractmethod
+    def step_env(
+        self, state: State, action: Float[Array, " act"], params: Params
+    ) -> tuple[Float[Array, " obs"], State, Array, Array, Array, dict[str, Any]]:
+        """One control step without autoreset."""
+
+    @abstractmethod
+    def observation_bounds(self, params: Params) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest value of every observation entry."""
+
+    @abstractmethod
+    def is_over(self, state: State) -> Bool[Array, ""]:
+        """Whether the state's episode has ended."""
+
+    def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
+        """Begin an episode: observation and state. `key`: a JAX random key."""
+        return _jit_reset(self, key, params)
+
+    def step(
+        self, key: Array, state: State, action: Float[Array, " act"], params: Params
+    ) -> tuple[
+        Float[Array, " obs"],
+        State,
+        Float[Array, ""],
+        Bool[Array, ""],
+        Bool[Array, ""],
+        dict[str, Any],
+    ]:
+        """One control step: observation, state, reward, terminated, truncated, info.
+
+        action: one number in [-1, 1] for each of `action_names`. key: used only if this step resets
+        (the new episode is then `reset(key, params)`). Raises ValueError for an action of the wrong
+        shape, NaN or out of range, unless it is traced; inside a trace it is clipped.
+        """
+        return _jit_step(self, key, state, self.check_action(action), params)
+
+    def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
+        """Return the action, or raise ValueError saying what was given and what is accepted."""
+        shape = (*batch, len(self.action_names))
+        if np.shape(action) != shape:
+            raise ValueError(
+                f"action has shape {np.shape(action)}; accepted: {shape}, "
+                f"one number in [-1, 1] for each of {', '.join(self.action_names)}"
+            )
+        if is_concrete(action):
+            values = np.asarray(action)
+            if not np.all(np.abs(values) <= 1 + 1e-6):  # false for NaN, too
+                bad = values[~(np.abs(values) <= 1 + 1e-6)].flat[0]
+                raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")
+        return action
+
+    def __post_init__(self):
+        require_choice("autoreset", self.autoreset, AUTORESET)
+
+
+@partial(jax.jit, static_argnums=0)
+def _jit_reset(env: FunctionalEnv, key, params):
+    return env.reset_env(key, params)
+
+
+@partial(jax.jit, static_argnums=0)
+def _jit_step(env: FunctionalEnv, key, state, action, params):
+    return pure_step(env, key, state, action, params)
+
+
+def pure_step(env: FunctionalEnv, key, state, action, params):
+    """`FunctionalEnv.step` without checks, for use inside a trace."""
+    action = jnp.clip(jnp.asarray(action), -1.0, 1.0)
+    obs, after, reward, terminated, truncated, info = env.step_env(state, action, params)
+    info = info | {"final_obs": obs, "autoreset": jnp.zeros_like(terminated)}
+    if env.autoreset == "disabled":
+        return obs, after, reward, terminated, truncated, info
+    fresh_obs, fresh = env.reset_env(key, params)
+    if env.autoreset == "same_step":
+        over = terminated | truncated
+        obs, after = _choose(over, (fresh_obs, fresh), (obs, after))
+        return obs, after, reward, terminated, truncated, info | {"autoreset": over}
+    over = env.is_over(state)
+    result = obs, after, reward, terminated, truncated, info
+    nothing = jax.tree.map(jnp.zeros_like, (reward, terminated, truncated, info))
+    reset = fresh_obs, fresh, *nothing[:3], nothing[3] | {"final_obs": fresh_obs, "autoreset": over}
+    return _choose(over, reset, result)
+
+
+def _choose(condition, one, other):
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
