@@ -10,9 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
     BipedState,
     RK4Split,
     Table,
@@ -20,11 +17,14 @@ from stickslip.dynamics.biped import (
     step,
 )
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
-from stickslip.dynamics.biped.model import Fidelity, load, table_of
-from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
+from stickslip.dynamics.biped.model import Fidelity, table_of
+from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped_params import BipedEnvParams, Randomisation, make_params
+from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
+from stickslip.envs.biped_params import BipedEnvParams, make_params
+from stickslip.envs.biped_picture import biped_frame
 from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -35,15 +35,6 @@ MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
 MAX_SIGHT = 10.0
 """Farthest distance to the next patch that is told apart [m]."""
-
-
-class Drawn(NamedTuple):
-    """What the reset drew; entries that are not randomised hold their neutral value."""
-
-    friction: Array
-    mass: Array
-    payload: Array
-    commanded_rate: Array
 
 
 class Totals(NamedTuple):
@@ -163,7 +154,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def reset_env(self, key, params):
         """See FunctionalEnv."""
-        drawn, phase, rate = _draw(key, params)
+        drawn, phase, rate = draw(key, params)
         dtype = rate.dtype
         zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
         state = BipedEnvState(
@@ -182,7 +173,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         dtype = state.mean_rate.dtype
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
-        robot, scene = _robot(state, params), _scene(state, params)
+        robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
         biped, contact = step(
             robot,
             scene,
@@ -253,6 +244,16 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """See FunctionalEnv."""
         return state.over
 
+    def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
+        """What a renderer needs of one unbatched state; `info` of the step that led to it, or {}."""
+        return biped_frame(state, info, params)
+
+    def renderer(self, params: BipedEnvParams) -> BipedRenderer:
+        """A renderer for these parameters (extra `viz`)."""
+        return BipedRenderer(
+            params.robot.params, params.scene, torque_limit=float(params.torque_limit)
+        )
+
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""
         fastest = float(np.max(np.asarray(params.max_crank_rate)))
@@ -283,7 +284,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def _sight(self, state: BipedEnvState, params: BipedEnvParams) -> list[Array]:
         """The floor's part of the observation."""
-        floor = _scene(state, params).floor
+        floor = drawn_scene(state.drawn, params).floor
         if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
             return []
         dtype = state.mean_rate.dtype
@@ -297,47 +298,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         if self.see_friction:
             seen += list(friction_on(floor, here, dtype))
         return seen
-
-
-def _draw(key, params: BipedEnvParams):
-    """What an episode begins with."""
-    ranges = params.randomisation
-    dtype = jnp.result_type(params.robot.total_mass)
-
-    def uniform(index: int, bounds, otherwise):
-        if bounds is None:
-            return jnp.asarray(otherwise, dtype)
-        low, high = (jnp.asarray(bound, dtype) for bound in bounds)
-        share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
-        return low + (high - low) * share
-
-    drawn = Drawn(
-        friction=uniform(0, ranges.friction, 1.0),
-        mass=uniform(1, ranges.mass, 1.0),
-        payload=uniform(2, ranges.payload, 0.0),
-        commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
-    )
-    phase = uniform(4, ranges.phase, SUPPORT_START)
-    phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
-    return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
-
-
-def _robot(state: BipedEnvState, params: BipedEnvParams) -> BipedModel:
-    """The robot with the masses that the reset drew."""
-    ranges = params.randomisation
-    if ranges.mass is None and ranges.payload is None:
-        return params.robot
-    return load(params.robot, params.unit_payload, state.drawn.mass, state.drawn.payload)
-
-
-def _scene(state: BipedEnvState, params: BipedEnvParams) -> Scene:
-    """The scene with the friction that the reset drew; the payload is in the robot already."""
-    scene, floor, factor = params.scene, params.scene.floor, state.drawn.friction
-    if params.randomisation.friction is not None and isinstance(floor, Uniform | Patches):
-        scaled = (factor * jnp.asarray(mu) for mu in (floor.mu_static, floor.mu_kinetic))
-        edges = (floor.edges,) if isinstance(floor, Patches) else ()
-        floor = type(floor)(*edges, *scaled)
-    return Scene(floor, None, scene.steps, scene.outputs)
 
 
 def _reward(params: BipedEnvParams, robot, drawn: Drawn, mean_rate, slid, energy, fell, period):
@@ -358,5 +318,3 @@ def _ground_force(contact: Contact) -> dict[str, Array]:
     force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
     return force if contact.zmp is None else force | {"zmp": contact.zmp}
 
-
-__all__ = ["BipedEnv", "BipedEnvParams", "BipedEnvState", "Randomisation"]

@@ -1,0 +1,120 @@
+"""A check that a vector environment does what as many single ones do, step by step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import gymnasium
+    from gymnasium.vector import VectorEnv
+
+
+def check_vector_env(
+    vector_env: VectorEnv,
+    make_single: Callable[[], gymnasium.Env],
+    *,
+    steps: int = 200,
+    seed: int = 0,
+    scale: float = 1.0,
+    rtol: float = 1e-4,
+    atol: float = 1e-4,
+) -> int:
+    """Step a vector environment beside single ones made by `make_single`, and compare everything.
+
+    Both get the seeds seed, seed + 1, ... and the same random actions (of the action space, times
+    `scale`). Compared after every step: shapes, types, observations, rewards, both flags, infos and
+    their masks, final observations and infos, resets in every AutoresetMode. Returns how many
+    episodes ended, so that a caller can see that resets were exercised. Raises ValueError at the
+    first difference, naming step, environment and entry.
+    """
+    singles = [make_single() for _ in range(vector_env.num_envs)]
+    try:
+        return _Comparison(vector_env, singles, rtol, atol).run(steps, seed, scale)
+    finally:
+        for env in singles:
+            env.close()
+
+
+class _Comparison:
+    def __init__(self, vector_env: VectorEnv, singles: list, rtol: float, atol: float):
+        self.vector_env, self.singles = vector_env, singles
+        self.rtol, self.atol = rtol, atol
+        self.mode = vector_env.metadata.get("autoreset_mode")
+        if not isinstance(self.mode, AutoresetMode):
+            raise ValueError(f"metadata['autoreset_mode'] = {self.mode!r}; accepted: AutoresetMode")
+        self.over = [False] * len(singles)
+
+    def run(self, steps: int, seed: int, scale: float) -> int:
+        """All steps; the number of episodes that ended."""
+        random = np.random.default_rng(seed)
+        obs, _ = self.vector_env.reset(seed=seed)
+        self._space("reset", obs)
+        for i, env in enumerate(self.singles):
+            self._same("reset", i, "observation", obs[i], env.reset(seed=seed + i)[0])
+        ended = 0
+        for step in range(steps):
+            if self.mode is AutoresetMode.DISABLED and any(self.over):
+                self._reset_finished(step)
+            low, high = self.vector_env.action_space.low, self.vector_env.action_space.high  # type: ignore[attr-defined]
+            actions = (scale * random.uniform(low, high)).astype(low.dtype)
+            given = self.vector_env.step(actions)
+            self._space(step, given[0])
+            for i in range(len(self.singles)):
+                ended += self._step_one(step, i, actions[i], given)
+        return ended
+
+    def _step_one(self, step: int, i: int, action: np.ndarray, given: tuple) -> bool:
+        """One single environment against its row; whether its episode ended."""
+        obs, reward, terminated, truncated, infos = given
+        env = self.singles[i]
+        if self.mode is AutoresetMode.NEXT_STEP and self.over[i]:
+            expected = (env.reset()[0], 0.0, False, False, {})
+        else:
+            expected = env.step(action)
+        self.over[i] = ends = expected[2] or expected[3]
+        info = expected[4]
+        first_obs = expected[0]
+        if ends and self.mode is AutoresetMode.SAME_STEP:
+            self._masked(step, i, infos, {"final_obs": expected[0]})
+            self._masked(step, i, infos.get("final_info", {}), info)
+            first_obs, info = env.reset()
+            self.over[i] = False
+        self._same(step, i, "observation", obs[i], first_obs)
+        self._same(step, i, "reward", reward[i], expected[1])
+        self._same(step, i, "terminated", terminated[i], expected[2])
+        self._same(step, i, "truncated", truncated[i], expected[3])
+        self._masked(step, i, infos, info)
+        for name in infos:
+            extra = name not in info and not name.startswith("_") and not name.startswith("final")
+            if extra and infos[f"_{name}"][i]:
+                raise ValueError(f"step {step}, environment {i}: info {name!r} is not expected")
+        return ends
+
+    def _reset_finished(self, step: int) -> None:
+        mask = np.asarray(self.over)
+        obs, _ = self.vector_env.reset(options={"reset_mask": mask})
+        for i in np.flatnonzero(mask):
+            self._same(f"reset before {step}", i, "observation", obs[i], self.singles[i].reset()[0])
+        self.over = [False] * len(self.singles)
+
+    def _masked(self, step: Any, i: int, infos: dict, expected: dict) -> None:
+        for name, value in expected.items():
+            if name not in infos or not infos[f"_{name}"][i]:
+                raise ValueError(f"step {step}, environment {i}: info {name!r} is missing")
+            self._same(step, i, f"info {name!r}", infos[name][i], value)
+
+    def _same(self, step: Any, i: int, name: str, given: Any, expected: Any) -> None:
+        if not np.allclose(given, expected, rtol=self.rtol, atol=self.atol, equal_nan=True):
+            raise ValueError(
+                f"step {step}, environment {i}: {name} is {given} in the vector environment and "
+                f"{expected} in a single one"
+            )
+
+    def _space(self, step: Any, obs: np.ndarray) -> None:
+        if not self.vector_env.observation_space.contains(obs):
+            raise ValueError(f"step {step}: observation {obs!r} is outside the space")
