@@ -190,7 +190,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         )
         terminated = status > Status.SLIP_ONSET
         elapsed = state.elapsed + 1
-        timed_out = elapsed * period >= params.time_limit - 0.5 * period
+        duration = elapsed.astype(dtype) * period
+        timed_out = duration >= params.time_limit - 0.5 * period
         turned = biped.crank_angle - state.biped.crank_angle
         share = jnp.minimum(period / params.tracking_time, 1.0)
         mean_rate = state.mean_rate + share * (turned / period - state.mean_rate)
@@ -229,7 +230,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             "episode_walked": totals.walked,
             "episode_slid": totals.slid,
             "episode_energy": totals.energy,
-            "episode_mean_rate": totals.turned / (elapsed * period),
+            "episode_mean_rate": totals.turned / duration,
         }
         return (
             self._observe(after, params),

@@ -59,9 +59,10 @@ def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:
 
 def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:
     """The scene with the friction that the reset drew; the payload is in the robot already."""
-    scene, floor, factor = params.scene, params.scene.floor, drawn.friction
+    scene, factor = params.scene, drawn.friction
+    floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, factor.dtype), scene.floor)
     if params.randomisation.friction is not None and isinstance(floor, Uniform | Patches):
-        scaled = (factor * jnp.asarray(mu) for mu in (floor.mu_static, floor.mu_kinetic))
+        scaled = (factor * mu for mu in (floor.mu_static, floor.mu_kinetic))
         edges = (floor.edges,) if isinstance(floor, Patches) else ()
         floor = type(floor)(*edges, *scaled)
     return Scene(floor, None, scene.steps, scene.outputs)

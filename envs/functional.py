@@ -92,8 +92,12 @@ class FunctionalEnv(ABC, Generic[State, Params]):
             )
         if is_concrete(action):
             values = np.asarray(action)
-            if not np.all(np.abs(values) <= 1 + 1e-6):  # false for NaN, too
-                bad = values[~(np.abs(values) <= 1 + 1e-6)].flat[0]
+            try:
+                good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
+            except TypeError:
+                good = np.zeros(shape, bool)
+            if not np.all(good):
+                bad = values[~good].flat[0]
                 raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")
         return action
 

@@ -69,7 +69,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One control step. Raises ValueError for a bad action and after an episode's end."""
-        if self._envs.states is None or self._over:
+        if not self._envs.begun or self._over:
             raise ValueError("step without an episode; accepted: after reset()")
         action = self.functional.check_action(np.asarray(action, self._envs.dtype))
         results = self._envs.step(action[None])
@@ -86,7 +86,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() without render_mode; accepted: 'human', 'rgb_array'")
             return None
-        if self._envs.states is None:
+        if not self._envs.begun:
             raise ValueError("render without an episode; accepted: after reset()")
         if self._renderer is None:
             self._renderer = self.functional.renderer(self.params)

@@ -89,7 +89,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step of every environment. Raises ValueError for bad actions, and for
         stepping a finished environment when autoreset is disabled."""
-        if self._envs.states is None:
+        if not self._envs.begun:
             raise ValueError("step without episodes; accepted: after reset()")
         if self.mode is AutoresetMode.DISABLED and self._over.any():
             raise ValueError(
@@ -109,7 +109,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             return None
-        if self._envs.states is None:
+        if not self._envs.begun:
             raise ValueError("render without episodes; accepted: after reset()")
         if self._renderers is None:
             self._renderers = [self.functional.renderer(self.params) for _ in range(self.num_envs)]

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.trial import Problem, RK4Split, Trial, Walk, attempt, bounds
+from stickslip.dynamics.lanes import thinning_while
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import EventKind, Status
 
@@ -48,7 +49,7 @@ def start(
         slide=slide,
         velocity=velocity,
         steps=steps,
-        patch=patch_at(scene.floor, steps * model.step_length + slide, velocity),
+        patch=patch_at(scene.floor, steps.astype(dtype) * model.step_length + slide, velocity),
         left=duration,
         aim=duration / spec.substeps,
         target=none,
@@ -71,9 +72,11 @@ def advance(spec: RK4Split, model: BipedModel, scene: Scene, walk: Walk, torque,
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
     problem = Problem(model, scene, torque, duration)
-    body = partial(_body, spec, problem)
-    pending = jax.lax.while_loop(
-        lambda pair: _going(settle(spec, problem, *pair)), body, (walk, _blank(walk))
+    pending = thinning_while(
+        lambda problem, pair: _going(settle(spec, problem, *pair)),
+        partial(_body, spec),
+        problem,
+        (walk, _blank(walk)),
     )
     return settle(spec, problem, *pending)
 
@@ -149,7 +152,7 @@ def settle(spec: RK4Split, problem: Problem, walk: Walk, trial: Trial) -> Walk:
         again,
         ended,
     )
-    return result._replace(trials=walk.trials + (trial.step > 0))
+    return result._replace(trials=walk.trials + (trial.step > 0).astype(jnp.int32))
 
 
 def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
@@ -200,7 +203,7 @@ def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
         held=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
     )
     if isinstance(scene.floor, Patches):
-        place = walk.steps * model.step_length + walk.slide
+        place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
         patch = jnp.where(kind == EventKind.PATCH, crossed, walk.patch)
         landed = patch_at(scene.floor, place, walk.velocity)
@@ -216,7 +219,7 @@ def _tidy_unsplit(walk: Walk, trial: Trial) -> Walk:
     turn = jnp.where(trial.final, turn, 0).astype(jnp.int32)
     return walk._replace(
         velocity=jnp.where(turned_back, 0.0, walk.velocity),
-        theta=walk.theta - turn * (high - low),
+        theta=walk.theta - turn.astype(low.dtype) * (high - low),
         steps=walk.steps + turn,
     )
 
@@ -225,7 +228,7 @@ def _note(walk: Walk, happens, kind) -> Walk:
     """Count an event, and write it down where events are recorded."""
     log = walk.log
     if log is not None:
-        entry = (walk.left, kind, walk.theta + jnp.pi * walk.steps)
+        entry = (walk.left, kind, walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype))
         place = jnp.minimum(walk.switches, log[0].shape[0] - 1)
         log = tuple(
             row.at[place].set(jnp.where(happens, new.astype(row.dtype), row[place]))

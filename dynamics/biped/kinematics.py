@@ -28,8 +28,9 @@ BODIES = (
 SUPPORT_START, SUPPORT_END = np.pi / 2, 3 * np.pi / 2
 """A leg carries the weight while its crank angle is between these [rad]."""
 
-LINK_OF_BODY = np.array([int(name.rstrip("p")) - 1 for name in BODIES])
-_SWING = np.array([int(name) - 1 for name in map(str, range(1, 13)) if name != "8"])
+# int32: JAX 0.10 cannot index with NumPy's int64 in float32 once the same shapes ran in float64
+LINK_OF_BODY = np.array([int(name.rstrip("p")) - 1 for name in BODIES], np.int32)
+_SWING = np.array([number - 1 for number in range(1, 13) if number != 8], np.int32)
 
 
 class LegPins(NamedTuple):
@@ -128,7 +129,8 @@ def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
     """How far the exchange of support is from impact-free [-]; 0 for a symmetric Chebyshev curve.
 
     The largest, over both ends of the support phase, of the other foot's height over the ground and
-    velocity (per crank rate) in crank lengths, its angle and its turning rate (per crank rate).
+    velocity (per crank rate) in crank lengths, its angle and its turning rate (per crank rate); or
+    the crank's own centre of mass off its axis, in crank lengths, since the arms change places.
     """
 
     def other_foot(theta):
@@ -140,7 +142,8 @@ def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
         return jnp.max(jnp.abs(jnp.stack([place[1], place[2], *rate])))
 
     ends = jnp.asarray([SUPPORT_START, SUPPORT_END], _dtype(params))
-    return jnp.max(jax.vmap(mismatch)(ends))
+    unbalance = jnp.max(jnp.abs(jnp.asarray(params.centre)[7])) / params.crank
+    return jnp.maximum(jnp.max(jax.vmap(mismatch)(ends)), unbalance)
 
 
 def require_closure(params: BipedParams, samples: int = 720) -> None:
@@ -175,10 +178,10 @@ def require_closure(params: BipedParams, samples: int = 720) -> None:
 
 @jax.jit(static_argnums=1)
 def _closure_margins(params: BipedParams, samples: int) -> Float[Array, "batch samples"]:
-    angles = jnp.arange(samples) * (2 * jnp.pi / samples)
+    angles = jnp.asarray(np.arange(samples) * (2 * np.pi / samples), _dtype(params))
 
     def margins(member):
-        return jax.vmap(lambda angle: _leg(member, angle).closure)(angles.astype(_dtype(member)))
+        return jax.vmap(lambda angle: _leg(member, angle).closure)(angles)
 
     return jax.vmap(margins)(params)
 

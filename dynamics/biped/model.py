@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from stickslip.dynamics.biped.kinematics import exchange_mismatch, kinematics, step_length
 from stickslip.dynamics.biped.params import BipedParams
@@ -148,8 +149,6 @@ def table_of(fidelity: Fidelity) -> Table | None:
 
 def _closes(params: BipedParams, samples: int = 128) -> Bool[Array, ""]:
     """Both legs over the support phase: the whole turn of either."""
-    angles = (0.5 + jnp.arange(samples) / samples) * jnp.pi
-    closure = jax.vmap(lambda angle: kinematics(params, angle).closure)(
-        angles.astype(jnp.result_type(params.crank))
-    )
+    angles = jnp.asarray((0.5 + np.arange(samples) / samples) * np.pi, jnp.result_type(params.crank))
+    closure = jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)
     return jnp.min(closure) >= 0

@@ -167,8 +167,9 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
     accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
     if not mismatch < accepted:
         raise ValueError(
-            f"these lengths break the exchange of support: the other foot is {mismatch:.3g} (crank "
-            f"lengths or rad) off flat rest; accepted: below {accepted:.1g}, or a scene with "
+            f"this linkage breaks the exchange of support: the other foot is off flat rest, or the "
+            f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
+            f"accepted: below {accepted:.1g}, or a scene with "
             'steps="one"'
         )
 

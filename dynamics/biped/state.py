@@ -43,7 +43,8 @@ class BipedState:
     @property
     def crank_angle(self) -> Float[Array, ""]:
         """The crank's angle with no wrapping: phase + pi steps [rad]."""
-        return jnp.asarray(self.phase) + np.pi * jnp.asarray(self.steps)
+        phase = jnp.asarray(self.phase)
+        return phase + np.pi * jnp.asarray(self.steps).astype(phase.dtype)
 
     def validate(self) -> BipedState:
         """Return self, or raise ValueError naming a field that no walk can have."""
@@ -67,7 +68,7 @@ def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float
     from stickslip.dynamics.biped.model import BipedModel
 
     length = params.step_length if isinstance(params, BipedModel) else step_length(params)
-    return jnp.asarray(state.steps) * length + state.foot_position
+    return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
 
 
 @jax.tree_util.register_dataclass

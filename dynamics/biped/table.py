@@ -94,10 +94,12 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
         jax.vmap(lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle)))
     )(jnp.asarray(angles, dtype))
 
+    counts = jnp.arange(1, table.degree + 1, dtype=dtype)
+
     def powers(value, slope):
         """Integrate the interpolated slope; the constant is the value at the piece's middle."""
         rising = slope[:, :-1] @ jnp.asarray(to_powers.T, dtype) * dtype.type(width / 2)
-        return jnp.concatenate([value[:, -1:], rising / np.arange(1, table.degree + 1)[None]], -1)
+        return jnp.concatenate([value[:, -1:], rising / counts], -1)
 
     momenta = [(inertia.M, inertia.dM), (inertia.P, inertia.dP), (inertia.Y, inertia.dY)]
     moments = [(moment.L, moment.dL), (moment.X, inertia.P), (moment.Y, inertia.Y)]

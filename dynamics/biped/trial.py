@@ -137,7 +137,8 @@ class _Stages(NamedTuple):
     sum_foot: Array
     sum_slide: Array
     middle: tuple[Array, Array, Array]
-    """Accelerations and cone margin of the third stage, the midpoint."""
+    """Accelerations and cone margin at the midpoint: the mean of the second and third stage, whose
+    errors of second order are opposite."""
 
 
 def bounds(dtype):
@@ -240,7 +241,8 @@ def _stages(problem: Problem, friction: Friction | None, mode, walk: Walk, inert
         last = index == 3
         theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
         rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
-        third = (alpha, foot, _cone(friction, motion))
+        halfway = (index == 1) | (index == 2)
+        now_here = (alpha, foot, _cone(friction, motion))
         return _Stages(
             theta=theta,
             rate=rate,
@@ -250,7 +252,7 @@ def _stages(problem: Problem, friction: Friction | None, mode, walk: Walk, inert
             sum_foot=now.sum_foot + weights[index] * foot,
             sum_slide=now.sum_slide + slide_weights[index] * foot,
             middle=jax.tree.map(
-                lambda new, old: jnp.where(index == 2, new, old), third, now.middle
+                lambda new, old: old + jnp.where(halfway, new / 2, 0.0), now_here, now.middle
             ),
         )
 
@@ -282,7 +284,7 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
     best = _earlier((change, found), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
-        edge = edge - walk.steps * problem.model.step_length
+        edge = edge - walk.steps.astype(edge.dtype) * problem.model.step_length
         ahead = slides & jnp.isfinite(edge)
         edge = jnp.where(ahead, edge, 0.0)
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
