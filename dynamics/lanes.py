@@ -83,19 +83,23 @@ class _Lanes:
     def _one_batch(self, args, carry, going, size):
         """Gather up to `size` members that are going, run them to their end, put them back."""
         count = jnp.cumsum(going)
-        places = jnp.searchsorted(count, jnp.arange(1, size + 1))
-        present = jnp.arange(size) < count[-1]
-        places = jnp.minimum(places, going.shape[0] - 1)
+        wanted = jnp.arange(1, size + 1)
+        places = jnp.searchsorted(count, wanted)  # past the end for those that do not exist
         own = jax.tree.map(
-            lambda leaf, axis: leaf if axis is None else leaf[places],
+            lambda leaf, axis: leaf if axis is None else leaf.at[places].get(mode="clip"),
             args,
             self.axes,
             is_leaf=lambda leaf: leaf is None,
         )
-        part = self.finish(own, jax.tree.map(lambda leaf: leaf[places], carry), present)
-        back = jnp.minimum(count - 1, size - 1)
-        taken = going & (count <= size)
-        return _choose(taken, jax.tree.map(lambda leaf: leaf[back], part), carry)
+        part = jax.tree.map(lambda leaf: leaf.at[places].get(mode="clip"), carry)
+        part = self.finish(own, part, wanted <= count[-1])
+
+        def put(leaf, new):
+            return leaf.at[places].set(
+                new, mode="drop", unique_indices=True, indices_are_sorted=True
+            )
+
+        return jax.tree.map(put, carry, part)
 
 
 def _choose(condition, one, other):

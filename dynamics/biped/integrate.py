@@ -14,7 +14,7 @@ crosses it is computed once, where inside one body the compiler repeats it for e
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +26,8 @@ from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
+    from jaxtyping import Array, Bool
+
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.state import BipedState
     from stickslip.dynamics.scene import Scene
@@ -73,12 +75,9 @@ def advance(spec: RK4Split, model: BipedModel, scene: Scene, walk: Walk, torque,
     """
     problem = Problem(model, scene, torque, duration)
     pending = thinning_while(
-        lambda problem, pair: _going(settle(spec, problem, *pair)),
-        partial(_body, spec),
-        problem,
-        (walk, _blank(walk)),
+        lambda _, pending: pending.going, partial(_round, spec), problem, _first(walk)
     )
-    return settle(spec, problem, *pending)
+    return settle(spec, problem, pending.walk, pending.trial)
 
 
 @advance.defjvp
@@ -86,20 +85,32 @@ def _advance_jvp(spec, primals, tangents):
     def bounded(model, scene, walk, torque, duration):
         problem = Problem(model, scene, torque, duration)
 
-        def body(pair, _):
-            after = _body(spec, problem, pair)
-            going = _going(settle(spec, problem, *pair))
-            return jax.tree.map(lambda new, old: jnp.where(going, new, old), after, pair), None
+        def body(now, _):
+            after = _round(spec, problem, now)
+            return jax.tree.map(lambda a, b: jnp.where(now.going, a, b), after, now), None
 
-        pending, _ = jax.lax.scan(body, (walk, _blank(walk)), length=spec.trials)
-        return settle(spec, problem, *pending)
+        pending, _ = jax.lax.scan(body, _first(walk), length=spec.trials)
+        return settle(spec, problem, pending.walk, pending.trial)
 
     return jax.jvp(bounded, primals, tangents)
 
 
-def _body(spec: RK4Split, problem: Problem, pair: tuple[Walk, Trial]) -> tuple[Walk, Trial]:
-    walk = settle(spec, problem, *pair)
-    return walk, attempt(spec, problem, walk)
+class _Pending(NamedTuple):
+    """A walk and a trial that is still to be settled; going: the call does not end with it."""
+
+    walk: Walk
+    trial: Trial
+    going: Bool[Array, ""]
+
+
+def _round(spec: RK4Split, problem: Problem, pending: _Pending) -> _Pending:
+    walk = settle(spec, problem, pending.walk, pending.trial)
+    trial = attempt(spec, problem, walk)
+    return _Pending(walk, trial, _going(settle(spec, problem, walk, trial)))
+
+
+def _first(walk: Walk) -> _Pending:
+    return _Pending(walk, _blank(walk), _going(walk))
 
 
 def _going(walk: Walk):

@@ -1,0 +1,1 @@
+"""Measurements: speed with accuracy beside it, sizes of compiled programs."""

@@ -1,0 +1,268 @@
+"""Environment steps per second of every way to step the biped, beside Gymnasium's own environments.
+
+    python -m benchmarks.throughput [--quick] [--out FILE]
+
+Each row is measured warm and blocks on its outputs; compile time stands apart. Accuracy is measured
+in the same run: the default environment's integrator against one sixteen times finer, over one
+second of the same actions. Results go to a JSON file with machine, versions and commit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.report import markdown, provenance, write_json
+from stickslip.dynamics.biped import RK4Split, simulate
+from stickslip.envs import BipedEnv
+from stickslip.envs.functional import pure_step
+from stickslip.envs.registration import register
+
+BATCHES = (1, 64, 1024, 8192)
+
+
+class Row(NamedTuple):
+    """One measurement: the median of several runs, with the fastest and slowest beside it."""
+
+    interface: str
+    environment: str
+    batch: int
+    steps_per_second: float
+    slowest: float
+    fastest: float
+    compile_seconds: float
+    note: str = ""
+
+
+def actions_of(key, batch: int) -> jax.Array:
+    """Random actions around a walking torque: about 0.3 N m of noise, so that feet slip and stop."""
+    return 0.04 + 0.075 * jax.random.normal(key, (batch, 1))
+
+
+def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
+    """(compiled program, its first state, compile seconds): `steps` environment steps by vmap and
+    scan, with fresh random actions and keys, observation, reward and autoreset."""
+
+    def reset(key):
+        return jax.vmap(env.reset_env, (0, None))(jax.random.split(key, batch), params)[1]
+
+    def roll(state, key):
+        def body(state, key):
+            step_key, action_key = jax.random.split(key)
+            out = jax.vmap(partial(pure_step, env), (0, 0, 0, None))(
+                jax.random.split(step_key, batch), state, actions_of(action_key, batch), params
+            )
+            return out[1], (out[0].mean(), out[2].mean(), out[3].mean())
+
+        return jax.lax.scan(body, state, jax.random.split(key, steps))
+
+    state = jax.block_until_ready(jax.jit(reset)(jax.random.key(0)))
+    begun = time.perf_counter()
+    program = jax.jit(roll).lower(state, jax.random.key(1)).compile()
+    return program, state, time.perf_counter() - begun
+
+
+def functional_row(batch: int, steps: int, repeats: int, threads: int = 1) -> Row:
+    """BipedEnv by vmap and scan; with several threads, each runs a batch of its own."""
+    env = BipedEnv()
+    params = jax.tree.map(jnp.asarray, env.default_params)
+    program, state, compile_seconds = scan_program(env, params, batch, steps)
+
+    def run(key: int) -> None:
+        jax.block_until_ready(program(state, jax.random.key(key)))
+
+    def all_threads() -> None:
+        workers = [threading.Thread(target=run, args=(2 + i,)) for i in range(threads)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+
+    rates = timed(all_threads, threads * batch * steps, repeats)
+    name = "vmap + scan" if threads == 1 else f"vmap + scan, {threads} threads"
+    return row(name, "stickslip/Biped-v0", threads * batch, rates, compile_seconds)
+
+
+def single_row(name: str, steps: int, repeats: int, scale: float = 1.0) -> Row:
+    """gymnasium.make(name), one environment, random actions drawn beforehand."""
+    begun = time.perf_counter()
+    env = gymnasium.make(name)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [_scaled(env.action_space.sample(), scale) for _ in range(256)]
+    env.step(actions[0])
+    first = time.perf_counter() - begun
+
+    def run() -> None:
+        env.reset()
+        for index in range(steps):
+            _, _, terminated, truncated, _ = env.step(actions[index % 256])
+            if terminated or truncated:
+                env.reset()
+
+    return row("gymnasium.make", name, 1, timed(run, steps, repeats), first)
+
+
+def vector_row(name: str, mode: str, batch: int, steps: int, repeats: int, scale=1.0) -> Row:
+    """gymnasium.make_vec(name), random actions drawn beforehand."""
+    begun = time.perf_counter()
+    env = gymnasium.make_vec(name, num_envs=batch, vectorization_mode=mode)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [_scaled(env.action_space.sample(), scale) for _ in range(32)]
+    env.step(actions[0])
+    first = time.perf_counter() - begun
+
+    def run() -> None:
+        for index in range(steps):
+            env.step(actions[index % 32])
+
+    return row(f"make_vec ({mode})", name, batch, timed(run, steps * batch, repeats), first)
+
+
+def sb3_row(batch: int, steps: int, repeats: int) -> Row:
+    """The SB3 VecEnv; random actions drawn beforehand."""
+    from stickslip.envs.sb3 import SB3VecEnv
+
+    begun = time.perf_counter()
+    env = SB3VecEnv(BipedEnv(), BipedEnv().default_params, batch)
+    env.reset()
+    draw = np.random.default_rng(0)
+    actions = [
+        np.clip(0.04 + 0.075 * draw.normal(size=(batch, 1)), -1, 1).astype(np.float32)
+        for _ in range(32)
+    ]
+    env.step(actions[0])
+    first = time.perf_counter() - begun
+
+    def run() -> None:
+        for index in range(steps):
+            env.step(actions[index % 32])
+
+    rates = timed(run, steps * batch, repeats)
+    return row("SB3VecEnv", "stickslip/Biped-v0", batch, rates, first)
+
+
+def accuracy() -> dict[str, float]:
+    """Largest differences over one second between the default step and one sixteen times finer,
+    with the exact inertia functions, in float32 and on slipping walks with random torques."""
+    env = BipedEnv()
+    params = env.default_params
+    steps = 50
+    torques = 4.0 * np.asarray(actions_of(jax.random.key(7), 64 * steps)).reshape(64, steps)
+    state = env.reset(jax.random.key(0), params)[1].biped
+    worst = {"crank_angle": 0.0, "foot_position": 0.0}
+    for row_of_torques in torques[:16]:
+        coarse = simulate(params.robot, params.scene, state, row_of_torques, 1.0, 0.02)
+        fine = simulate(
+            params.robot.params,
+            params.scene,
+            state,
+            row_of_torques,
+            1.0,
+            0.02,
+            integrator=RK4Split(substeps=16),
+        )
+        valid = (coarse.contacts.status <= 1) & (fine.contacts.status <= 1)
+        for name in worst:
+            gap = jnp.abs(getattr(coarse.states, name) - getattr(fine.states, name))[1:]
+            worst[name] = max(worst[name], float(jnp.max(jnp.where(valid, gap, 0.0))))
+    return {f"{name}_error": value for name, value in worst.items()}
+
+
+def timed(run: Callable[[], None], steps: int, repeats: int) -> list[float]:
+    """Steps per second of several warm runs."""
+    run()
+    rates = []
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        run()
+        rates.append(steps / (time.perf_counter() - begun))
+    return sorted(rates)
+
+
+def row(interface: str, name: str, batch: int, rates: list[float], compile_seconds: float) -> Row:
+    """The median, slowest and fastest of some rates."""
+    return Row(
+        interface, name, batch, float(np.median(rates)), rates[0], rates[-1], compile_seconds
+    )
+
+
+def rows(quick: bool) -> Iterator[Row]:
+    """Every measurement, one at a time."""
+    repeats, share = (3, 0.2) if quick else (7, 1.0)
+    for batch in BATCHES:
+        steps = max(10, int(share * min(2000, 400_000 // batch)))
+        yield functional_row(batch, steps, repeats)
+    yield functional_row(4096, max(10, int(share * 100)), repeats, threads=2)
+    count = int(share * 2000)
+    yield single_row("stickslip/Biped-v0", count, repeats, scale=0.1)
+    yield single_row("Pendulum-v1", 5 * count, repeats)
+    yield single_row("CartPole-v1", 5 * count, repeats)
+    for batch in (64, 256, 1024):
+        steps = max(10, int(share * 300))
+        yield vector_row(
+            "stickslip/Biped-v0", "vector_entry_point", batch, steps, repeats, scale=0.1
+        )
+    yield vector_row("Pendulum-v1", "sync", 64, max(10, int(share * 200)), repeats)
+    yield vector_row("CartPole-v1", "sync", 64, max(10, int(share * 200)), repeats)
+    yield vector_row("CartPole-v1", "vector_entry_point", 1024, int(share * 300), repeats)
+    for batch in (64, 256, 1024):
+        yield sb3_row(batch, max(10, int(share * 300)), repeats)
+
+
+def _scaled(action: Any, scale: float) -> Any:
+    return action if scale == 1.0 else (scale * action).astype(action.dtype)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Measure, print the table, write the JSON."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.throughput", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="shorter runs, noisier numbers")
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/throughput.json"))
+    given = parser.parse_args(arguments)
+    register()
+    measured = []
+    for measurement in rows(given.quick):
+        measured.append(measurement)
+        print(
+            f"{measurement.interface:28s} {measurement.environment:20s} "
+            f"{measurement.batch:6d} {measurement.steps_per_second:12,.0f} steps/s",
+            flush=True,
+        )
+    errors = accuracy()
+    table = [
+        {
+            "interface": one.interface,
+            "environment": one.environment,
+            "batch": one.batch,
+            "steps/s": f"{one.steps_per_second:,.0f}",
+            "from": f"{one.slowest:,.0f}",
+            "to": f"{one.fastest:,.0f}",
+            "compile [s]": f"{one.compile_seconds:.1f}",
+        }
+        for one in measured
+    ]
+    print("\n" + markdown(table))
+    print(
+        f"\nAfter one second of slipping, the default step differs by "
+        f"{errors['crank_angle_error']:.1e} rad and {errors['foot_position_error']:.1e} m from one "
+        "sixteen times finer with exact inertia functions."
+    )
+    content = {**provenance(), "rows": [one._asdict() for one in measured], "accuracy": errors}
+    write_json(content, given.out)
+    print(f"Written to {given.out}")
+
+
+if __name__ == "__main__":
+    main()
