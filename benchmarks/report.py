@@ -47,7 +47,10 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         )
         return "| " + " | ".join(shown) + " |"
 
-    rule = ["-" * (size - 1) + ":" if right else "-" * size for size, right in zip(width, numeric, strict=True)]
+    rule = [
+        "-" * (size - 1) + ":" if right else "-" * size
+        for size, right in zip(width, numeric, strict=True)
+    ]
     return "\n".join([line(head), line(rule), *map(line, cells)])
 
 

@@ -45,13 +45,13 @@ class Row(NamedTuple):
 
 
 def actions_of(key, batch: int) -> jax.Array:
-    """Random actions around a walking torque: about 0.3 N m of noise, so that feet slip and stop."""
+    """Random actions around a walking torque: 0.3 N m of noise, so that feet slip and stop."""
     return 0.04 + 0.075 * jax.random.normal(key, (batch, 1))
 
 
 def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
-    """(compiled program, its first state, compile seconds): `steps` environment steps by vmap and
-    scan, with fresh random actions and keys, observation, reward and autoreset."""
+    """(compiled program, its first state, compile seconds): `steps` environment steps by vmap
+    and scan, with fresh random actions and keys, observation, reward and autoreset."""
 
     def reset(key):
         return jax.vmap(env.reset_env, (0, None))(jax.random.split(key, batch), params)[1]

@@ -43,7 +43,9 @@ def thinning_while(
     def run_batch(size, batched, args, carry):
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[0])
         carry = jax.tree.map(
-            lambda leaf, is_batched: leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf))),
+            lambda leaf, is_batched: (
+                leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf)))
+            ),
             carry,
             batched[1],
         )

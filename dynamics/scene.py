@@ -8,16 +8,13 @@ differentiated.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_choice, require_number
-
-if TYPE_CHECKING:
-    from jax.typing import ArrayLike
+from stickslip.dynamics.numeric import Numeric
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state")
@@ -32,10 +29,10 @@ class Grip:
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Uniform:
-    """The same dry friction everywhere: static and kinetic coefficient [-], mu_kinetic <= mu_static."""
+    """The same dry friction everywhere: coefficients [-], mu_kinetic <= mu_static."""
 
-    mu_static: ArrayLike
-    mu_kinetic: ArrayLike
+    mu_static: Numeric
+    mu_kinetic: Numeric
 
 
 @jax.tree_util.register_dataclass
@@ -47,9 +44,9 @@ class Patches:
     holding between edges[i - 1] and edges[i] (the first before edges[0], the last after the end).
     """
 
-    edges: ArrayLike
-    mu_static: ArrayLike
-    mu_kinetic: ArrayLike
+    edges: Numeric
+    mu_static: Numeric
+    mu_kinetic: Numeric
 
 
 Floor = Grip | Uniform | Patches
@@ -67,7 +64,7 @@ class Scene:
     """
 
     floor: Floor
-    payload: ArrayLike | None = None
+    payload: Numeric | None = None
     steps: str = field(default="continuous", metadata={"static": True})
     outputs: str = field(default="forces", metadata={"static": True})
 
@@ -77,7 +74,7 @@ class Scene:
         return cls(Grip(), **options).validate()
 
     @classmethod
-    def uniform(cls, mu_static: ArrayLike, mu_kinetic: ArrayLike | None = None, **options) -> Scene:
+    def uniform(cls, mu_static: Numeric, mu_kinetic: Numeric | None = None, **options) -> Scene:
         """One friction everywhere; mu_kinetic defaults to mu_static."""
         return cls(
             Uniform(mu_static, mu_static if mu_kinetic is None else mu_kinetic), **options
@@ -85,7 +82,7 @@ class Scene:
 
     @classmethod
     def patches(
-        cls, edges: ArrayLike, mu_static: ArrayLike, mu_kinetic: ArrayLike | None = None, **options
+        cls, edges: Numeric, mu_static: Numeric, mu_kinetic: Numeric | None = None, **options
     ) -> Scene:
         """Friction by floor position; see Patches. Ice from 0.3 m to 0.6 m:
         `Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])`."""
@@ -94,7 +91,7 @@ class Scene:
         return cls(Patches(edges, mu_static, mu_kinetic), **options).validate()
 
     def validate(self) -> Scene:
-        """Return self, or raise ValueError naming the field, what was given and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and what is accepted."""
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
         if not isinstance(self.floor, Grip | Uniform | Patches):
@@ -110,7 +107,7 @@ class Scene:
         return self
 
 
-def _check_friction(mu_static: ArrayLike, mu_kinetic: ArrayLike) -> None:
+def _check_friction(mu_static: Numeric, mu_kinetic: Numeric) -> None:
     accepted = "finite, 0 <= mu_kinetic <= mu_static"
     require_number("mu_static", mu_static, low=0.0, accepted=accepted)
     require_number("mu_kinetic", mu_kinetic, low=0.0, accepted=accepted)

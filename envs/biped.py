@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import (
+    BipedModel,
     BipedState,
     RK4Split,
-    Table,
     floor_position,
     step,
 )
@@ -35,6 +35,8 @@ MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
 MAX_SIGHT = 10.0
 """Farthest distance to the next patch that is told apart [m]."""
+MAX_FRICTION = 10.0
+"""Greatest friction coefficient that is told apart [-]."""
 
 
 class Totals(NamedTuple):
@@ -58,7 +60,6 @@ class BipedEnvState:
 
     biped: BipedState
     mode: Int[Array, ""]
-    mean_rate: Float[Array, ""]
     elapsed: Int[Array, ""]
     """Control steps so far."""
     over: Bool[Array, ""]
@@ -68,7 +69,7 @@ class BipedEnvState:
 
 @dataclass(frozen=True)
 class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
-    """A biped with one motor walks at a commanded mean crank rate without slipping or wasting energy.
+    """A biped with one motor walks at a commanded speed without slipping or wasting energy.
 
     One step of the environment is one control period (0.02 s): the torque is held, the dynamics of
     `stickslip.dynamics.biped` run with friction switching (no contact of the swing foot, rigid
@@ -87,23 +88,24 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | crank rate | rad/s | +- `max_crank_rate` | always |
     | velocity of the foot over the floor | m/s | +- 10, clipped | always |
     | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
-    | mean crank rate, a running mean over `tracking_time` | rad/s | +- `max_crank_rate` | always |
     | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
     | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
     | its static friction coefficient | - | [0, 10] | `see_patch`, patches |
     | static friction coefficient under the foot | - | [0, 10] | `see_friction` |
     | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
 
-    All functions of the angle have period pi (the legs take turns), hence 2 theta. The running mean
-    makes the reward a function of the state. Friction is hidden unless asked for.
+    All functions of the angle have period pi (the legs take turns), hence 2 theta. Friction is
+    hidden unless asked for.
 
     ## Reward
     Per step, each rate below times the control period; the sum of a perfect 10 s episode is about
     10 times `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
-      tracking  + tracking_weight x max(-1, 1 - |mean rate - commanded rate| / commanded rate)
+      tracking  + tracking_weight x max(-1, 1 - |walking speed - v| / v)
       slip      - slip_weight x (distance slid per second) / v
       energy    - energy_weight x (positive motor work + copper loss, per second) / (m g v)
-      fall      - fall_penalty, once, when the episode terminates
+      fall      - fall_penalty, once, when the episode terminates (not for a one-step scene's end)
+    The walking speed is the centre of mass's over the control period. A walk that keeps it constant
+    needs no friction, so a perfect score is possible on any floor.
     The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
     what they are made of in physical units beside them.
 
@@ -113,19 +115,20 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
-    (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10 s).
+    (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10
+    s).
 
     ## Info
-    Of the step: status, torque [N m], walked, slid [m], positive_work, copper_loss [J],
-    friction_force, normal_force [N], zmp [m from the ankle], final_obs, autoreset. Of the episode so
-    far: episode_return, episode_length [steps], episode_walked, episode_slid [m], episode_energy
-    [J], episode_mean_rate [rad/s].
+    Of the step: status, torque [N m], walking_speed [m/s], walked (by the centre of mass) and slid
+    [m], positive_work and copper_loss [J], friction_force and normal_force [N], zmp [m from the
+    ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
+    episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
     Static choices: fidelity of the inertia functions and substeps of the integrator a control step
     (speed against accuracy), autoreset, see_friction, see_patch. Version 0.
     """
 
-    fidelity: Fidelity = Table()
+    fidelity: Fidelity = "table"
     substeps: int = 1
     max_events: int = 3
     autoreset: str = "same_step"
@@ -160,7 +163,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         state = BipedEnvState(
             biped=BipedState(phase, none, rate, zero, zero, zero),
             mode=none,
-            mean_rate=rate,
             elapsed=none,
             over=jnp.zeros((), bool),
             drawn=drawn,
@@ -168,9 +170,11 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         )
         return self._observe(state, params), state
 
-    def step_env(self, state, action, params):
+    def step_env(
+        self, state: BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
+    ) -> tuple[Float[Array, " obs"], BipedEnvState, Array, Array, Array, dict[str, Any]]:
         """See FunctionalEnv."""
-        dtype = state.mean_rate.dtype
+        dtype = state.biped.crank_rate.dtype
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
         robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
@@ -193,14 +197,13 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
         turned = biped.crank_angle - state.biped.crank_angle
-        share = jnp.minimum(period / params.tracking_time, 1.0)
-        mean_rate = state.mean_rate + share * (turned / period - state.mean_rate)
         slid = contact.slide_distance
-        shift = biped.foot_position - state.biped.foot_position
-        walked = turned / np.pi * robot.step_length + shift
+        walked = _centre_of_mass(robot, biped, state.biped.steps)
+        walked -= _centre_of_mass(robot, state.biped, state.biped.steps)
         energy = contact.positive_work + params.copper_loss * torque**2 * period
-        terms = _reward(params, robot, state.drawn, mean_rate, slid, energy, terminated, period)
-        reward = sum(terms.values())
+        fell = terminated & (status != Status.STEP_COMPLETE)
+        terms = _reward(params, robot, state.drawn, walked, slid, energy, fell, period)
+        reward = sum(terms.values(), start=jnp.zeros((), dtype))
         totals = Totals(
             state.totals.reward + reward,
             state.totals.turned + turned,
@@ -211,7 +214,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         after = BipedEnvState(
             biped=biped,
             mode=contact.mode,
-            mean_rate=mean_rate,
             elapsed=elapsed,
             over=terminated | timed_out,
             drawn=state.drawn,
@@ -220,6 +222,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         info = terms | {
             "status": status,
             "torque": torque,
+            "walking_speed": walked / period,
             "walked": walked,
             "slid": slid,
             "positive_work": contact.positive_work,
@@ -246,7 +249,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return state.over
 
     def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
-        """What a renderer needs of one unbatched state; `info` of the step that led to it, or {}."""
+        """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
         return biped_frame(state, info, params)
 
     def renderer(self, params: BipedEnvParams) -> BipedRenderer:
@@ -259,17 +262,17 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """See FunctionalEnv; entries as in the class docstring."""
         fastest = float(np.max(np.asarray(params.max_crank_rate)))
         rows = [(-1, 1), (-1, 1), (-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY)]
-        rows += [(0, 1), (-fastest, fastest), (0, fastest)]
+        rows += [(0, 1), (0, fastest)]
         if self.see_patch and isinstance(params.scene.floor, Patches):
-            rows += [(0, MAX_SIGHT), (0, 10)]
+            rows += [(0, MAX_SIGHT), (0, MAX_FRICTION)]
         if self.see_friction and not isinstance(params.scene.floor, Grip):
-            rows += [(0, 10), (0, 10)]
+            rows += [(0, MAX_FRICTION)] * 2
         low, high = np.asarray(rows, np.float64).T
         return low, high
 
     def _observe(self, state: BipedEnvState, params: BipedEnvParams) -> Float[Array, " obs"]:
         biped = state.biped
-        dtype = state.mean_rate.dtype
+        dtype = state.biped.crank_rate.dtype
         fastest = params.max_crank_rate
         entries = [
             jnp.cos(2 * biped.phase),
@@ -277,8 +280,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             jnp.clip(biped.crank_rate, -fastest, fastest),
             jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
             jnp.where(state.mode == 0, 1.0, 0.0),
-            jnp.clip(state.mean_rate, -fastest, fastest),
-            state.drawn.commanded_rate,
+            jnp.minimum(state.drawn.commanded_rate, fastest),
         ]
         entries += self._sight(state, params)
         return jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
@@ -288,24 +290,31 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         floor = drawn_scene(state.drawn, params).floor
         if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
             return []
-        dtype = state.mean_rate.dtype
+        dtype = state.biped.crank_rate.dtype
         place = floor_position(params.robot, state.biped)
         here = patch_at(floor, place, jnp.ones((), dtype))
         seen = []
         if self.see_patch and isinstance(floor, Patches):
             gap = edge_ahead(floor, here, jnp.ones((), dtype), dtype) - place
             ahead = jnp.minimum(here + 1, jnp.shape(floor.edges)[-1])
-            seen += [jnp.minimum(gap, MAX_SIGHT), friction_on(floor, ahead, dtype).mu_static]
+            mu_ahead = friction_on(floor, ahead, dtype).mu_static
+            seen += [jnp.minimum(gap, MAX_SIGHT), jnp.minimum(mu_ahead, MAX_FRICTION)]
         if self.see_friction:
-            seen += list(friction_on(floor, here, dtype))
+            seen += [jnp.minimum(mu, MAX_FRICTION) for mu in friction_on(floor, here, dtype)]
         return seen
 
 
-def _reward(params: BipedEnvParams, robot, drawn: Drawn, mean_rate, slid, energy, fell, period):
+def _centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[Array, ""]:
+    """Place of the centre of mass along the floor [m], from the foothold after `steps_before`."""
+    ahead = robot.inertia.moment_at(jnp.asarray(biped.phase)).X / robot.total_mass
+    steps = (jnp.asarray(biped.steps) - steps_before).astype(ahead.dtype)
+    return ahead + steps * robot.step_length + biped.foot_position
+
+
+def _reward(params: BipedEnvParams, robot, drawn: Drawn, walked, slid, energy, fell, period):
     """The four terms of the reward of one control step."""
-    commanded = drawn.commanded_rate
-    speed = commanded / np.pi * robot.step_length
-    missed = jnp.abs(mean_rate - commanded) / commanded
+    speed = drawn.commanded_rate / np.pi * robot.step_length
+    missed = jnp.abs(walked / period - speed) / speed
     weight = robot.total_mass * robot.gravity
     return {
         "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
@@ -318,4 +327,3 @@ def _reward(params: BipedEnvParams, robot, drawn: Drawn, mean_rate, slid, energy
 def _ground_force(contact: Contact) -> dict[str, Array]:
     force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
     return force if contact.zmp is None else force | {"zmp": contact.zmp}
-

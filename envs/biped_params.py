@@ -9,15 +9,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BipedModel, BipedParams, prepare
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedParams,
+    prepare,
+)
 from stickslip.dynamics.biped.model import Fidelity, unit_payload
 from stickslip.dynamics.biped.simulate import require_exchange
 from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.scene import Grip, Scene
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
-
     from stickslip.dynamics.biped.table import ExactInertia, TableInertia
 
 
@@ -31,12 +36,12 @@ class Randomisation:
     episode begins. What is None is not compiled in.
     """
 
-    friction: tuple[ArrayLike, ArrayLike] | None = None
-    mass: tuple[ArrayLike, ArrayLike] | None = None
-    payload: tuple[ArrayLike, ArrayLike] | None = None
-    commanded_rate: tuple[ArrayLike, ArrayLike] | None = None
-    phase: tuple[ArrayLike, ArrayLike] | None = None
-    crank_rate: tuple[ArrayLike, ArrayLike] | None = None
+    friction: tuple[Numeric, Numeric] | None = None
+    mass: tuple[Numeric, Numeric] | None = None
+    payload: tuple[Numeric, Numeric] | None = None
+    commanded_rate: tuple[Numeric, Numeric] | None = None
+    phase: tuple[Numeric, Numeric] | None = None
+    crank_rate: tuple[Numeric, Numeric] | None = None
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
@@ -53,6 +58,10 @@ class Randomisation:
             require_number(field.name, given[1], low=low, accepted=accepted)
             if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
                 raise ValueError(f"{field.name} = {given} has low > high; accepted: {accepted}")
+        if self.phase is not None and is_concrete(self.phase):
+            low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
+            if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
+                raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
         return self
 
 
@@ -67,7 +76,6 @@ class BipedEnvParams:
     torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
     commanded_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
-    tracking_time: time constant of the mean crank rate [s].
     copper_loss: winding loss per torque squared [W / (N m)^2].
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
     """
@@ -76,17 +84,16 @@ class BipedEnvParams:
     scene: Scene
     unit_payload: ExactInertia | TableInertia | None
     randomisation: Randomisation
-    torque_limit: ArrayLike
-    control_period: ArrayLike
-    commanded_rate: ArrayLike
-    time_limit: ArrayLike
-    max_crank_rate: ArrayLike
-    tracking_time: ArrayLike
-    copper_loss: ArrayLike
-    tracking_weight: ArrayLike
-    slip_weight: ArrayLike
-    energy_weight: ArrayLike
-    fall_penalty: ArrayLike
+    torque_limit: Numeric
+    control_period: Numeric
+    commanded_rate: Numeric
+    time_limit: Numeric
+    max_crank_rate: Numeric
+    copper_loss: Numeric
+    tracking_weight: Numeric
+    slip_weight: Numeric
+    energy_weight: Numeric
+    fall_penalty: Numeric
 
     def replace(self, **changes: Any) -> BipedEnvParams:
         """A copy with some numbers changed, validated. ValueError for an unknown field."""
@@ -97,7 +104,7 @@ class BipedEnvParams:
         return replace(self, **changes).validate()
 
     def validate(self) -> BipedEnvParams:
-        """Return self, or raise ValueError naming the field, what was given and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and what is accepted."""
         for name in POSITIVE:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="finite, > 0")
         for name in NON_NEGATIVE:
@@ -118,7 +125,6 @@ POSITIVE = (
     "commanded_rate",
     "time_limit",
     "max_crank_rate",
-    "tracking_time",
 )
 NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
 
@@ -133,22 +139,26 @@ def make_params(
     scene: Scene | None = None,
     randomisation: Randomisation | None = None,
     dtype: Any = None,
-    torque_limit: ArrayLike = 4.0,
-    control_period: ArrayLike = 0.02,
-    commanded_rate: ArrayLike = 3.0,
-    time_limit: ArrayLike = 10.0,
-    max_crank_rate: ArrayLike = 20.0,
-    tracking_time: ArrayLike = 1.0,
-    copper_loss: ArrayLike = 0.5,
-    tracking_weight: ArrayLike = 1.0,
-    slip_weight: ArrayLike = 1.0,
-    energy_weight: ArrayLike = 0.5,
-    fall_penalty: ArrayLike = 5.0,
+    torque_limit: Numeric = 4.0,
+    control_period: Numeric = 0.02,
+    commanded_rate: Numeric = 3.0,
+    time_limit: Numeric = 10.0,
+    max_crank_rate: Numeric = 20.0,
+    copper_loss: Numeric = 0.5,
+    tracking_weight: Numeric = 1.0,
+    slip_weight: Numeric = 5.0,
+    energy_weight: Numeric = 0.5,
+    fall_penalty: Numeric = 5.0,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
     biped = BipedParams.from_bars() if biped is None else biped
     scene = DEFAULT_SCENE if scene is None else scene
     drawn = Randomisation() if randomisation is None else randomisation
+    kinds = {"biped": (biped, BipedParams), "scene": (scene, Scene)}
+    for name, (given, kind) in (kinds | {"randomisation": (drawn, Randomisation)}).items():
+        if not isinstance(given, kind):
+            raise ValueError(f"{name} = {given!r}; accepted: None or a {kind.__name__}")
+    biped.validate()
     biped = biped.astype(dtype or jnp.result_type(biped.mass))
     robot = _prepare(biped, fidelity, scene.payload)
     unit = None if drawn.payload is None else _unit_payload(biped, fidelity)
@@ -162,7 +172,6 @@ def make_params(
         commanded_rate=commanded_rate,
         time_limit=time_limit,
         max_crank_rate=max_crank_rate,
-        tracking_time=tracking_time,
         copper_loss=copper_loss,
         tracking_weight=tracking_weight,
         slip_weight=slip_weight,
@@ -175,5 +184,5 @@ _unit_payload = jax.jit(unit_payload, static_argnums=1)
 
 
 @jax.jit(static_argnums=1)
-def _prepare(biped: BipedParams, fidelity: Fidelity, payload: ArrayLike | None) -> BipedModel:
+def _prepare(biped: BipedParams, fidelity: Fidelity, payload: Numeric | None) -> BipedModel:
     return prepare(biped, fidelity=fidelity, payload=payload)

@@ -44,7 +44,7 @@ def biped_frame(state: BipedEnvState, info: dict[str, Any], params: BipedEnvPara
         mu_static=mu_static,
         mu_kinetic=mu_kinetic,
         sticking=int(state.mode) == 0,
-        mean_crank_rate=float(state.mean_rate),
+        mean_crank_rate=float(info.get("episode_mean_rate", biped.crank_rate)),
         commanded_rate=float(state.drawn.commanded_rate),
         status="ok" if not status.terminal else status.name.lower().replace("_", " "),
     )

@@ -64,6 +64,7 @@ class _Comparison:
             actions = (scale * random.uniform(low, high)).astype(low.dtype)
             given = self.vector_env.step(actions)
             self._space(step, given[0])
+            self._columns(step, given)
             for i in range(len(self.singles)):
                 ended += self._step_one(step, i, actions[i], given)
         return ended
@@ -82,6 +83,8 @@ class _Comparison:
         if ends and self.mode is AutoresetMode.SAME_STEP:
             self._masked(step, i, infos, {"final_obs": expected[0]})
             self._masked(step, i, infos.get("final_info", {}), info)
+            if not _mask(step, infos, "final_info")[i]:
+                raise ValueError(f"step {step}, environment {i}: info 'final_info' is missing")
             first_obs, info = env.reset()
             self.over[i] = False
         self._same(step, i, "observation", obs[i], first_obs)
@@ -89,22 +92,24 @@ class _Comparison:
         self._same(step, i, "terminated", terminated[i], expected[2])
         self._same(step, i, "truncated", truncated[i], expected[3])
         self._masked(step, i, infos, info)
+        kept = ends and self.mode is AutoresetMode.SAME_STEP
+        expected_names = {*info, "final_obs", "final_info"} if kept else set(info)
         for name in infos:
-            extra = name not in info and not name.startswith("_") and not name.startswith("final")
-            if extra and infos[f"_{name}"][i]:
+            named = name in expected_names or name.startswith("_")
+            if not named and _mask(step, infos, name)[i]:
                 raise ValueError(f"step {step}, environment {i}: info {name!r} is not expected")
         return ends
 
     def _reset_finished(self, step: int) -> None:
         mask = np.asarray(self.over)
         obs, _ = self.vector_env.reset(options={"reset_mask": mask})
-        for i in np.flatnonzero(mask):
+        for i in map(int, np.flatnonzero(mask)):
             self._same(f"reset before {step}", i, "observation", obs[i], self.singles[i].reset()[0])
         self.over = [False] * len(self.singles)
 
     def _masked(self, step: Any, i: int, infos: dict, expected: dict) -> None:
         for name, value in expected.items():
-            if name not in infos or not infos[f"_{name}"][i]:
+            if name not in infos or not _mask(step, infos, name)[i]:
                 raise ValueError(f"step {step}, environment {i}: info {name!r} is missing")
             self._same(step, i, f"info {name!r}", infos[name][i], value)
 
@@ -115,6 +120,24 @@ class _Comparison:
                 f"{expected} in a single one"
             )
 
+    def _columns(self, step: int, given: tuple) -> None:
+        """Shape and type of the rewards and of both flags."""
+        count = len(self.singles)
+        kinds = {"reward": np.floating, "terminated": np.bool_, "truncated": np.bool_}
+        for (name, kind), column in zip(kinds.items(), given[1:4], strict=True):
+            if np.shape(column) != (count,) or not np.issubdtype(np.asarray(column).dtype, kind):
+                raise ValueError(
+                    f"step {step}: {name} has shape {np.shape(column)} and type "
+                    f"{np.asarray(column).dtype}; accepted: {kind.__name__} [{count}]"
+                )
+
     def _space(self, step: Any, obs: np.ndarray) -> None:
         if not self.vector_env.observation_space.contains(obs):
             raise ValueError(f"step {step}: observation {obs!r} is outside the space")
+
+
+def _mask(step: Any, infos: dict, name: str) -> np.ndarray:
+    """Where an entry of infos holds."""
+    if f"_{name}" not in infos:
+        raise ValueError(f"step {step}: info {name!r} has no mask; accepted: one as '_{name}'")
+    return infos[f"_{name}"]

@@ -1,4 +1,4 @@
-"""A pytree of many small arrays as a few large ones: calling a compiled function costs per array."""
+"""A pytree of many small arrays as a few large ones: a compiled call costs per array."""
 
 from __future__ import annotations
 

@@ -29,8 +29,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     """A pure environment. Subclasses are frozen dataclasses of static choices.
 
     autoreset: "same_step" returns the next episode's first observation with the step that ends one,
-    the last observation being kept in info["final_obs"]; "next_step" resets in the step after, whose
-    action is ignored and whose reward is 0; "disabled" leaves resetting to the caller.
+    the last observation being kept in info["final_obs"]; "next_step" resets in the step after,
+    which ignores its action and has reward 0; "disabled" leaves resetting to the caller.
     info["autoreset"] is true in the step that resets.
     """
 
@@ -55,6 +55,14 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     @abstractmethod
     def observation_bounds(self, params: Params) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest value of every observation entry."""
+
+    @abstractmethod
+    def picture(self, state: State, info: dict[str, Any], params: Params) -> Any:
+        """What a renderer draws of one unbatched state; info of the step before, {} at a reset."""
+
+    @abstractmethod
+    def renderer(self, params: Params) -> Any:
+        """Something with draw(picture) -> [height, width, 3] and reset()."""
 
     @abstractmethod
     def is_over(self, state: State) -> Bool[Array, ""]:
@@ -94,8 +102,9 @@ class FunctionalEnv(ABC, Generic[State, Params]):
             values = np.asarray(action)
             try:
                 good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
-            except TypeError:
-                good = np.zeros(shape, bool)
+            except TypeError as error:
+                message = f"action = {action!r} is not accepted; accepted: numbers in [-1, 1]"
+                raise ValueError(message) from error
             if not np.all(good):
                 bad = values[~good].flat[0]
                 raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")

@@ -71,7 +71,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """One control step. Raises ValueError for a bad action and after an episode's end."""
         if not self._envs.begun or self._over:
             raise ValueError("step without an episode; accepted: after reset()")
-        action = self.functional.check_action(np.asarray(action, self._envs.dtype))
+        action = np.asarray(self.functional.check_action(action), self._envs.dtype)
         results = self._envs.step(action[None])
         terminated, truncated = bool(results.terminated[0]), bool(results.truncated[0])
         self._over = terminated or truncated
@@ -81,7 +81,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         obs = results.obs[0].astype(np.float32)
         return obs, float(results.reward[0]), terminated, truncated, dict(self._info)
 
-    def render(self) -> np.ndarray | None:  # type: ignore[override]
+    def render(self) -> np.ndarray | None:
         """The picture [height, width, 3] for "rgb_array"; shown in a window for "human"."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() without render_mode; accepted: 'human', 'rgb_array'")

@@ -150,7 +150,6 @@ class PackedEnvs:
             info=info,
         )
 
-
     def _chains(self) -> np.ndarray:
         """Where every chain of keys stands: newly seeded, or as the steps left it."""
         if self._seeded is not None:

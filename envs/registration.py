@@ -15,8 +15,8 @@ BIPED_ID = "stickslip/Biped-v0"
 
 
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
-    """The single biped. Options: static choices of BipedEnv (fidelity, substeps, see_patch, ...) and
-    entries of BipedEnv.make_params (scene, biped, randomisation, commanded_rate, ...)."""
+    """The single biped. Options: static choices of BipedEnv (fidelity, substeps, see_patch, ...)
+    and entries of BipedEnv.make_params (scene, biped, randomisation, commanded_rate, ...)."""
     env, params = split_options(options | {"autoreset": options.get("autoreset", "disabled")})
     return GymEnv(env, params, render_mode)
 
@@ -36,7 +36,7 @@ def make_biped_vec(
 
 
 def split_options(options: dict[str, Any]) -> tuple[BipedEnv, Any]:
-    """A BipedEnv and its parameters from one set of keyword arguments; ValueError for unknown ones."""
+    """A BipedEnv and its parameters from one set of options; ValueError for unknown ones."""
     static = {field.name for field in fields(BipedEnv)}
     env = BipedEnv(**{name: value for name, value in options.items() if name in static})
     rest = {name: value for name, value in options.items() if name not in static}

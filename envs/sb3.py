@@ -30,10 +30,10 @@ class SB3VecEnv(VecEnv):
     def __init__(self, env: FunctionalEnv, params: Any, num_envs: int, seed: int = 0):
         if env.autoreset != "same_step":
             raise ValueError(
-                f"autoreset = {env.autoreset!r}; accepted: 'same_step', as Stable-Baselines3 expects"
+                f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
             )
-        if num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs}; accepted: an integer >= 1")
+        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
+            raise ValueError(f"num_envs = {num_envs!r}; accepted: an integer >= 1")
         self.render_mode = None
         self._envs = PackedEnvs(env, params, num_envs)
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
@@ -43,7 +43,7 @@ class SB3VecEnv(VecEnv):
 
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
-        if any(self._seeds):
+        if any(seed is not None for seed in self._seeds):
             self._seeds_given = list(self._seeds)
         if any(seed is not None for seed in self._seeds_given):
             self._envs.seed(self._seeds_given)
@@ -56,6 +56,8 @@ class SB3VecEnv(VecEnv):
 
     def step_async(self, actions: np.ndarray) -> None:
         """Check the actions and keep them for `step_wait`."""
+        if not self._envs.begun:
+            raise ValueError("step without episodes; accepted: after reset()")
         checked = self._envs.env.check_action(actions, (self.num_envs,))
         self._actions = np.asarray(checked, self._envs.dtype)
 

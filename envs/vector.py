@@ -28,9 +28,9 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """n functional environments as a gymnasium VectorEnv, behaving like SyncVectorEnv.
 
     Environment i of `reset(seed=s)` is the single environment of seed s + i, episode after episode.
-    autoreset_mode: every AutoresetMode; with SAME_STEP infos hold `final_obs` and `final_info`, with
-    DISABLED finished environments are reset by `reset(options={"reset_mask": mask})` before the next
-    step. info entries are arrays [n] with their masks under `_name`.
+    autoreset_mode: every AutoresetMode; with SAME_STEP infos hold `final_obs` and `final_info`;
+    with DISABLED finished environments are reset by `reset(options={"reset_mask": mask})` before
+    the next step. info entries are arrays [n] with their masks under `_name`.
     """
 
     def __init__(
@@ -62,6 +62,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._seeded = False
         self._over = np.zeros(num_envs, bool)
         self._infos: list[dict[str, Any]] = [{} for _ in range(num_envs)]
+        self._obs: np.ndarray | None = None
         self._results: Results | None = None
         self._renderers: list[Any] | None = None
 
@@ -75,8 +76,9 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         mask = self._reset_mask(options)
         self._seed(seed, mask)
         obs = self._envs.reset(mask).astype(np.float32)
-        if mask is not None and self._results is not None:
-            obs = np.where(mask[:, None], obs, self._results.obs.astype(np.float32))
+        if mask is not None and self._obs is not None:
+            obs = np.where(mask[:, None], obs, self._obs)
+        self._obs = obs.copy()
         self._over = self._over & ~mask if mask is not None else np.zeros(self.num_envs, bool)
         if mask is None:
             self._results = None
@@ -102,6 +104,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._over = results.terminated | results.truncated
         infos = self._gather_infos(results)
         obs = results.obs.astype(np.float32)
+        self._obs = obs.copy()
         reward = results.reward.astype(np.float64)
         return obs, reward, results.terminated, results.truncated, infos
 

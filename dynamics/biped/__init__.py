@@ -12,7 +12,6 @@ from stickslip.dynamics.biped.inertia import (
     ground_moment,
     reduced_inertia,
 )
-
 from stickslip.dynamics.biped.kinematics import (
     BODIES,
     SUPPORT_END,

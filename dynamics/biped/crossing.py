@@ -1,4 +1,4 @@
-"""Finding where an event function, positive before and negative after, first crosses zero in a step.
+"""Finding where an event function, positive before and negative after, first crosses zero.
 
 Each function is known at the start, the middle and the end of a trial step; time runs from 0 to 1.
 """
@@ -25,13 +25,14 @@ class Crossing(NamedTuple):
     """Whether the step's end is so near that a correction to `time` keeps the order."""
 
 
-def first_crossing(start, middle, end, end_slope, targeted) -> Crossing:
-    """The first crossing of the parabola through three samples, or Newton's from the end if close.
+def first_crossing(samples, end_slope, targeted) -> Crossing:
+    """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
     an end just short of it counts as having reached it, and one further short of it is aimed again
     (time > 1). A fall below zero and back between two samples is not seen.
     """
+    start, middle, end = samples
     linear = -3 * start + 4 * middle - end
     square = 2 * start - 4 * middle + 2 * end
     crossed = (middle < 0) | (end < 0)
@@ -48,8 +49,9 @@ def first_crossing(start, middle, end, end_slope, targeted) -> Crossing:
     return Crossing(time, close)
 
 
-def parabola_slope(start, middle, end):
+def parabola_slope(samples):
     """Slope at the end, per trial step, of the parabola through three samples."""
+    start, middle, end = samples
     return start - 4 * middle + 3 * end
 
 

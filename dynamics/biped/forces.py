@@ -1,4 +1,4 @@
-"""Forces and accelerations at one instant: inverse and forward dynamics by the reduced equations."""
+"""Forces and accelerations at one instant: inverse and forward, by the reduced equations."""
 
 from __future__ import annotations
 
@@ -141,6 +141,7 @@ def contact_status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, 
 
 def _floats(tree, *values):
     """The values as arrays of one floating type: the widest among them and the tree."""
-    leaves = [leaf for leaf in jax.tree.leaves(tree) if jnp.result_type(leaf) != bool]
-    dtype = jnp.result_type(*values, *map(jnp.result_type, leaves))
+    types = (jnp.result_type(leaf) for leaf in jax.tree.leaves(tree))
+    floating = (kind for kind in types if jnp.issubdtype(kind, jnp.floating))
+    dtype = jnp.result_type(*values, *floating)
     return [jnp.asarray(value, dtype) for value in values]

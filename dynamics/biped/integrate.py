@@ -119,7 +119,11 @@ def _going(walk: Walk):
 
 def _blank(walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
-    zero, none, no = jnp.zeros_like(walk.theta), jnp.zeros_like(walk.status), walk.theta != walk.theta
+    zero, none, no = (
+        jnp.zeros_like(walk.theta),
+        jnp.zeros_like(walk.status),
+        walk.theta != walk.theta,
+    )
     return Trial(
         step=zero,
         mode=zero,
@@ -148,7 +152,9 @@ def settle(spec: RK4Split, problem: Problem, walk: Walk, trial: Trial) -> Walk:
     walk = _note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     moved = _note(_moved(problem, walk, trial), trial.switches, trial.kind)
     switched = _switched(problem, moved, trial)
-    switched = _tidy_unsplit(switched, trial)._replace(aim=longest, target=jnp.zeros_like(trial.kind))
+    switched = _tidy_unsplit(switched, trial)._replace(
+        aim=longest, target=jnp.zeros_like(trial.kind)
+    )
     again = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,

@@ -34,7 +34,7 @@ _SWING = np.array([number - 1 for number in range(1, 13) if number != 8], np.int
 
 
 class LegPins(NamedTuple):
-    """One leg's pin positions, each [2] m; `Kinematics.pins` stacks both legs as [2, 2], support first."""
+    """One leg's pin positions, each [2] m; `Kinematics.pins` stacks both legs: [2, 2]."""
 
     crank_pin: Array
     rod_pin: Array
@@ -147,7 +147,7 @@ def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
 
 
 def require_closure(params: BipedParams, samples: int = 720) -> None:
-    """Raise ValueError naming the crank angle at which the linkage cannot close, if there is one."""
+    """Raise ValueError naming a crank angle at which the linkage cannot close, if any."""
     if not is_concrete(params):
         return
     leaves, structure = jax.tree.flatten(params)
@@ -158,9 +158,9 @@ def require_closure(params: BipedParams, samples: int = 720) -> None:
     )
     count = int(np.prod(batch))
     flat = [
-        jnp.broadcast_to(
-            jnp.asarray(leaf), (*batch, *np.shape(leaf)[np.ndim(leaf) - n :])
-        ).reshape(count, *np.shape(leaf)[np.ndim(leaf) - n :])
+        jnp.broadcast_to(jnp.asarray(leaf), (*batch, *np.shape(leaf)[np.ndim(leaf) - n :])).reshape(
+            count, *np.shape(leaf)[np.ndim(leaf) - n :]
+        )
         for leaf, n in zip(leaves, ndims, strict=True)
     ]
     margin = np.asarray(_closure_margins(structure.unflatten(flat), samples))
@@ -196,7 +196,7 @@ def _dtype(params: BipedParams):
 def _legs(params: BipedParams, theta) -> tuple[_Leg, _Leg]:
     """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
     both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
-    return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))  # type: ignore[return-value]
+    return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))
 
 
 def _leg(params: BipedParams, angle) -> _Leg:

@@ -12,9 +12,9 @@ import numpy as np
 from stickslip.dynamics.biped.kinematics import exchange_mismatch, kinematics, step_length
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.table import ExactInertia, Table, TableInertia, fit_table
+from stickslip.dynamics.numeric import Numeric
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
@@ -48,7 +48,7 @@ def prepare(
     params: BipedParams | BipedModel,
     *,
     fidelity: Fidelity = "reduced",
-    payload: ArrayLike | None = None,
+    payload: Numeric | None = None,
 ) -> BipedModel:
     """Make a robot ready for stepping; a model passes through unchanged.
 
@@ -106,8 +106,8 @@ class LoadedInertia:
 def load(
     model: BipedModel,
     unit: ExactInertia | TableInertia | None,
-    mass_factor: ArrayLike,
-    payload: ArrayLike = 0.0,
+    mass_factor: Numeric,
+    payload: Numeric = 0.0,
 ) -> BipedModel:
     """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
 
@@ -149,6 +149,8 @@ def table_of(fidelity: Fidelity) -> Table | None:
 
 def _closes(params: BipedParams, samples: int = 128) -> Bool[Array, ""]:
     """Both legs over the support phase: the whole turn of either."""
-    angles = jnp.asarray((0.5 + np.arange(samples) / samples) * np.pi, jnp.result_type(params.crank))
+    angles = jnp.asarray(
+        (0.5 + np.arange(samples) / samples) * np.pi, jnp.result_type(params.crank)
+    )
     closure = jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)
     return jnp.min(closure) >= 0

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number
-
-if TYPE_CHECKING:
-    from jax.typing import ArrayLike
+from stickslip.dynamics.numeric import Numeric
 
 LINKS = (
     "foot",
@@ -63,7 +60,7 @@ class BipedParams:
       tendon_drop: B down to D. upper_tendon: D to F. lower_tendon: D to H.
       femur: K to C. femur_pin: C to F. tibia: ankle E to K. tibia_pin: K to H.
       stabiliser: C to the slot pin P. slot_depth: A down to the slot. offset: the parallelograms'
-      offset d, forwards, fixed in links 1, 5 and 10 (bars 11 and 12 are as long as tibia and femur).
+      offset d, forwards, fixed in links 1, 5, 10 (bars 11 and 12 are as long as tibia and femur).
       heel, toe: the foot's edges behind and before the ankle.
     mass [13] kg, inertia [13] kg m^2 about the centre of mass, centre [13, 2] m: centre of mass in
       the link's frame. Links in the order of LINKS. A link's frame has its x axis along the
@@ -73,58 +70,58 @@ class BipedParams:
     payload: extra mass at the hip's centre [kg]. gravity [m/s^2].
     """
 
-    crank: ArrayLike
-    ground_link: ArrayLike
-    rod: ArrayLike
-    rod_pin: ArrayLike
-    rocker: ArrayLike
-    tendon_drop: ArrayLike
-    upper_tendon: ArrayLike
-    lower_tendon: ArrayLike
-    femur: ArrayLike
-    femur_pin: ArrayLike
-    tibia: ArrayLike
-    tibia_pin: ArrayLike
-    stabiliser: ArrayLike
-    slot_depth: ArrayLike
-    offset: ArrayLike
-    heel: ArrayLike
-    toe: ArrayLike
-    mass: ArrayLike
-    centre: ArrayLike
-    inertia: ArrayLike
-    payload: ArrayLike
-    gravity: ArrayLike
+    crank: Numeric
+    ground_link: Numeric
+    rod: Numeric
+    rod_pin: Numeric
+    rocker: Numeric
+    tendon_drop: Numeric
+    upper_tendon: Numeric
+    lower_tendon: Numeric
+    femur: Numeric
+    femur_pin: Numeric
+    tibia: Numeric
+    tibia_pin: Numeric
+    stabiliser: Numeric
+    slot_depth: Numeric
+    offset: Numeric
+    heel: Numeric
+    toe: Numeric
+    mass: Numeric
+    centre: Numeric
+    inertia: Numeric
+    payload: Numeric
+    gravity: Numeric
 
     @classmethod
     def from_bars(
         cls,
-        crank_length: ArrayLike = 0.030,
-        bar_density: ArrayLike = 1.48,
-        hip_mass: ArrayLike = 0.70,
-        foot_mass: ArrayLike = 0.30,
-        foot_inertia: ArrayLike = 1e-3,
-        offset: ArrayLike = 2.0,
-        payload: ArrayLike = 0.0,
-        heel: ArrayLike = 8.0,
-        toe: ArrayLike = 8.0,
-        gravity: ArrayLike = 9.81,
+        crank_length: Numeric = 0.030,
+        bar_density: Numeric = 1.48,
+        hip_mass: Numeric = 0.70,
+        foot_mass: Numeric = 0.30,
+        foot_inertia: Numeric = 1e-3,
+        offset: Numeric = 2.0,
+        payload: Numeric = 0.0,
+        heel: Numeric = 8.0,
+        toe: Numeric = 8.0,
+        gravity: Numeric = 9.81,
         *,
-        ground_link: ArrayLike = 2.0,
-        rod: ArrayLike = 5.0,
-        rod_pin: ArrayLike = 2.5,
-        rocker: ArrayLike = 2.5,
-        tendon_drop: ArrayLike = 12.0,
-        upper_tendon: ArrayLike = 6.0,
-        lower_tendon: ArrayLike = 6.0,
-        femur: ArrayLike = 9.0,
-        femur_pin: ArrayLike = 3.0,
-        tibia: ArrayLike = 18.0,
-        tibia_pin: ArrayLike = 6.0,
-        stabiliser: ArrayLike = 4.2,
-        slot_depth: ArrayLike = 4.0,
-        hip_centre: tuple[ArrayLike, ArrayLike] = (1.0, -6.0),
-        hip_span: ArrayLike = 16.0,
+        ground_link: Numeric = 2.0,
+        rod: Numeric = 5.0,
+        rod_pin: Numeric = 2.5,
+        rocker: Numeric = 2.5,
+        tendon_drop: Numeric = 12.0,
+        upper_tendon: Numeric = 6.0,
+        lower_tendon: Numeric = 6.0,
+        femur: Numeric = 9.0,
+        femur_pin: Numeric = 3.0,
+        tibia: Numeric = 18.0,
+        tibia_pin: Numeric = 6.0,
+        stabiliser: Numeric = 4.2,
+        slot_depth: Numeric = 4.0,
+        hip_centre: tuple[Numeric, Numeric] = (1.0, -6.0),
+        hip_span: Numeric = 16.0,
         dtype=None,
     ) -> BipedParams:
         """Uniform bars of one density, a hip and two feet; the defaults are the reference robot.
@@ -206,7 +203,7 @@ class BipedParams:
         """The same robot with every field as an array of `dtype`."""
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
 
-    def replace(self, **changes: ArrayLike) -> BipedParams:
+    def replace(self, **changes: Numeric) -> BipedParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
         known = [field.name for field in fields(self)]
         for name in changes:
@@ -224,7 +221,9 @@ class BipedParams:
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
             if shape[max(len(shape) - len(tail), 0) :] != tail:
-                raise ValueError(f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order")
+                raise ValueError(
+                    f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order"
+                )
         for name in POSITIVE:
             accepted = "a finite number > 0"
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted=accepted)

@@ -18,7 +18,7 @@ from stickslip.dynamics.biped.contact import (
     sticking,
     zero_moment_point,
 )
-from stickslip.dynamics.biped.floor import friction_on, patch_at
+from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.forces import contact_status
 from stickslip.dynamics.biped.integrate import advance, start
 from stickslip.dynamics.biped.kinematics import exchange_mismatch
@@ -26,13 +26,13 @@ from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, table_
 from stickslip.dynamics.biped.state import BipedState, Contact, Events
 from stickslip.dynamics.biped.trial import RK4Split, Walk
 from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jax.typing import ArrayLike
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.params import BipedParams
@@ -67,7 +67,7 @@ class Trajectory:
     def events(self) -> list[tuple[float, str, float]]:
         """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.
 
-        For one walk, not a batch, simulated with RK4Split(record_events=True); ValueError otherwise.
+        For one walk, simulated with RK4Split(record_events=True), not a batch; else ValueError.
         """
         events = self.contacts.events
         if events is None or np.ndim(events.kinds) != 2:
@@ -111,7 +111,7 @@ def simulate(
     params: BipedParams | BipedModel,
     scene: Scene,
     state: BipedState,
-    torque: ArrayLike | Callable[[BipedState], ArrayLike],
+    torque: Numeric | Callable[[BipedState], Numeric],
     duration: float,
     dt: float,
     *,
@@ -158,7 +158,7 @@ def integrator_of(integrator: Integrator) -> RK4Split:
 
 
 def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
-    """Raise ValueError if a continuous walk is asked of a linkage with an impact at the exchange."""
+    """Raise ValueError if a linkage with an impact at the exchange is to walk on."""
     if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
         return
     if np.ndim(params.crank) > 0:
@@ -176,11 +176,12 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
 
 def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
     """Raise ValueError for a foot that moves on a floor without slip."""
-    if isinstance(scene.floor, Grip) and is_concrete(state):
-        if np.any(np.asarray(state.foot_velocity) != 0):
-            raise ValueError(
-                f"foot_velocity = {state.foot_velocity} on a grip floor; accepted: 0 [m/s]"
-            )
+    if not isinstance(scene.floor, Grip) or not is_concrete(state):
+        return
+    if np.any(np.asarray(state.foot_velocity) != 0):
+        raise ValueError(
+            f"foot_velocity = {state.foot_velocity} on a grip floor; accepted: 0 [m/s]"
+        )
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -268,6 +269,7 @@ def _events(walk: Walk, end) -> Events | None:
 
 
 def _float_type(*trees):
-    """The widest floating type among the leaves."""
-    types = [jnp.result_type(leaf) for leaf in jax.tree.leaves(trees)]
-    return jnp.result_type(*(kind for kind in types if jnp.issubdtype(kind, jnp.floating)))
+    """The widest floating type among the leaves; plain numbers take the arrays' type."""
+    leaves = jax.tree.leaves(trees)
+    floating = [leaf for leaf in leaves if jnp.issubdtype(jnp.result_type(leaf), jnp.floating)]
+    return jnp.result_type(*floating)

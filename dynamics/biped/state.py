@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.numeric import Numeric
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.model import BipedModel
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class BipedState:
-    """Where a walk is. `steps` counts exchanges of support; phase and foot_position are what is left.
+    """Where a walk is: `steps` counts exchanges of support, phase and foot_position are the rest.
 
     phase: crank angle of the supporting leg, in [pi/2, 3 pi/2] [rad]. steps: exchanges so far,
     forwards positive (integer). crank_rate [rad/s]. foot_position: slide x1 of eq. (16), the
@@ -33,12 +33,12 @@ class BipedState:
     The whole turn of the crank is `crank_angle`, the ankle's place on the floor `floor_position`.
     """
 
-    phase: ArrayLike = SUPPORT_START
-    steps: ArrayLike = 0
-    crank_rate: ArrayLike = 0.0
-    foot_position: ArrayLike = 0.0
-    foot_velocity: ArrayLike = 0.0
-    time: ArrayLike = 0.0
+    phase: Numeric = SUPPORT_START
+    steps: Numeric = 0
+    crank_rate: Numeric = 0.0
+    foot_position: Numeric = 0.0
+    foot_velocity: Numeric = 0.0
+    time: Numeric = 0.0
 
     @property
     def crank_angle(self) -> Float[Array, ""]:
@@ -63,7 +63,7 @@ class BipedState:
 
 
 def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
-    """Where the supporting ankle stands on the floor [m]: steps times the step length, plus slide."""
+    """Where the supporting ankle stands on the floor [m]: steps by step length, plus slide."""
     from stickslip.dynamics.biped.kinematics import step_length
     from stickslip.dynamics.biped.model import BipedModel
 

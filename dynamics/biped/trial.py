@@ -226,7 +226,9 @@ def _cone(friction: Friction | None, motion: Motion):
     return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)
 
 
-def _stages(problem: Problem, friction: Friction | None, mode, walk: Walk, inertia, step) -> _Stages:
+def _stages(
+    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia, step
+) -> _Stages:
     """The classical Runge-Kutta stages, as a loop so that the inertia is compiled once."""
     dtype = walk.theta.dtype
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
@@ -269,7 +271,7 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
     room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
     theta = samples.theta[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
-    best = exchange, first_crossing(*room, inwards * step, walk.target == exchange)
+    best = exchange, first_crossing(room, inwards * step, walk.target == exchange)
     if isinstance(floor, Grip):
         return best
     slides = mode != 0
@@ -278,9 +280,9 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
         for velocity, cone in zip(samples.velocity, samples.cone, strict=True)
     ]
     slowing = mode * end.foot_acceleration * step
-    slope = jnp.where(slides, slowing, parabola_slope(*margins))
+    slope = jnp.where(slides, slowing, parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
-    found = first_crossing(*margins, slope, walk.target == change)
+    found = first_crossing(margins, slope, walk.target == change)
     best = _earlier((change, found), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
@@ -290,7 +292,7 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
         kind = jnp.full_like(exchange, EventKind.PATCH)
         closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
-        best = _earlier((kind, first_crossing(*gaps, closing, walk.target == kind)), best)
+        best = _earlier((kind, first_crossing(gaps, closing, walk.target == kind)), best)
     return best
 
 
