@@ -100,10 +100,10 @@ class Scene:
             )
         if self.payload is not None:
             require_number("payload", self.payload, low=0.0, accepted="a finite mass >= 0 [kg]")
-        if isinstance(self.floor, Uniform | Patches):
-            _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
         if isinstance(self.floor, Patches):
             _check_patches(self.floor)
+        if isinstance(self.floor, Uniform | Patches):
+            _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
         return self
 
 

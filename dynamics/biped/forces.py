@@ -9,12 +9,14 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import (
+    Motion,
     ankle_moment,
     mode_of,
     moving,
     sticking,
     zero_moment_point,
 )
+from stickslip.dynamics.biped.floor import Friction
 from stickslip.dynamics.biped.inertia import ground_moment, reduced_inertia
 from stickslip.dynamics.biped.kinematics import kinematics
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare
@@ -24,7 +26,6 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
-    from stickslip.dynamics.biped.contact import Motion
     from stickslip.dynamics.biped.params import BipedParams
 
 
@@ -112,22 +113,51 @@ def forward_dynamics(
     theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic = _floats(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic
     )
-    inertia = model.inertia.at(theta)
-    still = sticking(model, inertia, crank_rate, torque)
-    mode = mode_of(still, foot_velocity, mu_static)
-    motion = moving(model, inertia, crank_rate, torque, mode, mu_kinetic)
-    moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate, motion)
-    zmp = zero_moment_point(moment, motion.normal_force)
-    onset = (foot_velocity == 0) & (mode != 0)
+    instant = at_instant(
+        model, theta, crank_rate, foot_velocity, torque, Friction(mu_static, mu_kinetic)
+    )
     return ForwardDynamics(
-        *motion[:4],
-        zmp=zmp,
-        mode=mode.astype(jnp.int32),
-        status=contact_status(model, motion, zmp, onset),
+        *instant.motion[:4],
+        zmp=instant.zmp,  # pyright: ignore[reportArgumentType]
+        mode=instant.mode.astype(jnp.int32),
+        status=instant.status,
     )
 
 
-def contact_status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, ""]:
+class Instant(NamedTuple):
+    """Everything about one instant; zmp None where it is not asked for."""
+
+    motion: Motion
+    mode: Float[Array, ""]
+    zmp: Float[Array, ""] | None
+    status: Int[Array, ""]
+
+
+def at_instant(
+    model: BipedModel,
+    theta,
+    crank_rate,
+    foot_velocity,
+    torque,
+    friction: Friction | None,
+    with_zmp: bool = True,
+) -> Instant:
+    """Mode, motion, zero-moment point and status; friction None: the foot cannot slip."""
+    inertia = model.inertia.at(theta)
+    motion = sticking(model, inertia, crank_rate, torque)
+    mode = jnp.zeros_like(motion.crank_acceleration)
+    if friction is not None:
+        mode = mode_of(motion, foot_velocity, friction.mu_static)
+        motion = moving(model, inertia, crank_rate, torque, mode, friction.mu_kinetic)
+    zmp = None
+    if with_zmp:
+        moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate, motion)
+        zmp = zero_moment_point(moment, motion.normal_force)
+    onset = (foot_velocity == 0) & (mode != 0)
+    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset))
+
+
+def _status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, ""]:
     """The Status of one instant, the gravest word last. zmp None: topple is not looked at."""
     status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
     if zmp is not None:

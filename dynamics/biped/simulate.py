@@ -10,16 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.contact import (
-    Motion,
-    ankle_moment,
-    mode_of,
-    moving,
-    sticking,
-    zero_moment_point,
-)
 from stickslip.dynamics.biped.floor import friction_on
-from stickslip.dynamics.biped.forces import contact_status
+from stickslip.dynamics.biped.forces import Instant, at_instant
 from stickslip.dynamics.biped.integrate import advance, start
 from stickslip.dynamics.biped.kinematics import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, table_of
@@ -244,21 +236,13 @@ def _simulate(spec, fidelity, policy, count, params, scene, state, values, size)
     return Trajectory(states, torques, contacts)
 
 
-def _contact(model: BipedModel, scene: Scene, walk: Walk, torque):
-    """Motion, mode, zero-moment point (None if not wanted) and status of the state as it is."""
-    inertia = model.inertia.at(walk.theta)
-    motion: Motion = sticking(model, inertia, walk.rate, torque)
-    mode = jnp.zeros_like(walk.theta)
+def _contact(model: BipedModel, scene: Scene, walk: Walk, torque) -> Instant:
+    """Forces and status of the state as it is."""
+    friction = None
     if not isinstance(scene.floor, Grip):
         friction = friction_on(scene.floor, walk.patch, walk.theta.dtype)
-        mode = mode_of(motion, walk.velocity, friction.mu_static)
-        motion = moving(model, inertia, walk.rate, torque, mode, friction.mu_kinetic)
-    zmp = None
-    if scene.outputs == "forces":
-        moment = ankle_moment(model, model.inertia.moment_at(walk.theta), walk.rate, motion)
-        zmp = zero_moment_point(moment, motion.normal_force)
-    onset = (walk.velocity == 0) & (mode != 0)
-    return motion, mode, zmp, contact_status(model, motion, zmp, onset)
+    with_zmp = scene.outputs == "forces"
+    return at_instant(model, walk.theta, walk.rate, walk.velocity, torque, friction, with_zmp)
 
 
 def _events(walk: Walk, end) -> Events | None:
