@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -15,30 +14,12 @@ import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering import BipedFrame, BipedRenderer, Window, save_animation, theme
+from stickslip.envs.rendering import BipedRenderer, Window, save_animation, theme
+from tests.envs.frames import SCENE, STANDING, walk
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("PIL")
 
-STANDING = BipedFrame(
-    phase=2.2,
-    steps=0,
-    floor_position=0.0,
-    slide=0.0,
-    crank_rate=3.0,
-    foot_velocity=0.0,
-    time=0.0,
-    torque=0.8,
-    friction_force=5.0,
-    normal_force=83.0,
-    zmp=0.05,
-    mu_static=0.4,
-    mu_kinetic=0.3,
-    sticking=True,
-    mean_crank_rate=3.0,
-    commanded_rate=3.0,
-)
-SCENE = Scene.uniform(0.4, 0.3)
 PANEL = np.s_[70:500, 200:640]
 """Where the robot is in a picture of the default size, without the key."""
 
@@ -57,29 +38,6 @@ def shared(params):
 def renderer(shared):
     shared.reset()
     return shared
-
-
-def walk(count: int, slide_per_frame: float = 0.0) -> list[BipedFrame]:
-    """A synthetic walk at 3 rad/s and 20 pictures a second; the foot slides when asked to."""
-    frames, phase, steps, position, slide = [], math.pi / 2, 0, 0.0, 0.0
-    for i in range(count):
-        phase += 0.15
-        if phase >= 1.5 * math.pi:
-            phase, steps, position = phase - math.pi, steps + 1, position + 0.24
-        slide, position = slide + slide_per_frame, position + slide_per_frame
-        frames.append(
-            replace(
-                STANDING,
-                phase=phase,
-                steps=steps,
-                floor_position=position,
-                slide=slide,
-                time=0.05 * i,
-                torque=math.sin(2 * phase),
-                sticking=not slide_per_frame,
-            )
-        )
-    return frames
 
 
 def has_colour(picture: np.ndarray, colour: str) -> bool:
@@ -305,143 +263,3 @@ class _Without:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] == self._package:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-
-@pytest.fixture
-def window(monkeypatch):
-    pytest.importorskip("pygame")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
-        monkeypatch.delenv(name, raising=False)
-    if not sys.platform.startswith("linux"):
-        monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    window = Window(fps=None)
-    yield window
-    window.close()
-
-
-def test_a_window_works_without_a_display_and_leaves_the_environment_alone(window):
-    import pygame
-
-    before = dict(os.environ)
-    picture = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
-    assert window.show(picture)
-    assert pygame.display.get_driver() == "dummy"
-    surface: Any = pygame.display.get_surface()
-    shown = pygame.surfarray.array3d(surface)
-    assert np.array_equal(shown.swapaxes(0, 1), picture)
-    assert dict(os.environ) == before
-    assert window.show(np.zeros((50, 30, 3), np.uint8))
-    surface = pygame.display.get_surface()
-    assert surface.get_size() == (30, 50)
-
-
-def test_closing_the_window_ends_the_showing_and_not_the_process(window):
-    import pygame
-
-    picture = np.zeros((40, 60, 3), np.uint8)
-    assert window.show(picture)
-    pygame.event.post(pygame.event.Event(pygame.QUIT))
-    assert not window.show(picture)
-    assert window.dismissed
-    assert not window.is_open
-    assert not window.show(picture)
-    window.close()
-    window.close()
-    assert window.show(picture)
-
-
-def test_a_window_keeps_the_pace():
-    pytest.importorskip("pygame")
-    import time
-
-    window = Window(fps=50)
-    picture = np.zeros((40, 60, 3), np.uint8)
-    window.show(picture)
-    start = time.perf_counter()
-    for _ in range(5):
-        window.show(picture)
-    assert time.perf_counter() - start > 0.07
-    window.close()
-    with pytest.raises(ValueError, match="fps"):
-        Window(fps=0)
-
-
-@pytest.fixture(scope="module")
-def film(params):
-    renderer = BipedRenderer(params, SCENE, width=480, height=270)
-    frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
-    return [*frames, frames[-1]]  # a picture that stands still counts too
-
-
-@pytest.mark.parametrize("suffix", [".gif", ".png"])
-def test_an_animation_has_every_frame_and_its_colours(film, tmp_path, suffix):
-    from PIL import Image
-
-    path = save_animation((frame for frame in film), tmp_path / f"walk{suffix}", fps=20)
-    with Image.open(path) as picture:
-        assert getattr(picture, "n_frames", 1) == len(film)
-        assert picture.info["loop"] == 0
-        for i, frame in enumerate(film):
-            picture.seek(i)
-            assert picture.info["duration"] == pytest.approx(50)
-            back = np.asarray(picture.convert("RGB")).astype(int)
-            assert np.abs(back - frame).mean() < 0.3
-            assert np.abs(back - frame).max() < 80
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_webp_keeps_every_colour(film, tmp_path):
-    from PIL import Image, features
-
-    if not features.check("webp"):
-        pytest.skip("this Pillow has no WebP")
-    with Image.open(save_animation(film[:4], tmp_path / "walk.webp")) as picture:
-        assert getattr(picture, "n_frames", 1) == 4
-        for i, frame in enumerate(film[:4]):
-            picture.seek(i)
-            assert np.array_equal(np.asarray(picture.convert("RGB")), frame)
-
-
-@pytest.mark.parametrize("name", ["walk.mp4", "walk", "walk.jpg"])
-def test_other_suffixes_are_refused_before_any_frame_is_drawn(tmp_path, name):
-    def never():
-        pytest.fail("a frame was asked for")
-        yield
-
-    with pytest.raises(ValueError, match=r"accepted: \.gif, \.png, \.webp"):
-        save_animation(never(), tmp_path / name)
-
-
-def test_a_failure_leaves_the_file_that_was_there(tmp_path):
-    def breaks():
-        yield np.zeros((4, 4, 3), np.uint8)
-        raise RuntimeError("drawing failed")
-
-    path = tmp_path / "walk.gif"
-    path.write_bytes(b"the old one")
-    with pytest.raises(RuntimeError, match="drawing failed"):
-        save_animation(breaks(), path)
-    wrong = [np.zeros((4, 4, 3), np.uint8), np.zeros((5, 4, 3), np.uint8)]
-    for frames in (wrong, [], [np.zeros((4, 4))]):
-        with pytest.raises(ValueError, match="accepted"):
-            save_animation(frames, path)
-    with pytest.raises(ValueError, match="fps"):
-        save_animation(wrong[:1], path, fps=100)
-    assert path.read_bytes() == b"the old one"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_an_encoder_that_fails_leaves_the_file_that_was_there(monkeypatch, tmp_path):
-    from stickslip.envs.rendering import animation
-
-    def fails(file, *_):
-        file.write(b"half")
-        raise OSError("disk full")
-
-    monkeypatch.setattr(animation, "write_gif", fails)
-    path = tmp_path / "walk.gif"
-    path.write_bytes(b"the old one")
-    with pytest.raises(OSError, match="disk full"):
-        save_animation([np.zeros((4, 4, 3), np.uint8)], path)
-    assert path.read_bytes() == b"the old one"
-    assert list(tmp_path.iterdir()) == [path]

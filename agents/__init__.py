@@ -1,0 +1,1 @@
+"""Baseline controllers, training, policy files and batch evaluation."""

@@ -1,0 +1,79 @@
+"""Animations and plots of a controller's episode. Needs the extra `viz`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import jax
+
+from stickslip.agents.plots import plot_comparison, plot_episode
+from stickslip.agents.rollout import Rollout, rollout
+from stickslip.envs.rendering import save_animation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    import numpy as np
+    from jaxtyping import Array
+
+    from stickslip.agents.protocol import Controller
+    from stickslip.envs.biped import BipedEnv
+    from stickslip.envs.biped_params import BipedEnvParams
+
+
+def film(
+    env: BipedEnv,
+    controller: Controller,
+    params: BipedEnvParams,
+    key: Array | int,
+    path: str | Path,
+    *,
+    fps: float = 25,
+    steps: int | None = None,
+    progress: bool = False,
+) -> Path:
+    """Write an animation of one episode (.gif, .png or .webp) and return its path.
+
+    key, steps: as for `rollout`. One picture every 1 / fps [s] of the episode, so it plays at the
+    speed of life; fps at most the control rate. progress: a bar, if tqdm is there.
+    """
+    played = rollout(env, controller, params, key, steps)
+    return save_animation(pictures(env, played, params, fps, progress), path, fps)
+
+
+def pictures(
+    env: BipedEnv, played: Rollout, params: BipedEnvParams, fps: float, progress: bool = False
+) -> Iterator[np.ndarray]:
+    """The pictures of one episode: its start, then one every 1 / fps [s], and its end."""
+    played = played.trimmed()
+    rate = 1 / float(params.control_period)
+    if not 0 < fps <= rate * (1 + 1e-6):
+        raise ValueError(f"fps = {fps}; accepted: 0 < fps <= {rate:g}, the control rate")
+    renderer: Any = env.renderer(params)
+    last = int(played.length) - 1
+    yield renderer.draw(env.picture(played.start_state, {}, params))
+    shown = 0
+    for index in _counted(range(last + 1), progress):
+        state, info = _row((played.state, played.info), index)
+        frame = env.picture(state, info, params)
+        if (index + 1) * fps / rate >= shown + 1 - 1e-9 or index == last:
+            shown += 1
+            yield renderer.draw(frame)
+
+
+def _row(tree: Any, index: int) -> Any:
+    return jax.tree.map(lambda leaf: leaf[index], tree)
+
+
+def _counted(items: Iterable[int], progress: bool) -> Iterable[int]:
+    if not progress:
+        return items
+    try:
+        from tqdm import tqdm
+    except ModuleNotFoundError:
+        return items
+    return tqdm(items, desc="drawing", unit="step", leave=False)
+
+
+__all__ = ["film", "pictures", "plot_comparison", "plot_episode"]

@@ -1,0 +1,122 @@
+"""A multilayer perceptron as a controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_choice
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.envs.biped import BipedEnvState
+    from stickslip.envs.biped_params import BipedEnvParams
+
+ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
+SQUASHES = ("clip", "tanh")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class MLPPolicy:
+    """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
+
+    x = (observation - shift) / scale, then clipped to +- observation_clip unless that is None.
+    weights: [inputs, outputs] of each layer; biases: [outputs]; shift, scale: [observation].
+    activation: "tanh" or "relu" (h). squash: "clip" to [-1, 1] or "tanh". Uses the observation
+    alone and remembers nothing. Computes in the weights' type.
+    """
+
+    weights: tuple[Array, ...]
+    biases: tuple[Array, ...]
+    shift: Array
+    scale: Array
+    activation: str = field(default="tanh", metadata={"static": True})
+    squash: str = field(default="clip", metadata={"static": True})
+    observation_clip: float | None = field(default=None, metadata={"static": True})
+
+    @property
+    def layer_sizes(self) -> tuple[int, ...]:
+        """Number of inputs, then of outputs of every layer."""
+        return (np.shape(self.weights[0])[-2], *(np.shape(w)[-1] for w in self.weights))
+
+    def validate(self) -> MLPPolicy:
+        """Return self, or raise ValueError naming what does not fit."""
+        require_choice("activation", self.activation, tuple(ACTIVATIONS))
+        require_choice("squash", self.squash, SQUASHES)
+        clip = self.observation_clip
+        if clip is not None and not (isinstance(clip, int | float) and 0 < clip < np.inf):
+            raise ValueError(f"observation_clip = {clip!r}; accepted: None, or finite and > 0")
+        if not self.weights or len(self.weights) != len(self.biases):
+            raise ValueError(
+                f"{len(self.weights)} weights with {len(self.biases)} biases; accepted: as many of "
+                "each, at least one"
+            )
+        self._check_shapes()
+        if is_concrete(self):
+            self._check_numbers()
+        return self
+
+    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> None:
+        """Nothing to remember."""
+        return None
+
+    def act(
+        self,
+        memory: None,
+        obs: Float[Array, " obs"],
+        env_state: BipedEnvState | None = None,
+        env_params: BipedEnvParams | None = None,
+    ) -> tuple[None, Float[Array, " 1"]]:
+        """See Controller. Observations may have leading batch axes here."""
+        return memory, self(obs)
+
+    def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch 1"]:
+        """The actions for observations."""
+        size = self.layer_sizes[0]
+        if np.shape(obs)[-1:] != (size,):
+            raise ValueError(
+                f"observation has shape {np.shape(obs)}; accepted by this policy: {size} entries. "
+                "It was made for another configuration of the environment"
+            )
+        given = jnp.asarray(obs)
+        x = (given.astype(jnp.result_type(self.weights[0])) - self.shift) / self.scale
+        if self.observation_clip is not None:
+            x = jnp.clip(x, -self.observation_clip, self.observation_clip)
+        last = len(self.weights) - 1
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            x = jnp.matmul(x, weight, precision="highest") + bias
+            x = x if index == last else ACTIVATIONS[self.activation](x)
+        x = jnp.tanh(x) if self.squash == "tanh" else jnp.clip(x, -1.0, 1.0)
+        return x.astype(given.dtype)
+
+    def _check_shapes(self) -> None:
+        width = None
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            shape = np.shape(weight)
+            if len(shape) != 2 or 0 in shape or (width is not None and shape[0] != width):
+                rows = "inputs" if width is None else width
+                raise ValueError(f"weight {index} has shape {shape}; accepted: ({rows}, outputs)")
+            width = shape[1]
+            if np.shape(bias) != (width,):
+                raise ValueError(f"bias {index} has shape {np.shape(bias)}; accepted: ({width},)")
+        if width != 1:
+            raise ValueError(f"the last layer has {width} outputs; accepted: 1, the torque")
+        for name in ("shift", "scale"):
+            shape = np.shape(getattr(self, name))
+            if shape != self.layer_sizes[:1]:
+                raise ValueError(f"{name} has shape {shape}; accepted: {self.layer_sizes[:1]}")
+
+    def _check_numbers(self) -> None:
+        named = {f"weight {i}": w for i, w in enumerate(self.weights)}
+        named |= {f"bias {i}": b for i, b in enumerate(self.biases)}
+        for name, values in (named | {"shift": self.shift, "scale": self.scale}).items():
+            if not np.all(np.isfinite(np.asarray(values))):
+                raise ValueError(f"{name} has entries that are not finite; accepted: finite")
+        if not np.all(np.asarray(self.scale) > 0):
+            raise ValueError("scale has entries <= 0; accepted: > 0")

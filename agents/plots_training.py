@@ -1,0 +1,126 @@
+"""The course of a training run as a PNG. Needs the extra `viz` (or `train`, which holds it)."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.agents.files import write_whole
+from stickslip.agents.metrics import read_columns
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+
+if TYPE_CHECKING:
+    from stickslip.agents.config import TrainConfig
+
+LIMITS = ("low", "high")
+TRAINING, TEST = "#8FA3B5", "#D55E00"
+
+
+class _Panel(NamedTuple):
+    """What is drawn where: columns of metrics.csv and evaluations.csv (None for neither)."""
+
+    title: str
+    training: str | None
+    test: str | None
+    share: float = 1.0
+    """Unit of the column in that of the panel."""
+    log: bool = False
+    ceiling: float = 0.0
+    """Cut off at so many times the last value; 0 for nothing cut off."""
+
+
+PANELS = (
+    _Panel("return of a whole episode [-]", None, "return"),
+    _Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
+    _Panel("falls [% of episodes]", "falls", "falls", share=100.0),
+    _Panel("slip [m/m]", "slip_per_metre", "slip_per_metre", log=True),
+    _Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
+    _Panel("exploration noise [N m]", "noise", None),
+)
+
+
+def plot_learning(directory: str | Path, config: TrainConfig, torque_limit: float) -> Path:
+    """Write learning.png into a run's directory from its metrics and evaluations; return its path.
+
+    torque_limit [N m]: what an action of 1 stands for.
+    """
+    directory = Path(directory)
+    metrics = read_columns(directory / "metrics.csv")
+    tests = read_columns(directory / "evaluations.csv")
+    figure = require("matplotlib.figure").Figure(
+        figsize=(12, 6.2), dpi=110, facecolor=theme.PAGE, layout="constrained"
+    )
+    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    axes = figure.subplots(2, 3, sharex=True)
+    unit, scale = _unit(config.timesteps)
+    for axis, panel in zip(axes.flat, PANELS, strict=True):
+        if config.algorithm != "ppo" and panel.training == "noise":
+            panel = _Panel("entropy weight [-]", "entropy_weight", None, log=True)
+        elif panel.training == "noise":
+            panel = panel._replace(share=torque_limit)
+        _draw(axis, panel, metrics, tests, scale)
+    axes[0, 1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
+    axes[0, 1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
+    for axis in axes[-1]:
+        axis.set_xlabel(f"control steps [{unit}]", fontsize=9.5, color=theme.MUTED)
+    _head(figure, config, metrics)
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return write_whole(directory / "learning.png", file.getvalue())
+
+
+def _draw(axis: Any, panel: _Panel, metrics: dict, tests: dict, scale: float) -> None:
+    axis.set_facecolor(theme.PANEL)
+    axis.set_axisbelow(True)
+    axis.grid(color=theme.RULE, lw=0.7)
+    axis.tick_params(colors=theme.MUTED, labelsize=9, length=0, which="both")
+    for spine in axis.spines.values():
+        spine.set_visible(False)
+    axis.set_title(panel.title, loc="left", fontsize=10, color=theme.INK, pad=4)
+    if panel.log:
+        axis.set_yscale("log")
+    for table, column, colour, width in (
+        (metrics, panel.training, TRAINING, 1.0),
+        (tests, panel.test, TEST, 1.7),
+    ):
+        if column is None or not table.get(column):
+            continue
+        steps = np.asarray(table["timesteps"]) / scale
+        values = panel.share * np.asarray(table[column])
+        if panel.log:
+            values = np.where(values > 0, values, np.nan)
+        marker = "o" if len(steps) < 3 else None
+        axis.plot(steps, values, color=colour, lw=width, marker=marker, ms=4)
+        if table is tests and f"{column}_low" in table:
+            low, high = (panel.share * np.asarray(table[f"{column}_{end}"]) for end in LIMITS)
+            axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)
+        if panel.ceiling and np.isfinite(values[-1]):
+            axis.set_ylim(0, panel.ceiling * values[-1])
+
+
+def _head(figure: Any, config: TrainConfig, metrics: dict) -> None:
+    seconds = (metrics.get("seconds") or [0.0])[-1]
+    name = config.algorithm.upper()
+    figure.suptitle(
+        f"{name} on the biped: {seconds:.0f} s of training",
+        x=0.012,
+        ha="left",
+        fontsize=13,
+        color=theme.INK,
+        weight="bold",
+    )
+    lines = require("matplotlib.lines")
+    handles = [lines.Line2D([], [], color=TRAINING), lines.Line2D([], [], color=TEST, lw=1.7)]
+    labels = [
+        "training: short episodes, with exploration",
+        "evaluation: whole episodes, without (band: 95 %)",
+    ]
+    figure.legend(handles, labels, loc="upper right", ncols=2, frameon=False, fontsize=9.5)
+
+
+def _unit(timesteps: int) -> tuple[str, float]:
+    return ("millions", 1e6) if timesteps >= 500_000 else ("thousands", 1e3)

@@ -1,0 +1,19 @@
+"""Policies: the network, its file and where it comes from."""
+
+from stickslip.agents.mlp import MLPPolicy
+from stickslip.agents.policy_file import (
+    describe_environment,
+    load_policy,
+    read_metadata,
+    save_policy,
+)
+from stickslip.agents.policy_sb3 import from_sb3
+
+__all__ = [
+    "MLPPolicy",
+    "describe_environment",
+    "from_sb3",
+    "load_policy",
+    "read_metadata",
+    "save_policy",
+]

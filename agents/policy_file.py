@@ -1,0 +1,176 @@
+"""Policy files: one .npz of arrays and one JSON text. Loading one runs no code from it."""
+
+from __future__ import annotations
+
+import io
+import json
+import platform
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.arrays_file import read_arrays
+from stickslip.agents.files import write_whole
+from stickslip.agents.mlp import MLPPolicy
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from stickslip.envs.biped import BipedEnv
+    from stickslip.envs.biped_params import BipedEnvParams
+
+FORMAT, VERSION = "stickslip policy", 1
+ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
+PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
+DEEPEST = 64
+"""More layers than this are refused."""
+
+
+def save_policy(
+    policy: MLPPolicy,
+    path: str | Path,
+    metadata: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
+) -> Path:
+    """Write a policy and return the path. ValueError if the path exists and is not to be replaced.
+
+    metadata: JSON values under names of the caller's choice, kept beside what the file says of
+    itself (format, version, layer_sizes, activation, squash, observation_clip, versions); see
+    `describe_environment`. The file appears whole or not at all.
+    """
+    policy.validate()
+    own = {
+        "format": FORMAT,
+        "version": VERSION,
+        "layer_sizes": list(policy.layer_sizes),
+        "activation": policy.activation,
+        "squash": policy.squash,
+        "observation_clip": policy.observation_clip,
+        "versions": _versions(),
+    }
+    extra = dict(metadata or {})
+    if taken := sorted(own.keys() & extra.keys()):
+        raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
+    try:
+        text = json.dumps(own | extra, allow_nan=False, ensure_ascii=False)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"metadata is no JSON ({error}); accepted: finite JSON values") from error
+    arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
+    arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
+    arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
+    return write_whole(path, file.getvalue(), overwrite=overwrite)
+
+
+def load_policy(path: str | Path) -> MLPPolicy:
+    """The policy in a file.
+
+    ValueError naming the file, what is wrong with it and what is accepted, if it is missing, cut
+    short, of another kind or has contents that do not fit. The file is data: nothing in it is run.
+    """
+    try:
+        return _policy(*_contents(path))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+
+
+def read_metadata(path: str | Path) -> dict[str, Any]:
+    """What a policy file says of itself and of its making. ValueError as in `load_policy`."""
+    try:
+        return _contents(path)[1]
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+
+
+def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+    """The configuration of an environment as JSON values, for a policy's metadata.
+
+    Static choices, floor, randomisation and every number of the task; of the robot its mass, and
+    the size of the observation.
+    """
+    numbers = {
+        name: _plain(value)
+        for name, value in vars(params).items()
+        if name not in ("robot", "scene", "unit_payload", "randomisation")
+    }
+    scene = params.scene
+    return {
+        "environment": type(env).__name__,
+        "choices": {name: _plain(value) for name, value in asdict(env).items()},
+        "floor": {"kind": type(scene.floor).__name__, **_plain(vars(scene.floor))},
+        "steps": scene.steps,
+        "randomisation": _plain(vars(params.randomisation)),
+        "total_mass": _plain(params.robot.total_mass),
+        "observation_size": len(env.observation_bounds(params)[0]),
+        **numbers,
+    }
+
+
+def _contents(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    arrays = read_arrays(path)
+    text = arrays.pop("metadata", None)
+    if text is None or text.shape != () or text.dtype.kind != "U":
+        raise ValueError(f"no metadata among its entries ({', '.join(list(arrays)[:5])}, ...)")
+    try:
+        metadata = json.loads(str(text))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"its metadata is no JSON ({error})") from error
+    if not isinstance(metadata, dict) or metadata.get("format") != FORMAT:
+        raise ValueError("its metadata does not say that it is a policy")
+    if metadata.get("version") != VERSION:
+        raise ValueError(f"its version is {metadata.get('version')!r}, this is version {VERSION}")
+    return arrays, metadata
+
+
+def _policy(arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> MLPPolicy:
+    sizes = metadata.get("layer_sizes")
+    if not isinstance(sizes, list) or not 2 <= len(sizes) <= DEEPEST + 1:
+        raise ValueError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
+    layers = range(len(sizes) - 1)
+    names = [f"{kind}_{i}" for kind in ("weight", "bias") for i in layers] + ["shift", "scale"]
+    if set(names) != set(arrays):
+        raise ValueError(f"its entries are {', '.join(sorted(arrays))}, not {', '.join(names)}")
+    for name, values in arrays.items():
+        if values.dtype not in (np.float32, np.float64):
+            raise ValueError(f"{name} is {values.dtype}, not float32 or float64")
+    numbers = {name: jnp.asarray(values) for name, values in arrays.items()}
+    policy = MLPPolicy(
+        weights=tuple(numbers[f"weight_{i}"] for i in layers),
+        biases=tuple(numbers[f"bias_{i}"] for i in layers),
+        shift=numbers["shift"],
+        scale=numbers["scale"],
+        activation=metadata.get("activation", ""),
+        squash=metadata.get("squash", ""),
+        observation_clip=metadata.get("observation_clip"),
+    ).validate()
+    if list(policy.layer_sizes) != sizes:
+        raise ValueError(f"its layers are {policy.layer_sizes}, it says {sizes}")
+    return policy
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """JSON values from arrays, tuples and dataclasses' contents."""
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, jax.Array | np.ndarray | np.generic):
+        return np.asarray(value).tolist()
+    return value

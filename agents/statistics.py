@@ -1,0 +1,67 @@
+"""Means, ratios and fractions over episodes, with 95 % confidence intervals."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+CONFIDENCE = 0.95
+UNKNOWN = float("nan")
+
+
+class Interval(NamedTuple):
+    """An estimate and its confidence interval; NaN where there is none."""
+
+    value: float
+    low: float = UNKNOWN
+    high: float = UNKNOWN
+
+
+def mean_interval(values: np.ndarray) -> Interval:
+    """Mean of independent episodes with Student's t interval; none from a single episode."""
+    values = np.asarray(values, float)
+    return _student(float(values.mean()), values - values.mean())
+
+
+def ratio_interval(above: np.ndarray, below: np.ndarray, least: float) -> Interval:
+    """Sum over sum, undefined (NaN) unless the mean of `below` is at least `least`.
+
+    The interval is Student's t on the linearised residuals (above - ratio x below) / mean(below),
+    the usual one for a ratio estimator (Cochran, Sampling Techniques, ch. 6): unlike the mean of
+    the episodes' own ratios it is not upset by an episode that went nowhere.
+    """
+    above, below = np.asarray(above, float), np.asarray(below, float)
+    if not below.mean() >= least:
+        return Interval(UNKNOWN)
+    ratio = float(above.sum() / below.sum())
+    return _student(ratio, (above - ratio * below) / below.mean())
+
+
+def fraction_interval(happened: np.ndarray) -> Interval:
+    """Share of episodes in which something happened, with Wilson's score interval."""
+    happened = np.asarray(happened, bool)
+    n, p = happened.size, float(happened.mean())
+    if n < 2:
+        return Interval(p)
+    z = _normal_quantile()
+    middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
+    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    return Interval(p, min(p, max(0.0, float(middle - half))), max(p, min(1.0, middle + half)))
+
+
+def _student(value: float, residuals: np.ndarray) -> Interval:
+    n = residuals.size
+    if n < 2 or not np.isfinite(value):
+        return Interval(value)
+    from scipy.special import stdtrit
+
+    spread = np.sqrt(float(np.sum(residuals**2)) / (n - 1) / n)
+    half = float(stdtrit(n - 1, (1 + CONFIDENCE) / 2)) * spread
+    return Interval(value, value - half, value + half)
+
+
+def _normal_quantile() -> float:
+    from scipy.special import ndtri
+
+    return float(ndtri((1 + CONFIDENCE) / 2))

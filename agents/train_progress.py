@@ -1,0 +1,67 @@
+"""How far training is: a bar on a terminal, a line an evaluation everywhere."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class Progress:
+    """bar: True, False, or None for a bar on a terminal and lines elsewhere. False is silent."""
+
+    def __init__(self, total: int, at: int = 0, bar: bool | None = None, to: TextIO | None = None):
+        from tqdm import tqdm
+
+        self._to = sys.stderr if to is None else to
+        self._silent = bar is False
+        on_terminal = self._to.isatty() if bar is None else bar
+        self._total, self._at, self._first = total, at, at
+        self._begun = time.monotonic()
+        self._bar = tqdm(
+            total=total,
+            initial=at,
+            disable=not on_terminal,
+            file=self._to,
+            unit="step",
+            unit_scale=True,
+            dynamic_ncols=True,
+            desc="training",
+            leave=False,
+        )
+
+    def show(self, timesteps: int, row: Mapping[str, float]) -> None:
+        """Move the bar; beside it how training episodes go."""
+        self._bar.update(timesteps - self._at)
+        self._at = timesteps
+        rate = row.get("mean_crank_rate", math.nan)
+        self._bar.set_postfix_str(f"return {row.get('return', math.nan):.2f}, {rate:.2f} rad/s")
+
+    def tell(self, timesteps: int, row: Mapping[str, float]) -> None:
+        """A line for an evaluation."""
+        if self._silent:
+            return
+        passed = time.monotonic() - self._begun
+        left = passed * max(self._total - timesteps, 0) / max(timesteps - self._first, 1)
+        text = (
+            f"{timesteps:>10,} steps  return {row['return']:6.2f}  "
+            f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
+            f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %  "
+            f"{_clock(passed)} gone, about {_clock(left)} to go"
+        )
+        self._bar.write(text.replace("nan", "  -"), file=self._to)
+        self._to.flush()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.close()
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -1,0 +1,194 @@
+"""The command line: `stickslip train | evaluate | view | demo`.
+
+Here are the flags only; each command's work is imported when it is run. Wrong input is a one-line
+message on stderr and exit status 2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+OK, WRONG_INPUT, INTERRUPTED = 0, 2, 130
+EXTRAS = {
+    "stable_baselines3": "train",
+    "torch": "train",
+    "tensorboard": "train",
+    "tqdm": "train",
+    "matplotlib": "viz",
+    "PIL": "viz",
+    "pygame": "viz",
+}
+"""Optional packages and the extra that brings them."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Raises ValueError where argparse would print the usage and exit."""
+
+    def error(self, message: str) -> NoReturn:
+        """What argparse calls."""
+        raise ValueError(f"{message} (see {self.prog} --help)")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return the exit status: 0, 2 for wrong input, 130 after Ctrl-C."""
+    try:
+        parser = make_parser(sys.argv[1:] if arguments is None else arguments)
+        given = parser.parse_args(arguments)
+        return given.run(given)
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in EXTRAS:
+            raise
+        _complain(
+            f"this needs {package}, which is not installed; run: "
+            f'pip install "stickslip[{EXTRAS[package]}]"'
+        )
+    except (ValueError, OSError) as error:
+        _complain(str(error))
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return INTERRUPTED
+    return WRONG_INPUT
+
+
+def make_parser(arguments: Sequence[str] = ()) -> Parser:
+    """The parser. Flags made from a configuration are added only if their command is among the
+    arguments, since they need more than the standard library."""
+    parser = Parser(
+        prog="stickslip", description="A biped that sticks or slips: train, compare, look."
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_train(commands, with_fields="train" in arguments)
+    _add_evaluate(commands)
+    _add_view(commands)
+    _add_demo(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when asked."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from stickslip import __version__
+
+        print(f"stickslip {__version__}")
+        raise SystemExit(OK)
+
+
+def _add_train(commands: Any, with_fields: bool) -> None:
+    parser = _command(commands, "train", _train, "train a policy with PPO or SAC")
+    parser.add_argument("machine", choices=("biped",), help="what to train")
+    parser.add_argument(
+        "--out", metavar="DIR", help="directory of the run (default: runs/biped-<time>)"
+    )
+    parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
+    parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
+    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
+    if with_fields:
+        from stickslip.agents.config import add_flags
+
+        add_flags(parser.add_argument_group("configuration, kept in config.json"))
+
+
+def _add_evaluate(commands: Any) -> None:
+    parser = _command(commands, "evaluate", _evaluate, "compare policies and baselines in a table")
+    parser.add_argument(
+        "who", nargs="+", metavar="POLICY", help="a policy file, a run's directory or a baseline"
+    )
+    parser.add_argument("--episodes", type=int, default=32, help="for each (default: 32)")
+    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
+    parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")
+    _add_scene(parser, many=True)
+
+
+def _add_view(commands: Any) -> None:
+    parser = _command(commands, "view", _view, "an animation of a policy or baseline walking")
+    parser.add_argument(
+        "who", metavar="POLICY", help="a policy file, a run's directory or a baseline"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the episode (default: 0)")
+    parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: 6)")
+    parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated) or .webp")
+    parser.add_argument("--plot", metavar="FILE", help="also a .png of the episode over time")
+    parser.add_argument("--overwrite", action="store_true", help="replace the files")
+    parser.add_argument("--window", action="store_true", help="show it on the screen instead")
+    _add_scene(parser, many=False)
+
+
+def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
+    """Which floor, load and start."""
+    about = "floor by name" + (", several if you like" if many else "")
+    parser.add_argument(
+        "--scene",
+        dest="scenes",
+        metavar="NAME",
+        default=["slippery"],
+        nargs="+" if many else 1,
+        help=f"{about}: slippery (default), wet, firm, ice-patch, grip",
+    )
+    parser.add_argument("--mu-static", type=float, metavar="MU", help="one floor instead")
+    parser.add_argument("--mu-kinetic", type=float, metavar="MU", help="its kinetic friction")
+    parser.add_argument("--payload", type=float, metavar="KG", help="mass on the hip [kg]")
+    parser.add_argument(
+        "--commanded-rate", type=float, default=3.0, metavar="RATE", help="[rad/s] (default: 3)"
+    )
+    parser.add_argument(
+        "--start",
+        choices=("moving", "rest"),
+        default="moving" if many else "rest",
+        help="from any phase and rate up to the commanded one, or from rest (default: %(default)s)",
+    )
+
+
+def _add_demo(commands: Any) -> None:
+    parser = _command(commands, "demo", _demo, "train a walker for a slippery floor and compare it")
+    parser.add_argument(
+        "--out", metavar="DIR", default="runs", help="where its directory goes (default: runs)"
+    )
+    parser.add_argument(
+        "--fresh", action="store_true", help="train again, in a new directory beside the old one"
+    )
+
+
+def _command(commands: Any, name: str, run: Callable[[Any], int], about: str) -> Any:
+    parser = commands.add_parser(name, help=about, description=about[0].upper() + about[1:] + ".")
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _train(given: argparse.Namespace) -> int:
+    from stickslip.agents.commands import train_command
+
+    return OK if train_command(vars(given)) else INTERRUPTED
+
+
+def _evaluate(given: argparse.Namespace) -> int:
+    from stickslip.agents.commands import evaluate_command
+
+    evaluate_command(vars(given))
+    return OK
+
+
+def _view(given: argparse.Namespace) -> int:
+    from stickslip.agents.commands import view_command
+
+    view_command(vars(given))
+    return OK
+
+
+def _demo(given: argparse.Namespace) -> int:
+    from stickslip.agents.commands import demo_command
+
+    return OK if demo_command(vars(given)) else INTERRUPTED
+
+
+def _complain(message: str) -> None:
+    print(f"stickslip: error: {' '.join(message.split())}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

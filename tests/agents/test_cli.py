@@ -1,0 +1,178 @@
+"""The command line: what it prints, what it writes, how it refuses."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
+from stickslip.cli import INTERRUPTED, OK, WRONG_INPUT, main
+from stickslip.envs import BipedEnv
+
+TINY = [
+    "--timesteps=128",
+    "--num-envs=4",
+    "--rollout-steps=32",
+    "--batch-size=64",
+    "--epochs=1",
+    "--hidden=8",
+    "--evaluation-episodes=2",
+    "--checkpoint-interval=128",
+]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def still(tmp_path: Path) -> str:
+    """A policy file: no torque at all."""
+    return str(write_policy(tmp_path / "still.npz", BipedEnv()))
+
+
+def write_policy(path: Path, env: BipedEnv) -> Path:
+    params = env.default_params
+    size = len(env.observation_bounds(params)[0])
+    policy = MLPPolicy((jnp.zeros((size, 1)),), (jnp.zeros(1),), jnp.zeros(size), jnp.ones(size))
+    return save_policy(policy, path, describe_environment(env, params))
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr with which a command refuses."""
+    assert main(arguments) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
+    return line
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("", "COMMAND"),
+        ("dance", "invalid choice: 'dance'"),
+        ("train ugv", "invalid choice: 'ugv'"),
+        ("train biped --epochs few", "--epochs: invalid int value: 'few'"),
+        ("train biped --epochs 0", "epochs = 0"),
+        ("train biped --learning-rate nan", "learning_rate = nan"),
+        ("train biped --mu-static 0.05 --mu-kinetic 0.06", "mu_kinetic = 0.06 exceeds mu_static"),
+        ("train biped --mu-kinetic 0.06", "mu_kinetic = 0.06 without mu_static"),
+        ("train biped --scene moon", "scene 'moon' is unknown; accepted: slippery"),
+        ("train biped --algorithm dqn", "algorithm = 'dqn'"),
+        ("train biped --random-mass 2 1", "random_mass = "),
+        ("train biped --resume", "--resume needs the run's directory"),
+        ("train biped --resume --out nowhere", "nowhere holds no training run"),
+        ("train biped --resume --out x --seed 1", "accepted: without --seed"),
+        ("evaluate", "POLICY"),
+        ("evaluate nobody", "'nobody' is neither a baseline nor a file; accepted: constant-torque"),
+        ("evaluate computed-torque --scene moon", "scene 'moon' is unknown; accepted: slippery"),
+        ("evaluate computed-torque --episodes 0", "episodes = 0"),
+        ("evaluate computed-torque --mu-static nan", "mu_static = nan"),
+        ("evaluate computed-torque --mu-static 0.1 --mu-kinetic 0.2", "mu_kinetic = 0.2 exceeds"),
+        ("evaluate computed-torque --commanded-rate -1", "commanded_rate = -1.0"),
+        ("evaluate computed-torque --payload inf", "payload = inf"),
+        ("view computed-torque --seconds nan", "seconds = nan"),
+        ("view computed-torque --out walk.mp4", "'.mp4'; accepted: .gif, .png, .webp"),
+        ("view computed-torque --plot walk.gif", "'.gif'; accepted: .png"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
+    assert said in refusal(capsys, *arguments.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_no_policy_is_refused_by_name(capsys, tmp_path: Path, still: str):
+    whole = Path(still).read_bytes()
+    Path("cut.npz").write_bytes(whole[: len(whole) // 2])
+    Path("letter.npz").write_text("Dear all,")
+    np.savez("foreign.npz", a=np.zeros(3))
+    Path("empty").mkdir()
+    for name in ("cut.npz", "letter.npz", "foreign.npz", "empty"):
+        assert name in refusal(capsys, "evaluate", name)
+        assert name in refusal(capsys, "view", name)
+    assert "4 entries" not in refusal(capsys, "view", "cut.npz")
+
+
+def test_policies_with_different_sights_are_not_compared(capsys, tmp_path: Path, still: str):
+    other = str(write_policy(tmp_path / "seeing.npz", BipedEnv(see_friction=True)))
+    assert "other observations" in refusal(capsys, "evaluate", still, other)
+
+
+def test_files_are_not_overwritten_unasked(capsys, still: str):
+    Path("results").mkdir()
+    Path("results/evaluation.csv").write_text("mine")
+    assert "evaluation.csv exists" in refusal(capsys, "evaluate", still, "--out", "results")
+    Path("walk.gif").write_text("mine")
+    assert "walk.gif exists" in refusal(capsys, "view", still, "--out", "walk.gif")
+    assert Path("walk.gif").read_text() == Path("results/evaluation.csv").read_text() == "mine"
+    Path("run").mkdir()
+    Path("run/notes").write_text("mine")
+    assert "--resume" in refusal(capsys, "train", "biped", "--out", "run")
+    assert "no training run" in refusal(capsys, "train", "biped", "--out", "run", "--overwrite")
+    assert [path.name for path in Path("run").iterdir()] == ["notes"]
+
+
+def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("stable_baselines3")
+    monkeypatch.setattr("stickslip.agents.train_products.FILM_TIME", 0.2)
+    assert main(["train", "biped", "--out", "run", *TINY, "--slip-weight=2"]) == OK
+    assert "Trained 128 steps" in capsys.readouterr().out
+    for name in ("policy.npz", "learning.png", "episode.png", "walk.gif", "metrics.csv"):
+        assert Path("run", name).stat().st_size > 300
+    assert TrainConfig.from_json(Path("run/config.json").read_text()).slip_weight == 2
+    assert main(["train", "biped", "--out", "run", "--resume", "--no-pictures"]) == OK
+    assert "Trained 128 steps" in capsys.readouterr().out
+    table = ["evaluate", "run", "constant-torque", "--episodes", "2", "--out", "table"]
+    assert main([*table, "--scene", "slippery", "wet"]) == OK
+    printed = capsys.readouterr().out
+    assert printed.count("constant-torque") == 2
+    assert Path("table/evaluation.csv").read_text().count("\n") == 5
+    load_policy("run/policy.npz")
+    assert main(["view", "run", "--seconds", "0.2", "--plot", "run.png"]) == OK
+    assert Path("run-slippery.gif").read_bytes()[:3] == b"GIF"
+    assert Path("run.png").stat().st_size > 1000
+    pytest.importorskip("pygame")
+    assert main(["view", "run", "--seconds", "0.2", "--window"]) == OK
+    assert [path.name for path in Path().glob("*.gif")] == ["run-slippery.gif"]
+
+
+def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    assert 'pip install "stickslip[train]"' in refusal(capsys, "train", "biped", "--out", "run")
+    assert not Path("run").exists()
+
+
+def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch):
+    def interrupt(given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stickslip.agents.commands.view_command", interrupt)
+    assert main(["view", "computed-torque"]) == INTERRUPTED
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_help_names_every_field_of_the_configuration(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["train", "--help"])
+    assert left.value.code == OK
+    shown = capsys.readouterr().out
+    for name in TrainConfig.__dataclass_fields__:
+        assert f"--{name.replace('_', '-')}" in shown
+
+
+def test_the_program_runs_as_a_module():
+    command = [sys.executable, "-m", "stickslip.cli", "--version"]
+    paths = os.pathsep.join(filter(None, sys.path))
+    ran = subprocess.run(
+        command, capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": paths}
+    )
+    assert re.fullmatch(r"stickslip \d+\.\d+\S*\n", ran.stdout)
+    assert shutil.which(sys.executable)

@@ -1,0 +1,161 @@
+"""The baselines: how they walk, where they slip, and that they are pure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.controllers import (
+    CONTROLLERS,
+    ComputedTorque,
+    ConstantTorque,
+    CrankSpeedPI,
+    controller_by_name,
+)
+from stickslip.agents.protocol import Controller
+from stickslip.agents.rollout import episode_key, horizon, rollout
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.envs import BipedEnv
+
+ENV = BipedEnv()
+
+
+def floors(params: Any, mu_static: list[float], mu_kinetic: list[float]) -> Any:
+    """A batch of parameters that differ in the floor, and the axes to map over."""
+    dtype = params.robot.total_mass.dtype
+    floor = replace(
+        params.scene.floor,
+        mu_static=jnp.asarray(mu_static, dtype),
+        mu_kinetic=jnp.asarray(mu_kinetic, dtype),
+    )
+    batch = replace(params, scene=replace(params.scene, floor=floor))
+    axes = jax.tree.map(lambda leaf: None, params)
+    return batch, replace(axes, scene=replace(axes.scene, floor=jax.tree.map(lambda _: 0, floor)))
+
+
+def walk_on(controller: Any, params: Any, mu_static: list[float], mu_kinetic: list[float]) -> Any:
+    """One episode on each floor, from rest at pi/2."""
+    batch, axes = floors(params, mu_static, mu_kinetic)
+    count = horizon(params)
+    return jax.vmap(
+        lambda one: rollout(ENV, controller, one, episode_key(0), count), in_axes=(axes,)
+    )(batch)
+
+
+def friction_need(played: Any) -> np.ndarray:
+    return np.abs(played.info["friction_force"] / played.info["normal_force"])
+
+
+def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
+    played = walk_on(ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
+    assert not np.any(played.terminated)
+    slid = np.asarray(played.info["episode_slid"])[:, -1]
+    assert slid[0] < 1e-6
+    assert slid[1] < 1e-4
+    need = friction_need(played)
+    assert np.max(need) < 0.042, "the start relies on 0.04"
+    assert np.max(need[:, 50:]) < 0.025, "steady walking needs only what the held torque costs"
+    zmp = np.asarray(played.info["zmp"])
+    assert np.min(zmp) > -0.8 * 0.24
+    assert np.max(zmp) < 0.8 * 0.24
+
+    steady = np.asarray(played.state.biped.crank_angle)[:, [150, -1]]
+    rate = (steady[:, 1] - steady[:, 0]) / (349 * 0.02)
+    np.testing.assert_allclose(rate, 3.0, rtol=0.02)
+
+    # Exchanges fall on control instants: just before or after one there is always a sample.
+    steps = np.asarray(played.state.biped.steps)[0]
+    phase = np.asarray(played.state.biped.phase)[0]
+    after = np.nonzero(np.diff(steps[150:]))[0] + 150
+    off = np.minimum(SUPPORT_END - phase[after], phase[after + 1] - SUPPORT_START)
+    assert len(after) >= 5
+    assert np.max(off) < 0.01 * 4.6 * 0.02, "within a hundredth of a control period"
+
+
+def test_its_momentum_is_the_mean_crank_rates():
+    robot = ENV.default_params.robot
+    angles = SUPPORT_START + np.pi * (np.arange(2000) + 0.5) / 2000
+    P = jax.vmap(robot.inertia.at)(jnp.asarray(angles)).P
+    momentum = robot.total_mass * robot.step_length * 3.0 / np.pi
+    duration = np.mean(P) * np.pi / momentum  # of one step: integral of P / (P w)
+    np.testing.assert_allclose(np.pi / duration, 3.0, rtol=1e-5)
+
+
+def test_constant_crank_speed_slips_where_computed_torque_does_not():
+    params = ENV.default_params
+    played = walk_on(CrankSpeedPI(), params, [0.06, 0.2], [0.05, 0.2])
+    assert not np.any(played.terminated)
+    slippery, firm = np.asarray(played.info["episode_slid"])[:, -1]
+    assert slippery > 5e-3
+    assert firm == 0
+    rate = np.asarray(played.state.biped.crank_rate)[1]
+    np.testing.assert_allclose(rate[150:], 3.0, atol=0.45)
+    need = friction_need(played)[1]
+    assert 0.06 < np.max(need) < 0.1, "constant speed needs about 0.08 at 3 rad/s"
+
+
+def test_constant_torque_stalls_or_runs_into_a_fall():
+    params = ENV.make_params(scene=Scene.uniform(0.5, 0.4))
+    count = horizon(params)
+    played = jax.vmap(
+        lambda torque: rollout(ENV, ConstantTorque(torque), params, episode_key(0), count)
+    )(jnp.asarray([0.7, 0.9]))
+    assert np.asarray(played.length)[0] == count
+    assert np.asarray(played.state.biped.steps)[0, -1] == 0, "below 0.84 N m: no step"
+    assert played.info["status"][1, -1] == Status.TOPPLE
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
+    controller = controller_by_name(name)
+    assert isinstance(controller, Controller)
+    params = jax.eval_shape(lambda: ENV.make_params(dtype=dtype))
+    obs, state = jax.eval_shape(ENV.reset_env, jax.random.key(0), params)
+    memory = jax.eval_shape(lambda now: controller.init(params, now), state)
+    after, action = jax.eval_shape(controller.act, memory, obs, state, params)
+    assert after == memory
+    assert action.shape == (1,)
+    assert action.dtype == dtype
+
+
+def test_the_integral_does_not_wind_up():
+    params = ENV.make_params(torque_limit=0.5)
+    obs, state = ENV.reset(jax.random.key(0), params)
+    controller = CrankSpeedPI(feed_forward=0.0, acceleration=1e3)
+    act = jax.jit(controller.act)
+    memory = controller.init(params, state)
+    for _ in range(200):  # 4 s in which the crank is held fast
+        memory, action = act(memory, obs, state, params)
+    assert float(action[0]) == 1.0
+    assert float(memory.integral) <= 0.5 + 1.5 * 0.02 * 3.0
+    fast = replace(state, biped=replace(state.biped, crank_rate=jnp.float32(5.0)))
+    _, action = act(memory, obs, fast, params)
+    assert float(action[0]) < 0, "one step after the rate is too high it brakes"
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ConstantTorque(float("nan")), "torque"),
+        (lambda: CrankSpeedPI(proportional=-1.0), "proportional"),
+        (lambda: CrankSpeedPI(acceleration=0.0), "acceleration"),
+        (lambda: ComputedTorque(friction=0.0), "friction"),
+        (lambda: ComputedTorque(footing=1.5), "footing"),
+    ],
+)
+def test_bad_settings_are_named(make, words):
+    with pytest.raises(ValueError, match=f"{words} = .*accepted"):
+        make().validate()
+
+
+def test_unknown_names_list_the_known_ones():
+    with pytest.raises(ValueError, match=r"'walk'.*constant-torque, crank-speed-pi, computed-"):
+        controller_by_name("walk")
+    with pytest.raises(ValueError, match=r"no 'gain'.*proportional"):
+        controller_by_name("crank-speed-pi", gain=1.0)

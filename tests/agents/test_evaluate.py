@@ -1,0 +1,194 @@
+"""Evaluation: its numbers are the environment's, its intervals cover, its files are whole."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import statistics
+from stickslip.agents.controllers import ComputedTorque, ConstantTorque
+from stickslip.agents.evaluate import MIN_DISTANCE, evaluate
+from stickslip.agents.files import write_whole
+from stickslip.agents.mlp import MLPPolicy
+from stickslip.agents.rollout import episode_key, rollout
+from stickslip.agents.scenes import SCENES, scene_by_name
+from stickslip.dynamics import Scene
+from stickslip.envs import BipedEnv, GymEnv, Randomisation
+
+ENV = BipedEnv()
+STARTS = Randomisation(
+    friction=(0.9, 1.1), mass=(0.9, 1.1), phase=(np.pi / 2, 3 * np.pi / 2), crank_rate=(0.0, 3.0)
+)
+SEEDS = (3, 4, 5, 6)
+
+
+@pytest.fixture(scope="module")
+def policy():
+    rng = np.random.default_rng(0)
+    return MLPPolicy(
+        weights=(jnp.float32(rng.normal(size=(7, 8))), jnp.float32(rng.normal(size=(8, 1)))),
+        biases=(jnp.zeros(8, jnp.float32), jnp.zeros(1, jnp.float32)),
+        shift=jnp.zeros(7, jnp.float32),
+        scale=jnp.full(7, 3.0, jnp.float32),
+    )
+
+
+@pytest.fixture(scope="module")
+def params():
+    return ENV.make_params(randomisation=STARTS, time_limit=1.5)
+
+
+@pytest.fixture(scope="module")
+def table(policy, params):
+    controllers = {"policy": policy, "push": ConstantTorque(-3.9), "rest": ConstantTorque(0.0)}
+    firm = replace(params, scene=Scene.uniform(0.5, 0.4))
+    return evaluate(ENV, controllers, {"slippery": params, "firm": firm}, seeds=SEEDS)
+
+
+def test_totals_are_those_of_a_hand_run_loop(table, policy, params):
+    env = replace(ENV, autoreset="disabled")
+    episodes = table.row("slippery", "policy").episodes
+    for index, seed in enumerate(SEEDS[:3]):
+        obs, state = env.reset(episode_key(seed), params)
+        sums, over, steps = np.zeros(4), False, 0
+        while not over:
+            action = policy(obs)
+            obs, state, reward, terminated, truncated, info = env.step(
+                jax.random.key(0), state, action, params
+            )
+            energy = info["positive_work"] + info["copper_loss"]
+            sums += np.asarray([reward, info["walked"], info["slid"], energy], float)
+            steps, over = steps + 1, bool(terminated | truncated)
+        found = [
+            episodes.reward[index],
+            episodes.walked[index],
+            episodes.slid[index],
+            episodes.energy[index],
+        ]
+        np.testing.assert_allclose(found, sums, rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(episodes.duration[index], 0.02 * steps, rtol=1e-6)
+        assert episodes.fell[index] == bool(terminated)
+
+
+def test_a_seed_is_the_same_episode_as_in_the_gymnasium_adapter(policy, params):
+    played = rollout(ENV, policy, params, 5, 10)
+    adapter = GymEnv(replace(ENV, autoreset="disabled"), params)
+    obs, _ = adapter.reset(seed=5)
+    np.testing.assert_array_equal(obs, played.start_obs)
+
+
+def test_rows_stand_still_after_the_end(params):
+    played = rollout(ENV, ConstantTorque(-3.9), params, 3, 75)
+    end = int(played.length)
+    assert 0 < end < 75
+    assert bool(played.terminated[end - 1])
+    assert len(played.trimmed().reward) == end
+    for leaf in jax.tree.leaves((played.state, played.info)):
+        np.testing.assert_array_equal(leaf[end:], np.broadcast_to(leaf[end - 1], leaf[end:].shape))
+
+
+def test_falls_are_counted_and_per_metre_numbers_need_a_distance(table):
+    push, rest = table.row("firm", "push"), table.row("firm", "rest")
+    assert push.metrics["falls"].value > 0.5
+    assert rest.episodes.walked.mean() < MIN_DISTANCE
+    assert np.isnan(rest.metrics["slip_per_metre"].value)
+    assert "| - | - | - |" in table.to_markdown()
+    with pytest.raises(ValueError, match="slippery/policy"):
+        table.row("moon", "policy")
+
+
+def test_computed_torque_recovers_from_any_start(params):
+    """Any phase, up to 3 rad/s, masses and friction 10 % off: no fall, hardly a slide."""
+    params = params.replace(time_limit=4.0)
+    table = evaluate(ENV, {"computed": ComputedTorque()}, {"slippery": params}, episodes=32)
+    metrics = table.rows[0].metrics
+    assert metrics["falls"].value == 0
+    assert metrics["slip_per_metre"].value < 1e-3
+    np.testing.assert_allclose(metrics["mean_crank_rate"].value, 3.0, atol=0.2)
+
+
+def test_without_randomness_one_episode_says_all(policy):
+    params = ENV.make_params(time_limit=0.2)
+    table = evaluate(ENV, {"rest": ConstantTorque(0.0)}, {"slippery": params}, episodes=8)
+    assert table.rows[0].count == 1
+    assert np.isnan(table.rows[0].metrics["return"].low)
+    assert "±" not in table.to_text()
+
+
+def test_nothing_to_evaluate_is_refused(params):
+    with pytest.raises(ValueError, match="controllers is empty"):
+        evaluate(ENV, {}, {"slippery": params})
+    with pytest.raises(ValueError, match="seeds is empty"):
+        evaluate(ENV, {"rest": ConstantTorque()}, {"slippery": params}, episodes=0)
+
+
+def test_files_hold_the_table(table, tmp_path):
+    text = table.write_csv(tmp_path / "table.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [(row["scene"], row["controller"]) for row in rows] == [
+        (row.scene, row.controller) for row in table.rows
+    ]
+    np.testing.assert_allclose(float(rows[0]["return"]), table.rows[0].metrics["return"].value)
+    assert rows[-1]["slip_per_metre"] == ""
+    path = table.write_json(tmp_path / "deep" / "table.json", {"commit": "abc"})
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert content["commit"] == "abc"
+    assert content["seeds"] == list(SEEDS)
+    assert content["rows"][-1]["metrics"]["slip_per_metre"]["value"] is None
+    assert len(content["rows"][0]["per_episode"]["reward"]) == len(SEEDS)
+    assert len(list(tmp_path.glob("**/*"))) == 3, "no temporary file stays behind"
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
+    path = write_whole(tmp_path / "file.txt", "old")
+    with pytest.raises(ValueError, match="exists"):
+        write_whole(path, "new", overwrite=False)
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_whole(path, "new")
+    assert path.read_text(encoding="utf-8") == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_intervals_cover_about_95_percent():
+    rng = np.random.default_rng(1)
+    trials, n = 2000, 8
+    above, below = rng.normal(3, 1, (trials, n)), rng.uniform(0.5, 1.5, (trials, n))
+    means = [statistics.mean_interval(row) for row in above]
+    assert 0.935 < np.mean([i.low <= 3 <= i.high for i in means]) < 0.965
+    slopes = [statistics.ratio_interval(a * b, b, 0.1) for a, b in zip(above, below, strict=True)]
+    assert 0.91 < np.mean([i.low <= 3 <= i.high for i in slopes]) < 0.97
+    falls = [statistics.fraction_interval(row) for row in rng.uniform(size=(trials, 20)) < 0.1]
+    assert np.mean([i.low <= 0.1 <= i.high for i in falls]) > 0.93
+
+
+def test_intervals_of_few_or_equal_episodes():
+    one = statistics.mean_interval(np.asarray([2.0]))
+    assert one.value == 2.0
+    assert np.isnan(one.low)
+    assert statistics.mean_interval(np.ones(4)) == (1.0, 1.0, 1.0)
+    half = statistics.fraction_interval(np.asarray([True] * 5 + [False] * 5))
+    np.testing.assert_allclose(half, (0.5, 0.2366, 0.7634), atol=1e-4)
+    none = statistics.fraction_interval(np.zeros(20, bool))
+    assert none[:2] == (0.0, 0.0)
+    np.testing.assert_allclose(none.high, 0.1611, atol=1e-4)
+    assert np.isnan(statistics.ratio_interval(np.ones(3), np.zeros(3), 0.1).value)
+
+
+def test_every_scene_has_a_name():
+    for name in SCENES:
+        scene_by_name(name).validate()
+    assert scene_by_name("slippery") == Scene.uniform(0.06, 0.05)
+    with pytest.raises(ValueError, match="slippery, grip, firm"):
+        scene_by_name("mud")

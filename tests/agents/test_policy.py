@@ -1,0 +1,274 @@
+"""Policy files are data, and a policy is the actor it was made from."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import pickle
+import zipfile
+from dataclasses import replace
+
+import gymnasium
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import arrays_file
+from stickslip.agents.policy import (
+    MLPPolicy,
+    describe_environment,
+    from_sb3,
+    load_policy,
+    read_metadata,
+    save_policy,
+)
+from stickslip.envs import BipedEnv, Randomisation
+
+
+def make_policy(sizes=(7, 5, 4, 1), **choices) -> MLPPolicy:
+    rng = np.random.default_rng(2)
+    pairs = list(itertools.pairwise(sizes))
+    return MLPPolicy(
+        weights=tuple(jnp.float32(rng.normal(size=pair)) for pair in pairs),
+        biases=tuple(jnp.float32(rng.normal(size=n)) for _, n in pairs),
+        shift=jnp.float32(rng.normal(size=sizes[0])),
+        scale=jnp.float32(rng.uniform(0.5, 2.0, sizes[0])),
+        **choices,
+    )
+
+
+@pytest.fixture
+def path(tmp_path):
+    return save_policy(make_policy(), tmp_path / "policy.npz")
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+@pytest.mark.parametrize("squash", ["tanh", "clip"])
+@pytest.mark.parametrize("clip", [None, 2.5])
+def test_a_saved_policy_comes_back(tmp_path, activation, squash, clip):
+    policy = make_policy(activation=activation, squash=squash, observation_clip=clip)
+    back = load_policy(save_policy(policy, tmp_path / "policy.npz"))
+    assert jax.tree.structure(back) == jax.tree.structure(policy)
+    obs = jax.random.normal(jax.random.key(0), (20, 7)) * 3
+    np.testing.assert_array_equal(back(obs), policy(obs))
+    assert np.all(np.abs(back(obs)) <= 1)
+
+
+def test_the_file_says_what_it_is(tmp_path):
+    env = BipedEnv(see_friction=True)
+    params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.5)))
+    about = {"environment": describe_environment(env, params), "note": "größer"}
+    path = save_policy(make_policy((9, 4, 1)), tmp_path / "policy.npz", about)
+    found = read_metadata(path)
+    assert found["layer_sizes"] == [9, 4, 1]
+    assert found["note"] == "größer"
+    assert found["versions"]["jax"] == jax.__version__
+    environment = found["environment"]
+    assert environment["observation_size"] == 9
+    assert environment["floor"] == {"kind": "Uniform", "mu_static": 0.06, "mu_kinetic": 0.05}
+    assert environment["randomisation"]["friction"] == [0.5, 1.5]
+    assert environment["choices"]["see_friction"] is True
+    json.dumps(environment, allow_nan=False)
+
+
+def test_nothing_is_overwritten_unless_asked(path):
+    before = path.read_bytes()
+    with pytest.raises(ValueError, match=r"policy\.npz exists"):
+        save_policy(make_policy((3, 1)), path)
+    assert path.read_bytes() == before
+    save_policy(make_policy((3, 1)), path, overwrite=True)
+    assert load_policy(path).layer_sizes == (3, 1)
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_metadata_must_be_json_and_must_not_shadow(tmp_path):
+    with pytest.raises(ValueError, match="no JSON"):
+        save_policy(make_policy(), tmp_path / "a.npz", {"x": float("nan")})
+    with pytest.raises(ValueError, match="metadata names version"):
+        save_policy(make_policy(), tmp_path / "a.npz", {"version": 3})
+    assert not list(tmp_path.iterdir())
+
+
+class Bomb:
+    """Unpickling this would leave a trace."""
+
+    def __reduce__(self):
+        return (exec, ("import builtins; builtins.stickslip_bomb = True",))
+
+
+def rewrite(path, **changes):
+    """The same file with some entries replaced, or left out where None."""
+    with np.load(path) as file:
+        entries = dict(file) | changes
+    np.savez(path, **{name: entry for name, entry in entries.items() if entry is not None})
+
+
+def with_metadata(path, **changes):
+    rewrite(path, metadata=np.array(json.dumps(read_metadata(path) | changes)))
+
+
+def with_member(path, name, content):
+    """The same archive with one member's bytes replaced."""
+    with zipfile.ZipFile(path) as archive:
+        members = {one: archive.read(one) for one in archive.namelist()} | {name: content}
+    with zipfile.ZipFile(path, "w") as archive:
+        for one, raw in members.items():
+            archive.writestr(one, raw)
+
+
+def huge_header(path):
+    head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (1000000000000, 7), }"
+    head += b" " * (118 - len(head)) + b"\n"
+    raw = b"\x93NUMPY\x01\x00" + len(head).to_bytes(2, "little") + head
+    with_member(path, "weight_0.npy", raw + b"\x00" * 64)
+
+
+def zip_bomb(path):
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("more.npy", bytes(arrays_file.LARGEST))
+
+
+def sb3_zip(path):
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("data", "{}")
+        archive.writestr("policy.pth", pickle.dumps(Bomb()))
+
+
+def change_byte(path):
+    raw = bytearray(path.read_bytes())
+    raw[200] ^= 0xFF
+    path.write_bytes(bytes(raw))
+
+
+SPOILT = {
+    "pickle inside": (
+        lambda path: rewrite(path, weight_0=np.array([Bomb()], dtype=object)),
+        "holds objects",
+    ),
+    "pickle alone": (lambda path: path.write_bytes(pickle.dumps(Bomb())), "no .npz archive"),
+    "truncated": (lambda path: path.write_bytes(path.read_bytes()[:-200]), "cut short"),
+    "half": (lambda path: path.write_bytes(path.read_bytes()[:900]), "cut short"),
+    "empty": (lambda path: path.write_bytes(b""), "cut short"),
+    "text": (lambda path: path.write_text("a policy"), "no .npz archive"),
+    "flipped byte": (change_byte, "damaged"),
+    "missing": (lambda path: path.unlink(), "no such file"),
+    "a folder": (lambda path: (path.unlink(), path.mkdir()), "cannot be read"),
+    "from SB3": (sb3_zip, "foreign archive, with the entry 'data'"),
+    "another npz": (lambda path: np.savez(path, a=np.ones(3)), "no metadata"),
+    "garbled entry": (lambda path: with_member(path, "shift.npy", b"\x93NUMPY\x01\x00zz"), "shift"),
+    "huge array": (huge_header, "declares"),
+    "zip bomb": (zip_bomb, "unpacks to more"),
+    "bad JSON": (lambda path: rewrite(path, metadata=np.array("{")), "no JSON"),
+    "deep JSON": (lambda path: rewrite(path, metadata=np.array("[" * 100000)), "JSON"),
+    "other format": (lambda path: with_metadata(path, format="cake"), "not say"),
+    "newer version": (lambda path: with_metadata(path, version=2), "version is 2"),
+    "sizes": (lambda path: with_metadata(path, layer_sizes=[7, 5, 3, 1]), "it says"),
+    "size list": (lambda path: with_metadata(path, layer_sizes="7"), "layer_sizes"),
+    "too many layers": (lambda path: with_metadata(path, layer_sizes=[1] * 10**4), "layer_sizes"),
+    "activation": (lambda path: with_metadata(path, activation="gelu"), "'tanh', 'relu'"),
+    "squash": (lambda path: with_metadata(path, squash=[1]), "'clip', 'tanh'"),
+    "clip": (lambda path: with_metadata(path, observation_clip="x"), "observation_clip"),
+    "shape": (lambda path: rewrite(path, weight_1=np.ones((6, 4), np.float32)), "weight 1"),
+    "bias shape": (lambda path: rewrite(path, bias_1=np.ones(3, np.float32)), "bias 1"),
+    "shift shape": (lambda path: rewrite(path, shift=np.ones(8, np.float32)), "shift"),
+    "integers": (lambda path: rewrite(path, weight_1=np.ones((5, 4), int)), "int64"),
+    "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias 2.*finite"),
+    "zero scale": (lambda path: rewrite(path, scale=np.zeros(7, np.float32)), "scale.*> 0"),
+    "an entry less": (lambda path: rewrite(path, bias_2=None), "its entries are"),
+    "an entry more": (lambda path: rewrite(path, bias_3=np.ones(1)), "its entries are"),
+}
+
+
+@pytest.mark.parametrize("case", SPOILT)
+def test_a_file_that_is_no_policy_is_named_and_nothing_in_it_runs(path, case):
+    import builtins
+
+    spoil, words = SPOILT[case]
+    spoil(path)
+    with pytest.raises(ValueError, match=f"policy.npz: .*{words}.*; accepted: .*save_policy"):
+        load_policy(path)
+    assert not hasattr(builtins, "stickslip_bomb")
+
+
+def test_another_observation_is_refused():
+    with pytest.raises(ValueError, match=r"shape \(9,\).*7 entries"):
+        make_policy()(jnp.zeros(9))
+
+
+def test_a_policy_must_fit_together():
+    policy = make_policy()
+    with pytest.raises(ValueError, match="2 outputs"):
+        make_policy((7, 4, 2)).validate()
+    with pytest.raises(ValueError, match="at least one"):
+        replace(policy, weights=(), biases=()).validate()
+    with pytest.raises(ValueError, match="'gelu' is unknown"):
+        replace(policy, activation="gelu").validate()
+
+
+def test_it_acts_in_the_observations_precision(dtype):
+    policy = make_policy()
+    _, action = policy.act(None, jnp.zeros(7, dtype), None, None)
+    assert action.shape == (1,)
+    assert action.dtype == dtype
+
+
+class Box(gymnasium.Env):
+    """Seven numbers in, one out; nothing happens."""
+
+    observation_space = gymnasium.spaces.Box(-20, 20, (7,), np.float32)
+    action_space = gymnasium.spaces.Box(-1, 1, (1,), np.float32)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return self.np_random.normal(size=7).astype(np.float32), {}
+
+    def step(self, action):
+        return self.np_random.normal(size=7).astype(np.float32), 0.0, False, False, {}
+
+
+def sb3_model(kind, env=None, **options):
+    sb3 = pytest.importorskip("stable_baselines3")
+    import torch
+
+    model = getattr(sb3, kind)("MlpPolicy", env or Box(), device="cpu", seed=0, **options)
+    generator = torch.Generator().manual_seed(0)
+    with torch.no_grad():
+        for tensor in model.policy.parameters():  # biases too; SB3's are zero at first
+            tensor.add_(0.3 * torch.randn(tensor.shape, generator=generator))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("kind", "sizes"), [("PPO", [16, 8]), ("PPO", []), ("SAC", [16, 8]), ("SAC", [4])]
+)
+def test_an_sb3_actor_gives_the_same_actions(kind, sizes):
+    model = sb3_model(kind, policy_kwargs={"net_arch": sizes})
+    policy = from_sb3(model)
+    obs = np.float32(np.random.default_rng(0).normal(size=(50, 7)) * 2)
+    expected, _ = model.predict(obs, deterministic=True)
+    np.testing.assert_allclose(policy(jnp.asarray(obs)), expected, atol=1e-5)
+    assert np.ptp(expected) > 0.1
+
+
+def test_sb3_normalisation_comes_along():
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+    env = VecNormalize(DummyVecEnv([Box]), clip_obs=2.0)
+    env.obs_rms.mean, env.obs_rms.var = np.linspace(-1, 1, 7), np.linspace(0.2, 4.0, 7)
+    model = sb3_model("PPO", env)
+    obs = np.float32(np.random.default_rng(0).normal(size=(50, 7)) * 4)
+    expected, _ = model.predict(env.normalize_obs(obs), deterministic=True)
+    np.testing.assert_allclose(from_sb3(model)(jnp.asarray(obs)), expected, atol=1e-5)
+
+
+def test_other_sb3_models_are_refused():
+    from torch import nn
+
+    for model, words in (
+        (sb3_model("A2C"), "A2C"),
+        (sb3_model("SAC", use_sde=True), "layer"),
+        (sb3_model("PPO", policy_kwargs={"activation_fn": nn.ELU}), "ELU"),
+    ):
+        with pytest.raises(ValueError, match=f"(?s){words}.*accepted: PPO or SAC"):
+            from_sb3(model)

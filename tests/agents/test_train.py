@@ -1,0 +1,287 @@
+"""Training runs: what they leave, how they go on after a kill, what they refuse."""
+
+import json
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents.checkpoint import STATE, list_checkpoints
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.metrics import read_columns
+from stickslip.agents.policy import load_policy, read_metadata
+from stickslip.agents.train import Trained, best_evaluation, train
+
+pytest.importorskip("stable_baselines3")
+
+TIMED = {"seconds", "steps_per_second"}
+SHORT = {
+    "num_envs": 4,
+    "hidden": 8,
+    "evaluation_episodes": 2,
+    "episode_time": 0.4,
+    "keep_checkpoints": 9,
+    "seed": 3,
+}
+PPO = TrainConfig.of(
+    timesteps=768, rollout_steps=32, batch_size=64, epochs=2, checkpoint_interval=256, **SHORT
+)
+SAC = TrainConfig.of(
+    algorithm="sac",
+    timesteps=240,
+    checkpoint_interval=80,
+    **SHORT | {"batch_size": 32, "learning_starts": 40, "gradient_steps": 2, "buffer_size": 160},
+)
+CONFIGS = {"ppo": PPO, "sac": SAC}
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory):
+    """Uninterrupted runs by algorithm, each made at first use. Not to be written to."""
+    made: dict[str, Trained] = {}
+
+    def run(algorithm: str = "ppo") -> Trained:
+        if algorithm not in made:
+            path = tmp_path_factory.mktemp("runs") / algorithm
+            made[algorithm] = train(CONFIGS[algorithm], path, bar=False)
+        return made[algorithm]
+
+    return run
+
+
+@pytest.fixture
+def copy(runs, tmp_path: Path):
+    """A finished run's directory to spoil."""
+    return Path(shutil.copytree(runs().directory, tmp_path / "copy"))
+
+
+def assert_same_run(one: Path, other: Path):
+    """The same policy to the last bit, the same numbers in the same rows."""
+    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
+    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
+        np.testing.assert_array_equal(left, right)
+    for name in ("metrics.csv", "evaluations.csv"):
+        left, right = read_columns(one / name), read_columns(other / name)
+        assert left.keys() == right.keys()
+        for column in left.keys() - TIMED:
+            np.testing.assert_array_equal(left[column], right[column], err_msg=f"{name} {column}")
+    names = [path.name for path in list_checkpoints(one / "checkpoints")]
+    assert names == [path.name for path in list_checkpoints(other / "checkpoints")]
+
+
+@pytest.mark.parametrize("algorithm", CONFIGS)
+def test_a_run_leaves_everything_it_promises(runs, algorithm: str):
+    trained, config = runs(algorithm), CONFIGS[algorithm]
+    path = trained.directory
+    assert trained.finished
+    assert trained.timesteps == config.timesteps
+    assert TrainConfig.from_json((path / "config.json").read_text()) == config
+    assert {"torch", "jax", "python"} <= json.loads((path / "versions.json").read_text()).keys()
+    assert list((path / "tensorboard").glob("events*"))
+    metrics, tests = read_columns(path / "metrics.csv"), read_columns(path / "evaluations.csv")
+    assert metrics["timesteps"] == sorted(set(metrics["timesteps"]))
+    assert metrics["timesteps"][-1] == config.timesteps
+    steps = range(config.checkpoint_interval, config.timesteps + 1, config.checkpoint_interval)
+    assert tests["timesteps"] == list(steps)
+    assert [int(p.name) for p in list_checkpoints(path / "checkpoints")] == list(steps)
+    assert read_metadata(path / "policy.npz")["trained"]["timesteps"] == best_evaluation(path)[0]
+    assert not list(path.rglob("*.part*"))
+
+
+@pytest.mark.parametrize("algorithm", CONFIGS)
+def test_what_follows_a_checkpoint_depends_on_nothing_else(runs, tmp_path: Path, algorithm: str):
+    whole = runs(algorithm).directory
+    path = Path(shutil.copytree(whole, tmp_path / "run"))
+    for folder in list_checkpoints(path / "checkpoints")[1:]:
+        shutil.rmtree(folder)
+    assert train(None, path, resume=True, bar=False).finished
+    assert_same_run(whole, path)
+
+
+KILLED = """
+import os, signal, sys
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.train import train
+calls = iter(range(10**9))
+def stop():
+    if next(calls) == int(sys.argv[3]):
+        os.kill(os.getpid(), signal.SIGKILL)
+train(TrainConfig.from_json(sys.argv[1]), sys.argv[2], stop=stop)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
+def test_a_run_killed_and_resumed_equals_one_that_was_not(runs, tmp_path: Path):
+    path = tmp_path / "run"
+    step = (PPO.checkpoint_interval + 200) // PPO.num_envs  # within the second stretch
+    child = subprocess.run(
+        [sys.executable, "-c", KILLED, PPO.to_json(), str(path), str(step)],
+        capture_output=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        check=False,
+    )
+    assert child.returncode == -signal.SIGKILL, child.stderr.decode()
+    (folder,) = list_checkpoints(path / "checkpoints")
+    assert max(read_columns(path / "metrics.csv")["timesteps"]) > int(folder.name)
+    with (path / "metrics.csv").open("a") as file:
+        file.write("480,1.2,0.")  # a line that the kill cut short
+    (path / "checkpoints" / "000000000512.part").mkdir()
+    assert train(None, path, resume=True, bar=False).finished
+    assert_same_run(runs().directory, path)
+    assert not list(path.rglob("*.part*"))
+
+
+def test_a_stopped_run_keeps_what_it_learnt_and_goes_on(tmp_path: Path):
+    path, calls = tmp_path / "run", iter(range(10**9))
+    stopped = train(PPO, path, bar=False, stop=lambda: next(calls) == 100)
+    assert not stopped.finished
+    assert stopped.timesteps == 384  # the update before step 100 of 4 environments
+    assert [int(p.name) for p in list_checkpoints(path / "checkpoints")] == [256, 384]
+    again = train(PPO, path, resume=True, bar=False)
+    assert again.finished
+    assert again.seconds > stopped.seconds
+    assert read_columns(path / "metrics.csv")["timesteps"] == [128, 256, 384, 512, 640, 768]
+
+
+def test_a_finished_run_is_left_as_it_is(copy: Path, runs):
+    before = (copy / "metrics.csv").read_bytes()
+    assert train(None, copy, resume=True, bar=False).finished
+    assert (copy / "metrics.csv").read_bytes() == before
+    assert_same_run(runs().directory, copy)
+
+
+def test_only_the_latest_and_the_best_checkpoint_are_kept(tmp_path: Path):
+    trained = train(replace(PPO, keep_checkpoints=1), tmp_path / "run", bar=False)
+    kept = [int(p.name) for p in list_checkpoints(trained.directory / "checkpoints")]
+    assert kept == sorted({best_evaluation(trained.directory)[0], PPO.timesteps})
+
+
+def test_an_existing_directory_is_refused_and_stays_as_it_was(copy: Path, tmp_path: Path):
+    before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    with pytest.raises(ValueError, match=r"exists and is not empty; accepted: .*--resume"):
+        train(PPO, copy)
+    with pytest.raises(ValueError, match="another configuration"):
+        train(replace(PPO, seed=4), copy, resume=True)
+    foreign = tmp_path / "home"
+    foreign.mkdir()
+    (foreign / "thesis.tex").write_text("years of work")
+    for overwrite, resume in ((False, False), (True, False), (False, True)):
+        with pytest.raises(ValueError, match="accepted"):
+            train(PPO, foreign, overwrite=overwrite, resume=resume)
+    (copy / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"notes\.txt"):
+        train(PPO, copy, overwrite=True)
+    (copy / "notes.txt").unlink()
+    assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    assert [path.name for path in foreign.iterdir()] == ["thesis.tex"]
+
+
+def test_overwriting_begins_anew(copy: Path):
+    config = replace(PPO, timesteps=128, checkpoint_interval=128)
+    assert train(config, copy, overwrite=True, bar=False).timesteps == 128
+    assert [int(p.name) for p in list_checkpoints(copy / "checkpoints")] == [128]
+    assert read_columns(copy / "metrics.csv")["timesteps"] == [128]
+
+
+def test_two_processes_do_not_train_in_one_directory(copy: Path):
+    fcntl = pytest.importorskip("fcntl")
+    handle = os.open(copy, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        with pytest.raises(ValueError, match="another process"):
+            train(None, copy, resume=True)
+    finally:
+        os.close(handle)
+
+
+class Trap:
+    """Unpickling this would leave a file behind."""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def __reduce__(self):
+        return Path.touch, (self.path,)
+
+
+def spoil_model(folder: Path, content: bytes):
+    (folder / "model.pt").write_bytes(content)
+
+
+SPOILED = {
+    "cut short": lambda f: spoil_model(f, (f / "model.pt").read_bytes()[:3000]),
+    "empty": lambda f: spoil_model(f, b""),
+    "text": lambda f: spoil_model(f, b"once upon a time"),
+    "a pickle": lambda f: spoil_model(f, pickle.dumps(Trap(f.parent / "sprung"))),
+    "missing": lambda f: (f / "model.pt").unlink(),
+    "no state": lambda f: (f / STATE).unlink(),
+    "state cut short": lambda f: (f / STATE).write_text((f / STATE).read_text()[:40]),
+    "state of another kind": lambda f: (f / STATE).write_text("[1, 2]"),
+    "state with words": lambda f: (f / STATE).write_text(
+        (f / STATE).read_text().replace("768", '"many"')
+    ),
+}
+
+
+@pytest.mark.parametrize("damage", SPOILED)
+def test_a_damaged_checkpoint_is_refused_by_name(copy: Path, damage: str):
+    folder = list_checkpoints(copy / "checkpoints")[-1]
+    SPOILED[damage](folder)
+    with pytest.raises(ValueError, match=rf"{folder.name}: .*accepted: "):
+        train(None, copy, resume=True)
+    assert not (folder.parent / "sprung").exists()
+
+
+def test_a_checkpoint_of_another_run_is_refused(copy: Path, runs):
+    other = list_checkpoints(runs("sac").directory / "checkpoints")[-1]
+    folder = list_checkpoints(copy / "checkpoints")[-1]
+    shutil.copy(other / "model.pt", folder / "model.pt")
+    with pytest.raises(ValueError, match="do not fit"):
+        train(None, copy, resume=True)
+    shutil.rmtree(folder)
+    shutil.copytree(other, folder)
+    with pytest.raises(ValueError, match="another configuration"):
+        train(None, copy, resume=True)
+
+
+def test_a_directory_without_a_run_cannot_be_resumed(tmp_path: Path):
+    with pytest.raises(ValueError, match="no training run"):
+        train(None, tmp_path / "nothing", resume=True)
+    assert not (tmp_path / "nothing").exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ValueError, match="is a file"):
+        train(PPO, tmp_path / "file")
+
+
+def test_nothing_is_written_for_a_task_that_cannot_be(tmp_path: Path):
+    for bad in ({"scene": "moon"}, {"mu_static": 0.05, "mu_kinetic": 0.06}):
+        with pytest.raises(ValueError, match="accepted"):
+            train(TrainConfig.of(**bad), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.long
+def test_the_demos_configuration_learns_to_walk_without_slipping(tmp_path: Path):
+    from stickslip.agents.demo import demo
+
+    path = demo(tmp_path)
+    rows = {row["controller"]: row for row in json.loads((path / "table.json").read_text())["rows"]}
+    found = {name: {k: v["value"] for k, v in r["metrics"].items()} for name, r in rows.items()}
+    policy, servo = found["trained policy"], found["crank-speed-pi"]
+    assert policy["falls"] == 0
+    assert policy["mean_crank_rate"] == pytest.approx(3.0, abs=0.15)
+    assert policy["slip_per_metre"] < 0.5 * servo["slip_per_metre"]
+    assert policy["energy_per_metre"] < servo["energy_per_metre"]
+    assert policy["return"] > found["computed-torque"]["return"] - 0.3
+    for name in ("learning.png", "comparison.png", "episode.png", "walk.gif", "table.csv"):
+        assert (path / name).stat().st_size > 500
+    steps = read_columns(path / "metrics.csv")["timesteps"]
+    assert demo(tmp_path) == path
+    assert read_columns(path / "metrics.csv")["timesteps"] == steps

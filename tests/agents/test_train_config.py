@@ -1,0 +1,116 @@
+"""The configuration of a training run and the table of its metrics."""
+
+import argparse
+import json
+import math
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip.agents.config import DEFAULTS, TrainConfig, add_flags, from_flags, rule_of
+from stickslip.agents.metrics import MetricsFile, read_columns, read_rows
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("algorithm", "dqn"),
+        ("timesteps", 0),
+        ("timesteps", 1.5),
+        ("timesteps", True),
+        ("learning_rate", math.nan),
+        ("learning_rate", 0.0),
+        ("learning_rate", "fast"),
+        ("noise", -0.1),
+        ("noise", math.inf),
+        ("discount", 1.01),
+        ("mu_static", -0.1),
+        ("payload", math.inf),
+        ("commanded_rate", 0.0),
+        ("random_mass", (2.0, 1.0)),
+        ("random_mass", (0.0, 1.0)),
+        ("random_friction", (0.5, math.nan)),
+        ("random_friction", 0.5),
+        ("see_patch", 1),
+        ("seed", -1),
+        ("batch_size", 100),
+        ("batch_size", 65536),
+        ("mu_kinetic", 0.05),
+    ],
+)
+def test_a_bad_value_is_refused_by_name(name: str, value):
+    with pytest.raises(ValueError, match=rf"^{name} = .*; accepted: "):
+        TrainConfig.of(**{name: value})
+
+
+def test_an_unknown_field_is_refused_with_the_known_ones():
+    with pytest.raises(ValueError, match=r"'lerning_rate' is no field; accepted: .*learning_rate"):
+        TrainConfig.of(lerning_rate=1e-3)
+
+
+@pytest.mark.parametrize("algorithm", DEFAULTS)
+def test_a_configuration_survives_its_json(algorithm: str):
+    config = TrainConfig.of(algorithm=algorithm, random_friction=(0.8, 1.2), payload=2.0)
+    again = TrainConfig.from_json(config.to_json())
+    assert again == config
+    assert again.digest == config.digest
+    assert TrainConfig.of(algorithm=algorithm).digest != config.digest
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"format": "a recipe"}, "does not say"),
+        ({"version": 99}, "version is 99"),
+        ({"hidden": -1}, "hidden = -1"),
+        ({"hiden": 1}, "'hiden' is no field"),
+    ],
+)
+def test_foreign_json_is_refused(change: dict, reason: str):
+    content = json.loads(TrainConfig.of().to_json()) | change
+    with pytest.raises(ValueError, match=reason):
+        TrainConfig.from_json(json.dumps(content))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", "null", '{"format": "stickslip training"}'])
+def test_what_is_no_configuration_is_refused(text: str):
+    with pytest.raises(ValueError):  # noqa: PT011  (whatever it says)
+        TrainConfig.from_json(text)
+
+
+def test_every_field_has_a_flag():
+    parser = argparse.ArgumentParser()
+    add_flags(parser)
+    assert from_flags(vars(parser.parse_args([]))) == TrainConfig.of()
+    flags: list[str] = []
+    expected: dict[str, Any] = {}
+    for one in fields(TrainConfig):
+        rule = rule_of(one)
+        value: Any = 0.05 if one.default is None else one.default
+        value = {bool: True, "range": (0.5, 0.75)}.get(rule.kind, value)
+        words = {bool: (), "range": value}.get(rule.kind, (value,))
+        flags += ["--" + one.name.replace("_", "-"), *map(str, words)]
+        expected[one.name] = value
+    assert from_flags(vars(parser.parse_args(flags))) == TrainConfig(**expected)
+    assert from_flags(vars(parser.parse_args(["--algorithm", "sac"]))) == TrainConfig.of(
+        algorithm="sac"
+    )
+
+
+def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
+    path = tmp_path / "table.csv"
+    table = MetricsFile(path, ("a", "b"))
+    for steps in (10, 20, 30):
+        table.append(steps, {"a": steps / 7, "b": math.nan})
+    with path.open("a") as file:
+        file.write("40,1.")
+    assert [row["timesteps"] for row in read_rows(path)] == ["10", "20", "30"]
+    again = MetricsFile(path, ("a", "b"), upto=20)
+    again.append(25, {"b": 1.0})
+    found = read_columns(path)
+    assert found["timesteps"] == [10, 20, 25]
+    assert found["a"][:2] == pytest.approx([10 / 7, 20 / 7], rel=1e-6)
+    assert math.isnan(found["a"][2])
+    assert path.read_text().count("\n") == 4

@@ -1,0 +1,173 @@
+"""Robots, walks and comparisons shared by the tests; compiled once and used by many.
+
+Call these inside a test: the precision is the one in force there.
+"""
+
+from functools import lru_cache, partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    BipedModel,
+    BipedParams,
+    BipedState,
+    GroundMoment,
+    ReducedInertia,
+    RK4Split,
+    Table,
+    Trajectory,
+    forward_dynamics,
+    ground_moment,
+    inverse_dynamics,
+    prepare,
+    reduced_inertia,
+    simulate,
+    step,
+)
+
+FINE = Table(64, 9)
+"""A table as good as the exact functions in float64 (1e-13), and cheap to compile."""
+
+REST = {
+    "phase": np.pi / 2,
+    "crank_rate": 0.0,
+    "foot_position": 0.0,
+    "foot_velocity": 0.0,
+    "time": 0.0,
+}
+
+PAGE = 2048
+
+RECORDING = RK4Split(record_events=True)
+
+
+@lru_cache
+def default_params(dtype: str = "float64") -> BipedParams:
+    return BipedParams.from_bars(dtype=jnp.dtype(dtype))
+
+
+@lru_cache
+def default_model(fidelity: str | Table = FINE, dtype: str = "float64") -> BipedModel:
+    return model_of(default_params(dtype), fidelity)
+
+
+@partial(jax.jit, static_argnums=1)
+def model_of(params: BipedParams, fidelity: str | Table = FINE) -> BipedModel:
+    return prepare(params, fidelity=fidelity)
+
+
+def state_of(dtype: str = "float64", **values: float) -> BipedState:
+    """A state of arrays, so that every walk shares the compiled functions."""
+    fields = {name: jnp.asarray(values.get(name, value), dtype) for name, value in REST.items()}
+    return BipedState(**fields, steps=jnp.asarray(values.get("steps", 0), jnp.int32))
+
+
+def start_of(case: dict[str, Any]) -> BipedState:
+    """The initial state of one of the reference file's trajectories."""
+    return state_of(
+        phase=case["theta0"], crank_rate=case["omega0"], foot_velocity=case["slide_velocity0"]
+    )
+
+
+def floor_of(case: dict[str, Any]) -> Scene:
+    return Scene.uniform(jnp.asarray(case["mu_static"]), jnp.asarray(case["mu_kinetic"]))
+
+
+def walk(
+    case: dict[str, Any], count: int, *, fidelity: str | Table = FINE, **options
+) -> Trajectory:
+    """One of the reference trajectories in `count` steps, events recorded."""
+    duration = case["t_end"]
+    torque = jnp.full(count, case["torque"])
+    options = {"integrator": RECORDING} | options
+    model = default_model(fidelity)
+    scene, state = floor_of(case), start_of(case)
+    return simulate(model, scene, state, torque, duration, duration / count, **options)
+
+
+@jax.jit
+def last_state(model, scene, state, torque, duration, count) -> BipedState:
+    """The state after `count` equal steps; compiled once for every count."""
+    size = duration / count.astype(duration.dtype)
+    state = jax.tree.map(lambda leaf: jnp.asarray(leaf, size.dtype), state)
+    state = BipedState(**(vars(state) | {"steps": jnp.zeros((), jnp.int32)}))
+    return jax.lax.fori_loop(
+        0, count, lambda _, now: step(model, scene, now, torque, size)[0], state
+    )
+
+
+def outcome(state: BipedState) -> jax.Array:
+    """What a walk came to, as one vector."""
+    return jnp.stack(
+        [
+            state.crank_angle,
+            state.crank_rate,
+            jnp.asarray(state.foot_position),
+            state.foot_velocity,
+        ],
+        axis=-1,
+    )
+
+
+def exact_along(params: BipedParams, angles) -> tuple[ReducedInertia, GroundMoment]:
+    """The exact functions at many crank angles, as NumPy arrays; one compilation for any number."""
+    angles = np.asarray(angles, float).ravel()
+    padded = np.full(-(-angles.size // PAGE) * PAGE, np.pi)
+    padded[: angles.size] = angles
+    pages = [_exact_page(params, jnp.asarray(page)) for page in padded.reshape(-1, PAGE)]
+    join = lambda *parts: np.concatenate([np.asarray(p) for p in parts])[: angles.size]  # noqa: E731
+    return jax.tree.map(join, *pages)
+
+
+@jax.jit
+def _exact_page(params, angles):
+    return jax.vmap(lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle)))(
+        angles
+    )
+
+
+def inertia_along(params: BipedParams, angles) -> ReducedInertia:
+    """The exact M, P, Y and slopes at many crank angles."""
+    return exact_along(params, angles)[0]
+
+
+@jax.jit
+def forward(model_or_params, *state):
+    return forward_dynamics(model_or_params, *state)
+
+
+@jax.jit
+def inverse(params, *motion):
+    return inverse_dynamics(params, *motion)
+
+
+def still_forces(params: BipedParams, angles, rates, torques) -> tuple[np.ndarray, np.ndarray]:
+    """Friction and normal force that hold the foot, written out again from MODEL 1.4."""
+    M, dM, P, dP, Y, dY = inertia_along(params, angles)
+    gravity, mass = float(np.asarray(params.gravity)), float(params.total_mass)
+    rates, torques = np.asarray(rates), np.asarray(torques)
+    alpha = (torques - dM * rates**2 / 2 - gravity * Y) / M
+    return P * alpha + dP * rates**2, mass * gravity + Y * alpha + dY * rates**2
+
+
+def sliding_forces(params: BipedParams, angles, rates, torques, signed_mu):
+    """Friction and normal force while sliding; signed_mu = sign(v) mu_k; linear solves in numpy."""
+    M, dM, P, dP, Y, dY = inertia_along(params, angles)
+    gravity, mass = float(np.asarray(params.gravity)), float(params.total_mass)
+    square, signed = np.asarray(rates) ** 2, np.asarray(signed_mu)
+    zero, one = np.zeros_like(M), np.ones_like(M)
+    rows = [[M, P, zero, zero], [P, mass * one, -one, zero], [Y, zero, zero, -one]]
+    rows.append([zero, zero, one, signed])
+    right = [
+        np.asarray(torques) - dM * square / 2 - gravity * Y,
+        -dP * square,
+        -(mass * gravity + dY * square),
+        zero,
+    ]
+    matrix = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    solved = np.linalg.solve(matrix, np.stack(right, axis=-1)[..., None])[..., 0]
+    return solved[..., 2], solved[..., 3]

@@ -1,0 +1,146 @@
+"""How the biped's episodes end: falls are terminations, the time limit is a truncation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedParams
+from tests.envs.helpers import STEPS, actions, constant, rollout, task
+
+STILL, PUSH, BACK = constant(0, 0, 0, 0), constant(1, 1, 1, 1), constant(-1, -1, -1, -1)
+
+
+@lru_cache
+def with_feet(length: float):
+    """The default task on a robot with feet of another length, in crank lengths."""
+    biped = BipedParams.from_bars(heel=length, toe=length)
+    return task()[0].make_params(biped=biped)
+
+
+def ending(status: Status):
+    """Task, parameters and actions that lead to a terminal status."""
+    env, params = task()
+    long, strong = with_feet(800.0), {"torque_limit": 30.0, "max_crank_rate": 1e6}
+    robot = params.robot
+    sticky = Scene.uniform(5.0, 5.0)
+    cases = {
+        Status.TOPPLE: (env, params, PUSH),
+        Status.LIFT_OFF: (env, replace(long, torque_limit=100.0), PUSH),
+        Status.RUNAWAY: (env, replace(params, max_crank_rate=1.0), constant(0.1, 0.1, 0.2, -0.2)),
+        Status.NO_SOLUTION: (env, replace(long, scene=sticky, **strong), BACK),
+        Status.NON_FINITE: (env, params, np.full_like(PUSH, np.nan)),
+        Status.STEP_COMPLETE: (*task("one"), constant(0.24, 0.24, 0.23, 0.25)),
+        Status.NO_EXCHANGE: (
+            env,
+            replace(params, scene=sticky, robot=replace(robot, symmetric=np.asarray(False))),
+            constant(0.24, 0.24, 0.23, 0.25),
+        ),
+    }
+    return cases[status]
+
+
+TERMINAL = [status for status in Status if status.terminal]
+
+
+@pytest.mark.parametrize("status", TERMINAL)
+def test_every_terminal_status_ends_the_episode_as_a_termination(status):
+    env, params, given = ending(status)
+    run = rollout(env, params, given)
+    ends = run.info["status"] == status
+    assert ends.any(axis=1).all(), np.unique(run.info["status"])
+    assert run.terminated[ends].all()
+    assert not run.truncated[ends].any()
+    assert run.info["autoreset"][ends].all()
+    assert np.all(run.state.elapsed[ends] == 0)
+    assert np.all(np.isfinite(run.info["final_obs"]))
+    assert np.all(np.isfinite(run.obs))
+
+
+def test_a_linkage_that_cannot_close_ends_the_episode_without_a_solution():
+    env, params = task()
+    open_ = replace(params, robot=replace(params.robot, closes=np.asarray(False)))
+    run = rollout(env, open_, STILL)
+    assert np.all(run.info["status"] == Status.NO_SOLUTION)
+    assert run.terminated.all()
+
+
+@pytest.mark.parametrize("name", ["default", "random", "patches", "one"])
+def test_terminated_means_a_terminal_status_and_nothing_else(name):
+    env, params = task(name)
+    run = rollout(env, params, actions(0.3))
+    assert np.array_equal(run.terminated, run.info["status"] > Status.SLIP_ONSET)
+    assert not np.any(run.terminated & run.truncated)
+    assert np.array_equal(run.info["autoreset"], run.over)
+
+
+def test_an_episode_is_truncated_after_ten_seconds():
+    env, params = task()
+    run = rollout(env, params, STILL)
+    ends = np.zeros(STEPS, bool)
+    ends[499] = True
+    assert np.array_equal(run.truncated, np.broadcast_to(ends, run.truncated.shape))
+    assert not run.terminated.any()
+    assert np.all(run.info["episode_length"][:, 499] == 500)
+    np.testing.assert_allclose(run.state.biped.time[:, 498], 9.98, rtol=1e-5)
+    assert np.all(run.state.biped.time[:, 499] == 0)
+
+
+@pytest.mark.parametrize(
+    ("period", "limit", "steps"),
+    [(0.02, 0.6, 30), (0.05, 10.0, 200), (0.01, 0.333, 33), (0.03, 1.0, 33), (0.02, 0.001, 1)],
+)
+def test_the_time_limit_is_met_to_the_nearest_control_step(period, limit, steps):
+    env, params = task()
+    run = rollout(env, params.replace(control_period=period, time_limit=limit), STILL)
+    assert np.flatnonzero(run.truncated[0])[0] == steps - 1
+
+
+def test_a_fall_on_the_last_step_is_a_termination():
+    env, params = task()
+    given = np.array(STILL)
+    given[:, 9] = 1.0
+    run = rollout(env, params.replace(time_limit=0.2), given)
+    assert run.info["status"][0, 9] == Status.TOPPLE
+    assert run.terminated[0, 9]
+    assert not run.truncated[0, 9]
+    assert run.truncated[0, 19]
+
+
+def test_runaway_is_the_first_step_beyond_the_greatest_crank_rate():
+    env, params = task()
+    run = rollout(env, params.replace(max_crank_rate=1.0), constant(0.1, 0.1, -0.2, -0.2))
+    free = rollout(env, params, constant(0.1, 0.1, -0.2, -0.2))
+    for i in range(4):
+        beyond = np.flatnonzero(np.abs(free.state.biped.crank_rate[i]) > 1.0)[0]
+        assert np.flatnonzero(run.terminated[i])[0] == beyond
+        assert run.info["status"][i, beyond] == Status.RUNAWAY
+
+
+def test_the_next_step_mode_ignores_the_action_and_gives_nothing_while_it_resets():
+    env, params = task("random", "same_step")
+    later, _ = task("random", "next_step")
+    given = actions(0.3)
+    same = rollout(env, params, given)
+    for i in range(4):  # the same actions, and a wild one where the reset is
+        ends = np.flatnonzero(same.over[i])
+        padded = np.insert(given[i], ends + 1, 0.9, axis=0)[:STEPS]
+        walker = np.repeat(padded[None], 4, axis=0)
+        run = rollout(later, params, walker)
+        resets = np.flatnonzero(run.info["autoreset"][i])
+        assert np.array_equal(resets, (ends + 1 + np.arange(len(ends)))[: len(resets)])
+        stays = np.setdiff1d(np.arange(STEPS), resets)
+        count = len(stays)
+        final = same.info["final_obs"][i, :count]
+        np.testing.assert_allclose(run.obs[i, stays], final, atol=1e-3)
+        np.testing.assert_allclose(run.reward[i, stays], same.reward[i, :count], atol=1e-3)
+        assert np.array_equal(run.terminated[i, stays], same.terminated[i, :count])
+        assert np.array_equal(run.truncated[i, stays], same.truncated[i, :count])
+        fresh = same.obs[i, ends][: len(resets)]
+        np.testing.assert_allclose(run.obs[i, resets], fresh, atol=1e-5)
+        assert not run.reward[i, resets].any()
+        assert not run.over[i, resets].any()

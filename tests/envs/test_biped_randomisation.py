@@ -1,0 +1,148 @@
+"""What a reset draws: within the ranges, new every time, the same for the same key."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from functools import lru_cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.biped import BipedParams
+from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
+from tests.envs.helpers import RANGES, actions, rollout, task
+
+NAMES = [field.name for field in fields(Randomisation)]
+
+
+@lru_cache
+def many_resets(seed: int = 0):
+    """Observations and states of 500 resets of the task that draws everything."""
+    env, params = task("random")
+    keys = jax.random.split(jax.random.key(seed), 500)
+    return jax.tree.map(np.asarray, jax.vmap(env.reset, (0, None))(keys, params))
+
+
+def drawn(state) -> dict[str, np.ndarray]:
+    values = state.drawn._asdict()
+    return values | {"phase": state.biped.phase, "crank_rate": state.biped.crank_rate}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_draws_fill_their_range_and_stay_inside_it(name):
+    low, high = getattr(RANGES, name)
+    values = drawn(many_resets()[1])[name]
+    assert np.all(values >= np.float32(low))
+    assert np.all(values <= np.float32(high))
+    assert values.min() < low + 0.02 * (high - low)
+    assert values.max() > high - 0.02 * (high - low)
+    assert values.mean() == pytest.approx((low + high) / 2, abs=0.05 * (high - low))
+    assert len(np.unique(values)) > 490
+
+
+def test_draws_are_independent_of_each_other():
+    values = np.stack(list(drawn(many_resets()[1]).values()))
+    correlation = np.corrcoef(values) - np.eye(len(values))
+    assert np.abs(correlation).max() < 0.2
+
+
+def test_the_same_key_draws_the_same_and_another_key_something_else():
+    env, params = task("random")
+    same = [env.reset(jax.random.key(3), params) for _ in range(2)]
+    other = env.reset(jax.random.key(4), params)
+    assert jax.tree.all(jax.tree.map(np.array_equal, *same))
+    here, there = drawn(same[0][1]), drawn(other[1])
+    assert all(here[name] != there[name] for name in NAMES)
+
+
+def test_every_episode_of_a_walker_draws_anew():
+    env, params = task("random")
+    run = rollout(env, params, actions(0.3))
+    for i in range(2):
+        resets = np.flatnonzero(run.info["autoreset"][i])
+        assert len(resets) > 5
+        for name, values in drawn(run.state).items():
+            assert len(np.unique(values[i, resets])) == len(resets), name
+
+
+def test_what_was_drawn_shows_in_the_first_observation():
+    _, params = task("random")
+    obs, state = many_resets()
+    floor = params.scene.floor
+    np.testing.assert_allclose(obs[:, 0], np.cos(2 * state.biped.phase), atol=1e-6)
+    np.testing.assert_allclose(obs[:, 2], state.biped.crank_rate)
+    np.testing.assert_allclose(obs[:, 5], state.drawn.commanded_rate)
+    np.testing.assert_allclose(obs[:, 6], floor.mu_static * state.drawn.friction, rtol=1e-6)
+    np.testing.assert_allclose(obs[:, 7], floor.mu_kinetic * state.drawn.friction, rtol=1e-6)
+
+
+def test_nothing_is_drawn_and_nothing_compiled_for_it_unless_asked_for():
+    env, params = task()
+    program = str(jax.make_jaxpr(env.reset_env)(jax.random.key(0), params))
+    assert "random_bits" not in program
+    assert "random_bits" in str(jax.make_jaxpr(env.reset_env)(jax.random.key(0), task("random")[1]))
+    one, other = (env.reset(jax.random.key(seed), params)[1] for seed in (0, 1))
+    assert jax.tree.all(jax.tree.map(np.array_equal, one, other))
+    assert float(one.biped.phase) == np.float32(np.pi / 2)
+    assert float(one.biped.crank_rate) == 0.0
+    assert params.unit_payload is None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_one_range_alone_draws_one_thing_alone(name):
+    env = BipedEnv()
+    chosen = Randomisation(**{name: getattr(RANGES, name)})
+    params = replace(task()[1], randomisation=chosen)
+    states = [env.reset(jax.random.key(seed), params)[1] for seed in (0, 1)]
+    one, other = map(drawn, states)
+    assert {key for key in one if one[key] != other[key]} == {name}
+
+
+def test_the_range_of_a_draw_can_be_traced():
+    env, params = task("random")
+
+    def phase_drawn(low):
+        ranges = replace(RANGES, phase=(low, low + 0.1))
+        return env.reset(jax.random.key(0), replace(params, randomisation=ranges))[1].biped.phase
+
+    phases = jax.jit(jax.vmap(phase_drawn))(jnp.asarray([2.0, 3.0]))
+    assert np.all((phases >= jnp.asarray([2.0, 3.0])) & (phases <= jnp.asarray([2.1, 3.1])))
+
+
+@lru_cache
+def loaded_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]:
+    """Every reset draws exactly this mass factor and this payload."""
+    ranges = Randomisation(mass=(mass, mass), payload=(payload, payload))
+    env = BipedEnv()
+    return env, env.make_params(randomisation=ranges, dtype=jnp.float64)
+
+
+def rebuilt_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]:
+    """A robot built with these masses from the start."""
+    bare = BipedParams.from_bars(dtype=jnp.float64)
+    heavy = bare.replace(mass=bare.mass * mass, inertia=bare.inertia * mass, payload=payload)
+    env = BipedEnv()
+    return env, env.make_params(biped=heavy, dtype=jnp.float64)
+
+
+@pytest.mark.parametrize(("mass", "payload"), [(1.0, 0.0), (1.3, 0.0), (0.7, 0.8), (1.2, 2.0)])
+def test_a_drawn_load_walks_as_a_robot_built_with_it(float64, mass, payload):
+    given = actions(0.2)[:, :]
+    one = rollout(*loaded_task(mass, payload), given)
+    other = rollout(*rebuilt_task(mass, payload), given)
+    assert one.info["slid"].any()
+    for name in ("obs", "reward", "terminated", "truncated"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-7)
+    for name in one.info:
+        np.testing.assert_allclose(one.info[name], other.info[name], atol=1e-5, err_msg=name)
+
+
+def test_a_payload_makes_a_difference(float64):
+    light = rollout(*loaded_task(1.0, 0.0), actions(0.2))
+    heavy = rollout(*loaded_task(1.0, 2.0), actions(0.2))
+    ratio = heavy.info["normal_force"][:, 0] / light.info["normal_force"][:, 0]
+    mass = float(loaded_task(1.0, 0.0)[1].robot.total_mass)
+    np.testing.assert_allclose(ratio, (mass + 2.0) / mass, rtol=0.05)
+    assert np.abs(heavy.obs[:, 50, 2] - light.obs[:, 50, 2]).max() > 0.01

@@ -1,0 +1,91 @@
+"""Nothing is compiled twice: not by steps, resets, numbers or a second environment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene
+from tests.envs.helpers import CompileCount, make, make_vec, task
+
+
+def warm_then_count(use: Callable[[int], None]) -> int:
+    use(0)
+    with CompileCount() as compiled:
+        for turn in range(1, 4):
+            use(turn)
+    return compiled.count
+
+
+def test_a_compilation_is_noticed():
+    with CompileCount() as compiled:
+        jax.jit(lambda x: x * 3 + 1)(jnp.ones(5))
+    assert compiled.count > 0
+
+
+def test_the_functional_environment_compiles_once_for_all_numbers():
+    env, params = task()
+
+    def use(turn: int) -> None:
+        scene = Scene.uniform(0.1 + 0.1 * turn, 0.05)
+        changed = replace(params, scene=scene, commanded_rate=2.0 + turn, time_limit=1.0 + turn)
+        _, state = env.reset(jax.random.key(turn), changed)
+        for k in range(3):
+            action = jnp.full(1, 0.1 * turn)
+            _, state, *_ = env.step(jax.random.key(k), state, action, changed)
+
+    assert warm_then_count(use) == 0
+
+
+def test_the_single_environment_compiles_once():
+    def use(turn: int) -> None:
+        env = make("random")
+        env.reset(seed=turn)
+        for _ in range(3):
+            env.step(np.full(1, 0.1 * turn, np.float32))
+        env.reset()
+
+    assert warm_then_count(use) == 0
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step", "disabled"])
+def test_the_vector_environment_compiles_once(mode):
+    def use(turn: int) -> None:
+        env = make_vec(3, mode)
+        env.reset(seed=turn)
+        for _ in range(3):
+            env.step(np.full((3, 1), 0.05 * turn, np.float32))
+        for i in range(3):
+            env.reset(options={"reset_mask": np.arange(3) == i})
+
+    assert warm_then_count(use) == 0
+
+
+def test_the_stable_baselines3_environment_compiles_once():
+    pytest.importorskip("stable_baselines3")
+    from stickslip.envs.sb3 import SB3VecEnv
+
+    def use(turn: int) -> None:
+        env = SB3VecEnv(*task("random"), 3, seed=turn)
+        env.reset()
+        for _ in range(3):
+            env.step(np.full((3, 1), 0.05 * turn, np.float32))
+        env.seed(turn)
+        env.reset()
+
+    assert warm_then_count(use) == 0
+
+
+def test_robots_that_differ_in_numbers_are_prepared_by_one_program():
+    env, _ = task()
+
+    def use(turn: int) -> None:
+        biped = task()[1].robot.params.replace(payload=0.1 * (1 + turn), toe=0.2 + 0.01 * turn)
+        env.make_params(biped=biped, commanded_rate=1.0 + turn)
+
+    assert warm_then_count(use) == 0

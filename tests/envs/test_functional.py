@@ -1,0 +1,153 @@
+"""The protocol of the functional environments, on an environment that compiles at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tests.envs.toy import Toy, ToyParams, ToyState
+
+PARAMS = ToyParams()
+
+
+def place_of(state: ToyState) -> float:
+    return float(state.place)
+
+
+@pytest.fixture
+def start():
+    return Toy().reset(jax.random.key(0), PARAMS)[1]
+
+
+def near_the_edge(state: ToyState) -> ToyState:
+    return state._replace(place=jnp.asarray(0.9, jnp.float32))
+
+
+PUSH = jnp.asarray([1.0, 0.0])
+KEY = jax.random.key(7)
+
+
+@pytest.mark.parametrize("autoreset", ["same_step", "next_step", "disabled"])
+def test_a_step_inside_an_episode_is_the_same_in_every_mode(start, autoreset):
+    action = jnp.asarray([0.5, -1.0])
+    obs, state, reward, terminated, truncated, info = Toy(autoreset).step(
+        KEY, start, action, PARAMS
+    )
+    place = place_of(start) + 0.15
+    assert obs == pytest.approx([place, 1.0], abs=1e-6)
+    assert place_of(state) == pytest.approx(place, abs=1e-6)
+    assert float(reward) == pytest.approx(place + 0.1, abs=1e-6)
+    assert not terminated
+    assert not truncated
+    assert not info["autoreset"]
+    assert np.array_equal(info["final_obs"], obs)
+
+
+def test_same_step_returns_the_next_episode_and_keeps_the_last_observation(start):
+    step = Toy("same_step").step(KEY, near_the_edge(start), PUSH, PARAMS)
+    obs, state, reward, terminated, truncated, info = step
+    first_obs, first_state = Toy().reset(KEY, PARAMS)
+    assert terminated
+    assert not truncated
+    assert info["autoreset"]
+    assert info["final_obs"] == pytest.approx([1.2, 1.0])
+    assert info["place"] == pytest.approx(1.2)
+    assert float(reward) == pytest.approx(1.2)
+    assert np.array_equal(obs, first_obs)
+    assert jax.tree.all(jax.tree.map(np.array_equal, state, first_state))
+
+
+def test_next_step_resets_one_step_later_whatever_the_action_for_no_reward(start):
+    env = Toy("next_step")
+    obs, ended, _, terminated, _, info = env.step(KEY, near_the_edge(start), PUSH, PARAMS)
+    assert terminated
+    assert not info["autoreset"]
+    assert obs == pytest.approx([1.2, 1.0])
+    key = jax.random.key(8)
+    first_obs, first_state = env.reset(key, PARAMS)
+    for action in (PUSH, -PUSH):
+        obs, state, reward, terminated, truncated, info = env.step(key, ended, action, PARAMS)
+        assert np.array_equal(obs, first_obs)
+        assert jax.tree.all(jax.tree.map(np.array_equal, state, first_state))
+        assert float(reward) == 0.0
+        assert not terminated
+        assert not truncated
+        assert info["autoreset"]
+        assert np.array_equal(info["final_obs"], first_obs)
+        assert info["place"] == 0.0
+        assert info["episode_length"] == 0
+
+
+def test_disabled_leaves_the_finished_episode_where_it_is(start):
+    obs, state, _, terminated, _, info = Toy("disabled").step(
+        KEY, near_the_edge(start), PUSH, PARAMS
+    )
+    assert terminated
+    assert state.over
+    assert not info["autoreset"]
+    assert obs == pytest.approx([1.2, 1.0])
+    assert np.array_equal(info["final_obs"], obs)
+
+
+def test_truncation_resets_too(start):
+    late = start._replace(elapsed=jnp.asarray(PARAMS.limit - 1))
+    _, state, _, terminated, truncated, info = Toy().step(KEY, late, 0 * PUSH, PARAMS)
+    assert truncated
+    assert not terminated
+    assert info["autoreset"]
+    assert state.elapsed == 0
+    assert info["episode_length"] == PARAMS.limit
+
+
+def test_one_finished_member_of_a_batch_leaves_the_others_alone(start):
+    env = Toy()
+    states = jax.tree.map(lambda *leaves: jnp.stack(leaves), start, near_the_edge(start), start)
+    keys = jax.random.split(KEY, 3)
+    actions = jnp.stack([PUSH, PUSH, -PUSH])
+    batch = jax.vmap(env.step, (0, 0, 0, None))(keys, states, actions, PARAMS)
+    assert batch[5]["autoreset"].tolist() == [False, True, False]
+    for i in range(3):
+        one = jax.tree.map(lambda leaf, i=i: leaf[i], states)
+        alone = env.step(keys[i], one, actions[i], PARAMS)
+        row = jax.tree.map(lambda leaf, i=i: leaf[i], batch)
+        assert jax.tree.all(jax.tree.map(partial(np.allclose, rtol=1e-6), row, alone))
+
+
+def test_a_traced_action_beyond_its_range_is_clipped(start):
+    step = jax.jit(lambda action: Toy().step(KEY, start, action, PARAMS)[1].place)
+    assert step(jnp.asarray([5.0, 0.0])) == step(jnp.asarray([1.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ([np.nan, 0.0], r"action = nan.*accepted: numbers in \[-1, 1\]"),
+        ([0.0, 1.01], r"action = 1\.0.*accepted: numbers in \[-1, 1\]"),
+        ([-np.inf, 0.0], r"action = -inf.*accepted"),
+        ([0.0], r"shape \(1,\); accepted: \(2,\).*push, idle"),
+        (0.0, r"shape \(\); accepted: \(2,\)"),
+        ([[0.0, 0.0]], r"shape \(1, 2\); accepted: \(2,\)"),
+    ],
+)
+def test_a_bad_action_is_refused_with_what_was_given_and_what_is_accepted(start, action, message):
+    with pytest.raises(ValueError, match=message):
+        Toy().step(KEY, start, jnp.asarray(action), PARAMS)
+
+
+@pytest.mark.parametrize("action", [["a", "b"], [None, 0.0]])
+def test_an_action_that_is_no_number_is_refused(start, action):
+    with pytest.raises(ValueError, match=r"action = .* accepted: numbers"):
+        Toy().step(KEY, start, np.asarray(action), PARAMS)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("autoreset", ["sometimes", None, True, ["same_step"]])
+def test_an_unknown_autoreset_is_refused_with_the_known_ones(autoreset):
+    with pytest.raises(ValueError, match=r"autoreset = .*'same_step', 'next_step', 'disabled'"):
+        Toy(autoreset)
+    with pytest.raises(ValueError, match="autoreset"):
+        replace(Toy(), autoreset=autoreset)

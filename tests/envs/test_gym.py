@@ -1,0 +1,242 @@
+"""The Gymnasium environment keeps Gymnasium's contract."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import warnings
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction
+
+from stickslip.dynamics import Scene
+from stickslip.envs import BipedEnv, GymEnv, Randomisation
+from tests.envs.helpers import BIPED, make
+from tests.envs.toy import Toy, ToyParams
+
+STILL = np.zeros(1, np.float32)
+
+
+def toy(**more: Any) -> GymEnv:
+    return GymEnv(Toy("disabled"), ToyParams(), **more)
+
+
+@pytest.mark.parametrize("name", ["default", "random"])
+def test_check_env_finds_nothing_to_complain_about(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(make(name), skip_render_check=True)
+
+
+def test_make_wraps_a_gym_env_that_passes_the_passive_checker():
+    env = gymnasium.make(BIPED)
+    assert isinstance(env.unwrapped, GymEnv)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    env.close()
+
+
+def test_flags_are_python_bools_and_numbers_python_numbers():
+    env = make()
+    obs, info = env.reset(seed=0)
+    assert type(obs) is np.ndarray
+    assert info == {}
+    obs, reward, terminated, truncated, info = env.step(STILL)
+    assert obs.dtype == np.float32
+    assert type(reward) is float
+    assert type(terminated) is bool
+    assert type(truncated) is bool
+    assert {type(value) for value in info.values()} == {int, float}
+    assert type(info["status"]) is int
+    assert type(info["episode_length"]) is int
+    assert all(isinstance(name, str) for name in info)
+
+
+def test_a_boolean_in_info_stays_a_boolean():
+    env = toy()
+    env.reset(seed=0)
+    info = env.step(np.zeros(2, np.float32))[4]
+    assert {name: type(value) for name, value in info.items()} == {
+        "place": float,
+        "right": bool,
+        "episode_length": int,
+        "episode_return": float,
+    }
+
+
+def test_nothing_that_was_returned_is_used_again():
+    env = toy()
+    first, first_info = env.reset(seed=0)
+    kept = first.copy()
+    action = np.asarray([0.5, 0.0], np.float32)
+    second, *_, info = env.step(action)
+    remembered = (second.copy(), dict(info))
+    assert second.flags.writeable
+    first[:], second[:] = 99.0, 99.0
+    info["place"] = 99.0
+    first_info["place"] = 99.0
+    third, *_, third_info = env.step(action)
+    assert third[0] == pytest.approx(kept[0] + 0.3, abs=1e-6)
+    assert third_info["place"] == pytest.approx(third[0])
+    assert np.array_equal(action, [0.5, 0.0])
+    assert remembered[0][0] == pytest.approx(kept[0] + 0.15, abs=1e-6)
+
+
+def episodes(env: gymnasium.Env, count: int, **reset: Any) -> list:
+    """First observations of `count` resets, seeded the first time."""
+    return [env.reset(**(reset if i == 0 else {}))[0][0] for i in range(count)]
+
+
+def test_a_seed_fixes_the_whole_sequence_of_episodes():
+    assert episodes(toy(), 4, seed=5) == episodes(toy(), 4, seed=5)
+    assert len(set(episodes(toy(), 4, seed=5))) == 4
+    assert set(episodes(toy(), 4, seed=5)).isdisjoint(episodes(toy(), 4, seed=6))
+    env = toy()
+    again = [episodes(env, 3, seed=5) for _ in range(2)]
+    assert again[0] == again[1]
+
+
+def test_without_a_seed_every_environment_has_episodes_of_its_own():
+    assert set(episodes(toy(), 3)).isdisjoint(episodes(toy(), 3))
+
+
+def test_the_action_does_not_change_which_episodes_come():
+    env, other = toy(), toy()
+    env.reset(seed=1)
+    other.reset(seed=1)
+    env.step(np.ones(2, np.float32))
+    for _ in range(3):
+        other.step(-np.ones(2, np.float32))
+    assert np.array_equal(env.reset()[0], other.reset()[0])
+
+
+def test_stepping_outside_an_episode_is_refused():
+    env = toy()
+    with pytest.raises(ValueError, match=r"step without an episode; accepted: after reset"):
+        env.step(np.zeros(2))
+    env.reset(seed=0)
+    over = False
+    while not over:
+        *_, terminated, truncated, _ = env.step(np.zeros(2))
+        over = terminated or truncated
+    assert truncated
+    with pytest.raises(ValueError, match=r"step without an episode; accepted: after reset"):
+        env.step(np.zeros(2))
+    env.reset()
+    env.step(np.zeros(2))
+
+
+def test_unknown_options_of_reset_are_refused():
+    with pytest.raises(ValueError, match=r"options = \{'mask': 1\}; accepted: none"):
+        toy().reset(options={"mask": 1})
+    toy().reset(options={})
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ([np.nan, 0], r"action = nan"),
+        ([0, 1.5], r"action = 1\.5.*accepted: numbers in \[-1, 1\]"),
+        ([0.0], r"shape \(1,\); accepted: \(2,\)"),
+        (0.0, r"shape \(\); accepted: \(2,\)"),
+        ([[0.0, 0.0]], r"shape \(1, 2\)"),
+        ([0.0, None], r"action = \[0\.0, None\].*accepted: numbers in"),
+    ],
+)
+def test_a_bad_action_is_refused_and_the_episode_goes_on(action, message):
+    env = toy()
+    obs, _ = env.reset(seed=0)
+    with pytest.raises(ValueError, match=message):
+        env.step(action)
+    assert env.step(np.zeros(2))[0][0] == obs[0]
+
+
+def test_a_word_is_no_action():
+    env = toy()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="action"):
+        env.step(["a", "b"])
+
+
+def test_the_core_must_leave_resetting_to_the_user():
+    with pytest.raises(ValueError, match=r"autoreset = 'same_step'; accepted: 'disabled'"):
+        GymEnv(BipedEnv(), BipedEnv().default_params)
+    with pytest.raises(ValueError, match=r"autoreset = 'next_step'; accepted: 'disabled'"):
+        make(autoreset="next_step")
+
+
+def test_the_spec_makes_the_same_environment_again():
+    env = gymnasium.make(BIPED, commanded_rate=2.5, see_friction=True)
+    assert env.spec is not None
+    again = gymnasium.make(env.spec)
+    assert again.unwrapped.functional == env.unwrapped.functional  # type: ignore[attr-defined]
+    first, second = env.reset(seed=3)[0], again.reset(seed=3)[0]
+    assert first[5] == 2.5
+    assert np.array_equal(first, second)
+    kept = gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json())
+    assert gymnasium.make(kept).reset(seed=3)[0] == pytest.approx(first)
+
+
+def test_gymnasiums_wrappers_work():
+    env = RecordEpisodeStatistics(RescaleAction(make("random"), np.float32(0), np.float32(1)))
+    env.reset(seed=0)
+    total, info = 0.0, {}
+    for _ in range(40):
+        _, reward, terminated, truncated, info = env.step(np.asarray([0.5], np.float32))
+        total += float(reward)
+        if terminated or truncated:
+            break
+    assert info["episode"]["r"] == pytest.approx(total)
+    assert info["episode"]["r"] == pytest.approx(info["episode_return"], rel=1e-4)
+    assert info["episode"]["l"] == info["episode_length"]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_copy_goes_on_where_the_original_was(copied, begun):
+    env = make("random")
+    if begun:
+        env.reset(seed=2)
+        env.step(STILL)
+    other = copied(env)
+    if not begun:
+        assert np.array_equal(env.reset(seed=2)[0], other.reset(seed=2)[0])
+    one, two = env.step(STILL), other.step(STILL)
+    assert np.array_equal(one[0], two[0])
+    assert one[1:] == two[1:]
+    assert np.array_equal(env.reset()[0], other.reset()[0])
+
+
+@pytest.mark.long
+def test_asynchronous_copies_in_other_processes_work():
+    fresh = {"context": "spawn"}
+    envs = gymnasium.vector.AsyncVectorEnv([make, make], **fresh)
+    obs, _ = envs.reset(seed=0)
+    assert obs.shape == (2, 6)
+    obs, *_ = envs.step(np.zeros((2, 1), np.float32))
+    assert envs.observation_space.contains(obs)
+    envs.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("option", {"speed": 1}, r"speed"),
+        ("commanded_rate", {"commanded_rate": -1.0}, r"-1\.0 is not accepted; accepted: finite"),
+        ("substeps", {"substeps": 0}, r"substeps = 0; accepted: an integer >= 1"),
+        ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'reduced', 'table'"),
+        ("see_patch", {"see_patch": 1}, r"see_patch = 1; accepted: True or False"),
+        ("scene", {"scene": "ice"}, r"scene = 'ice'.*accepted"),
+        ("biped", {"biped": 3}, r"biped = 3.*accepted"),
+        ("randomisation", {"randomisation": {"mass": (1, 2)}}, r"randomisation = .*accepted"),
+        ("friction", {"scene": Scene.grip(), "randomisation": Randomisation((1.0, 2.0))}, "grip"),
+    ],
+)
+def test_bad_options_of_make_are_named_with_what_is_accepted(name, options, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        make(**options)
+    assert name in str(caught.value)

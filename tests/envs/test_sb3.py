@@ -1,0 +1,202 @@
+"""The Stable-Baselines3 vector environment keeps Stable-Baselines3's contract."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+
+from stickslip.envs.sb3 import SB3VecEnv
+from tests.envs.helpers import task
+from tests.envs.toy import Toy, ToyParams
+
+PARAMS = ToyParams()
+
+
+def toys(count: int = 3, **more) -> SB3VecEnv:
+    return SB3VecEnv(Toy("same_step"), PARAMS, count, **more)
+
+
+def bipeds(count: int = 3, **more) -> SB3VecEnv:
+    return SB3VecEnv(*task("random"), count, **more)
+
+
+def stand(count: int = 3) -> np.ndarray:
+    return np.zeros((count, 2), np.float32)
+
+
+def test_arrays_are_fresh_writable_and_of_the_types_expected():
+    env = toys()
+    first = env.reset()
+    assert (first.dtype, first.shape) == (np.float32, (3, 2))
+    results = [env.step(stand()) for _ in range(2)]
+    for obs, reward, done, infos in results:
+        assert (obs.dtype, obs.shape) == (np.float32, (3, 2))
+        assert (reward.dtype, reward.shape) == (np.float32, (3,))
+        assert (done.dtype, done.shape) == (np.bool_, (3,))
+        assert [type(info) for info in infos] == [dict] * 3
+        for array in (first, obs, reward, done):
+            assert array.flags.writeable
+    for one, other in zip(*(result[:3] for result in results), strict=True):
+        assert not np.shares_memory(one, other)
+    results[1][0][:] = 99.0
+    assert env.step(stand())[0][0, 1] == 3
+
+
+def test_the_last_observation_and_the_reason_of_the_end_are_kept():
+    env = toys(2)
+    env.reset()
+    for step in range(1, PARAMS.limit + 1):
+        obs, _, done, infos = env.step(stand(2))
+        if step < PARAMS.limit:
+            assert not done.any()
+            assert infos == [{}, {}]
+            last = obs
+    assert done.all()
+    for i, info in enumerate(infos):
+        assert info["TimeLimit.truncated"] is True
+        assert info["terminal_observation"].dtype == np.float32
+        assert info["terminal_observation"].tolist() == [last[i, 0], PARAMS.limit]
+        assert obs[i, 1] == 0
+        assert obs[i, 0] != last[i, 0]
+        assert type(info["right"]) is bool
+        assert type(info["place"]) is float
+
+
+def test_an_end_on_the_last_step_of_the_time_limit_is_no_truncation():
+    env = SB3VecEnv(Toy("same_step"), PARAMS._replace(limit=3), 20)
+    start = env.reset()[:, 0]
+    push = np.zeros((20, 2), np.float32)
+    push[:, 0] = 1.0
+    done, steps = np.zeros(20, bool), 0
+    while not done.any():
+        _, _, done, infos = env.step(push)
+        steps += 1
+    assert steps <= 3
+    while steps < 3:
+        _, _, done, infos = env.step(push)
+        steps += 1
+    beyond = start + 0.9 > 1
+    alone = start + 0.6 <= 1
+    for i in np.flatnonzero(alone):
+        assert done[i]
+        assert infos[i]["TimeLimit.truncated"] is not beyond[i]
+        assert infos[i]["TimeLimit.truncated"] == (not beyond[i])
+    assert {bool(beyond[i]) for i in np.flatnonzero(alone)} == {True, False}
+
+
+def test_episode_statistics_are_those_of_the_episode():
+    env = toys(2)
+    env.reset()
+    total = np.zeros(2)
+    for _ in range(2 * PARAMS.limit):
+        _, reward, done, infos = env.step(stand(2))
+        total += reward
+        for i in np.flatnonzero(done):
+            assert infos[i]["episode"]["r"] == pytest.approx(total[i], rel=1e-5)
+            assert infos[i]["episode"]["l"] == PARAMS.limit
+            assert infos[i]["episode"]["t"] >= 0
+            total[i] = 0
+
+
+def test_seeds_are_counted_up_and_go_on_until_seeded_again():
+    firsts = toys(3, seed=5).reset()[:, 0]
+    assert firsts[1] == toys(1, seed=6).reset()[0, 0]
+    env = toys(3, seed=5)
+    assert np.array_equal(env.reset()[:, 0], firsts)
+    second = env.reset()[:, 0]
+    assert not set(second) & set(firsts)
+    env.seed(5)
+    assert np.array_equal(env.reset()[:, 0], firsts)
+    assert np.array_equal(env.reset()[:, 0], second)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_seed_zero_is_a_seed(count):
+    env = toys(count, seed=3)
+    env.reset()
+    env.seed(0)
+    assert np.array_equal(env.reset(), toys(count, seed=0).reset())
+
+
+def test_environments_and_attributes_answer_as_expected():
+    env = toys()
+    assert env.get_attr("render_mode") == [None] * 3
+    assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
+    assert env.env_is_wrapped(VecMonitor) == [False] * 3
+    with pytest.raises(ValueError, match=r"'x' cannot be set"):
+        env.set_attr("x", 1)
+    with pytest.raises(ValueError, match=r"'x' cannot be called"):
+        env.env_method("x")
+    env.close()
+
+
+def test_its_wrappers_work():
+    env = VecNormalize(VecMonitor(bipeds()))
+    env.reset()
+    lengths = []
+    for _ in range(40):
+        obs, _, done, infos = env.step(np.zeros((3, 1), np.float32))
+        assert np.all(np.isfinite(obs))
+        for i in np.flatnonzero(done):
+            lengths.append(infos[i]["episode"]["l"])
+            assert infos[i]["episode"]["l"] == infos[i]["episode_length"]
+            assert np.all(np.isfinite(infos[i]["terminal_observation"]))
+    assert len(lengths) >= 3
+
+
+def test_ppo_learns_without_a_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model = PPO(
+            "MlpPolicy", bipeds(), n_steps=64, batch_size=64, n_epochs=2, seed=0, device="cpu"
+        )
+        before = [weight.detach().clone() for weight in model.policy.parameters()]
+        model.learn(2 * 3 * 64)
+    assert model.num_timesteps == 2 * 3 * 64
+    after = list(model.policy.parameters())
+    assert any((one != other).any() for one, other in zip(before, after, strict=True))
+    assert all(weight.isfinite().all() for weight in after)
+    assert len(model.ep_info_buffer) > 0
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        (np.full((3, 2), np.nan), r"action = nan"),
+        (np.full((3, 2), 2.0), r"action = 2\.0.*accepted: numbers in \[-1, 1\]"),
+        (np.zeros((3, 1)), r"shape \(3, 1\); accepted: \(3, 2\)"),
+        (np.zeros(2), r"shape \(2,\); accepted: \(3, 2\)"),
+    ],
+)
+def test_bad_actions_are_refused_and_the_episodes_go_on(actions, message):
+    env = toys()
+    start = env.reset()
+    with pytest.raises(ValueError, match=message):
+        env.step(actions)
+    with pytest.raises(ValueError, match="step_wait without actions"):
+        env.step_wait()
+    assert np.array_equal(env.step(stand())[0][:, 0], start[:, 0])
+
+
+@pytest.mark.parametrize("count", [0, -1, 2.5, "two", True, None])
+def test_a_bad_number_of_environments_is_refused(count):
+    with pytest.raises(ValueError, match=r"num_envs = .*accepted: an integer >= 1"):
+        toys(count)
+
+
+@pytest.mark.parametrize("mode", ["next_step", "disabled"])
+def test_the_core_must_reset_in_the_same_step(mode):
+    with pytest.raises(ValueError, match=rf"autoreset = '{mode}'; accepted: 'same_step'"):
+        SB3VecEnv(Toy(mode), PARAMS, 2)
+
+
+def test_a_step_before_the_first_reset_is_refused():
+    with pytest.raises(ValueError, match="reset"):
+        toys().step(stand())

@@ -1,0 +1,155 @@
+"""Seeds, resets and refusals of the Gymnasium vector environment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from stickslip.envs import GymVectorEnv
+from tests.envs.helpers import make_vec
+from tests.envs.toy import PARAMS, one_toy, pushes, toys
+
+
+def firsts(env: GymVectorEnv, **reset: Any) -> list[float]:
+    return env.reset(**reset)[0][:, 0].tolist()
+
+
+def test_seed_s_means_seeds_s_to_s_plus_n():
+    singles = [one_toy().reset(seed=20 + i)[0][0] for i in range(3)]
+    assert firsts(toys(), seed=20) == singles
+    assert firsts(toys(), seed=[20, 21, 22]) == singles  # type: ignore[arg-type]
+    assert firsts(toys(), seed=[22, 20, 21]) == [singles[2], *singles[:2]]  # type: ignore[arg-type]
+    assert firsts(toys(5), seed=20)[:3] == singles
+
+
+def test_none_in_a_list_of_seeds_goes_on_in_its_chain():
+    env, other = toys(), toys()
+    env.reset(seed=1)
+    other.reset(seed=1)
+    mixed = firsts(env, seed=[None, 50, None])
+    plain = firsts(other)
+    assert mixed[0] == plain[0]
+    assert mixed[2] == plain[2]
+    assert mixed[1] == firsts(toys(), seed=49)[1]
+
+
+def test_without_a_seed_every_environment_has_episodes_of_its_own():
+    values = firsts(toys()) + firsts(toys())
+    assert len(set(values)) == 6
+    env = toys()
+    assert len({*firsts(env, seed=0), *firsts(env), *firsts(env)}) == 9
+
+
+def test_a_wrong_number_of_seeds_is_refused():
+    with pytest.raises(ValueError, match=r"2 seeds; accepted: 3, one an environment"):
+        toys().reset(seed=[1, 2])  # type: ignore[arg-type]
+
+
+def test_a_masked_reset_begins_anew_only_where_asked():
+    env = toys(3, AutoresetMode.DISABLED)
+    env.reset(seed=0)
+    before = env.step(pushes(3, 0.1, 0.1, 0.1))[0]
+    mask = np.asarray([False, True, False])
+    after, info = env.reset(options={"reset_mask": mask})
+    assert info == {}
+    assert np.array_equal(after[[0, 2]], before[[0, 2]])
+    assert after[1, 1] == 0
+    assert env.step(pushes(3))[0][:, 1].tolist() == [2, 1, 2]
+
+
+def test_masked_resets_one_after_another_show_where_every_environment_is():
+    env = toys(3, AutoresetMode.DISABLED)
+    first = env.reset(seed=0)[0]
+    masks = np.eye(3, dtype=bool)
+    second, _ = env.reset(options={"reset_mask": masks[0]})
+    assert np.array_equal(second[1:], first[1:])
+    assert second[0, 0] != first[0, 0]
+    env.step(pushes(3, 0.1, 0.1, 0.1))
+    third, _ = env.reset(options={"reset_mask": masks[0]})
+    fourth, _ = env.reset(options={"reset_mask": masks[1]})
+    assert np.array_equal(fourth[[0, 2]], third[[0, 2]])
+    now = env.step(pushes(3))[0]
+    np.testing.assert_allclose(now[:, 0], fourth[:, 0], atol=1e-6)
+
+
+def test_a_masked_reset_with_a_seed_seeds_only_where_asked():
+    env = toys(3, AutoresetMode.DISABLED)
+    env.reset(seed=0)
+    obs, _ = env.reset(seed=7, options={"reset_mask": np.asarray([True, False, False])})
+    assert obs[0, 0] == one_toy().reset(seed=7)[0][0]
+    following = firsts(env)
+    other = toys()
+    other.reset(seed=0)
+    assert following[1:] == firsts(other)[1:]
+
+
+def test_without_autoreset_a_finished_environment_must_be_reset_first():
+    env = toys(2, AutoresetMode.DISABLED)
+    env.reset(seed=0)
+    for _ in range(PARAMS.limit):
+        obs, *_, truncated, _ = env.step(pushes(2))
+    assert truncated.all()
+    assert obs[:, 1].tolist() == [PARAMS.limit] * 2
+    with pytest.raises(ValueError, match=r"environments \[0, 1\] have finished; accepted: reset"):
+        env.step(pushes(2))
+    env.reset(options={"reset_mask": np.asarray([True, False])})
+    with pytest.raises(ValueError, match=r"environments \[1\] have finished"):
+        env.step(pushes(2))
+    env.reset()
+    env.step(pushes(2))
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: toys(0), r"num_envs = 0; accepted: an integer >= 1"),
+        (lambda: toys(-2), r"num_envs = -2; accepted"),
+        (lambda: toys(2.0), r"num_envs = 2\.0; accepted"),  # type: ignore[arg-type]
+        (lambda: toys(True), r"num_envs = True; accepted"),
+        (lambda: toys(2, "sometimes"), r"autoreset_mode = 'sometimes'; accepted: .*NEXT_STEP"),
+        (lambda: toys(2, None), r"autoreset_mode = None; accepted"),
+        (lambda: make_vec(2, render_mode="human"), r"render_mode = 'human'; accepted: None"),
+        (lambda: make_vec(2, autoreset="same_step"), r"autoreset = 'same_step'; .*autoreset_mode"),
+        (lambda: make_vec(2, speed=3), r"speed"),
+        (lambda: toys().step(pushes(3)), r"step without episodes; accepted: after reset"),
+    ],
+)
+def test_bad_requests_are_refused_with_what_is_accepted(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        (np.full((3, 2), np.nan), r"action = nan"),
+        (np.full((3, 2), -1.1), r"action = -1\.1"),
+        (np.zeros((2, 2)), r"shape \(2, 2\); accepted: \(3, 2\)"),
+        (np.zeros(3), r"shape \(3,\); accepted: \(3, 2\)"),
+    ],
+)
+def test_bad_actions_are_refused_and_the_episodes_go_on(actions, message):
+    env = toys()
+    start = env.reset(seed=0)[0]
+    with pytest.raises(ValueError, match=message):
+        env.step(actions)
+    assert np.array_equal(env.step(pushes(3))[0][:, 0], start[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"reset_mask": np.asarray([1, 0, 1])}, r"type int64; accepted: booleans \[3\]"),
+        ({"reset_mask": np.asarray([True, False])}, r"shape \(2,\).*accepted: booleans \[3\]"),
+        ({"reset_mask": np.zeros(3, bool)}, r"at least one true"),
+        ({"mask": 1}, r"options = \{'mask': 1\}; accepted: reset_mask"),
+    ],
+)
+def test_bad_options_of_reset_are_refused(options, message):
+    env = toys()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=message):
+        env.reset(options=options)
