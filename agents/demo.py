@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from stickslip.agents.checkpoint import list_checkpoints
 from stickslip.agents.config import TrainConfig
 from stickslip.agents.controllers import CONTROLLERS
-from stickslip.agents.evaluate import Evaluation, evaluate
+from stickslip.agents.evaluate import evaluate
+from stickslip.agents.files import write_whole
 from stickslip.agents.film import plot_comparison
 from stickslip.agents.policy import load_policy
 from stickslip.agents.rollout import rollout
@@ -55,6 +57,11 @@ def demo(
     begun = time.monotonic()
     config = demo_config() if config is None else config
     directory, known = find_directory(Path(parent), config, fresh)
+    if known and _is_shown(directory, config):
+        say(f"{directory} holds this demo already (--fresh for a new one).\n")
+        say((directory / TABLE).read_text(encoding="utf-8"))
+        return _list_files(directory, say)
+    (directory / TABLE).unlink(missing_ok=True)  # of a policy that is trained further now
     say(_introduction(config, directory, known))
     trained = train(
         None if known else config,
@@ -67,15 +74,12 @@ def demo(
         return directory
     if not trained.finished:
         say(f"Time is up after {trained.timesteps:,} steps; the next demo goes on from there.")
-    table = show(trained, say)
-    table.write_csv(directory / "table.csv")
-    table.write_json(directory / "table.json", {"config": config.digest})
-    say(f"\nThe whole demo took {time.monotonic() - begun:.0f} s. Written to {directory}:")
-    for name, about in FILES.items():
-        say(f"  {name:<15} {about}")
-    return directory
+    show(trained, say)
+    say(f"\nThe whole demo took {time.monotonic() - begun:.0f} s.")
+    return _list_files(directory, say)
 
 
+TABLE = "table.txt"
 FILES = {
     "learning.png": "what was learnt when",
     "comparison.png": "the policy beside the baselines, from rest",
@@ -84,30 +88,49 @@ FILES = {
     "policy.npz": "the policy, for stickslip evaluate and stickslip view",
     "table.csv": "the table above (table.json: every episode)",
 }
+"""What is shown at the end, all of it in the run's directory."""
 
 
-def show(trained: Trained, say: Callable[[str], None]) -> Evaluation:
-    """Compare the policy with the baselines: print the table, write plots and the animation."""
+def show(trained: Trained, say: Callable[[str], None]) -> None:
+    """Compare the policy with the baselines: print the table, write it, plots and the animation."""
     task = make_task(trained.config)
     controllers: dict[str, Any] = {name: kind() for name, kind in CONTROLLERS.items()}
     controllers[POLICY] = load_policy(trained.policy)
     say("\nComparing with the baselines ...")
     count = trained.config.evaluation_episodes  # the policy's program is then compiled already
     moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
-    say(f"\n{moving.to_text()}")
-    say(
-        f"\n{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
-        "baselines\nread the true state and masses, the policy its observation. From rest:"
-    )
     played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
-    for name, one in played.items():
-        say(_line(name, one, task))
-    say("\nDrawing ...")
+    lines = [
+        f"{moving.to_text().rstrip()}\n",
+        f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
+        "baselines\nread the true state and masses, the policy its observation. From rest:",
+        *(_line(name, one, task) for name, one in played.items()),
+    ]
+    text = "\n".join(lines) + "\n"
+    say("\n" + text)
+    say("Drawing ...")
+    directory = trained.directory
     plot_comparison(
-        played, task.rest, trained.directory / "comparison.png", "From rest on a slippery floor"
+        played, task.rest, directory / "comparison.png", "From rest on a slippery floor"
     )
     write_products(trained, played[POLICY])
-    return moving
+    moving.write_csv(directory / "table.csv")
+    moving.write_json(directory / "table.json", {"config": trained.config.digest})
+    write_whole(directory / TABLE, text)  # last: it says that the rest is there
+
+
+def _is_shown(directory: Path, config: TrainConfig) -> bool:
+    """Whether a finished demo's products are all there."""
+    checkpoints = list_checkpoints(directory / "checkpoints")
+    whole = all((directory / name).exists() for name in (TABLE, *FILES))
+    return whole and bool(checkpoints) and int(checkpoints[-1].name) >= config.timesteps
+
+
+def _list_files(directory: Path, say: Callable[[str], None]) -> Path:
+    say(f"Written to {directory}:")
+    for name, about in FILES.items():
+        say(f"  {name:<15} {about}")
+    return directory
 
 
 def find_directory(parent: Path, config: TrainConfig, fresh: bool) -> tuple[Path, bool]:

@@ -40,6 +40,7 @@ FILES = (
     "policy.npz",
     "table.csv",
     "table.json",
+    "table.txt",
     "learning.png",
     "comparison.png",
     "episode.png",

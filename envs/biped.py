@@ -192,6 +192,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             Status.RUNAWAY,
             contact.status,
         )
+        torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         terminated = status > Status.SLIP_ONSET
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
@@ -227,7 +228,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             "slid": slid,
             "positive_work": contact.positive_work,
             "copper_loss": energy - contact.positive_work,
-            **_ground_force(contact),
+            **_ground_force(contact, status),
             "episode_return": totals.reward,
             "episode_length": elapsed,
             "episode_walked": totals.walked,
@@ -324,6 +325,9 @@ def _reward(params: BipedEnvParams, robot, drawn: Drawn, walked, slid, energy, f
     }
 
 
-def _ground_force(contact: Contact) -> dict[str, Array]:
+def _ground_force(contact: Contact, status) -> dict[str, Array]:
+    """Force and zero-moment point; zero where the torque was no number."""
     force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
-    return force if contact.zmp is None else force | {"zmp": contact.zmp}
+    force |= {} if contact.zmp is None else {"zmp": contact.zmp}
+    known = status != Status.NON_FINITE
+    return {name: jnp.where(known, value, 0.0) for name, value in force.items()}

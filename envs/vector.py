@@ -80,6 +80,8 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             obs = np.where(mask[:, None], obs, self._obs)
         self._obs = obs.copy()
         self._over = self._over & ~mask if mask is not None else np.zeros(self.num_envs, bool)
+        if mask is not None and self._results is not None:
+            self._results.autoreset[mask] = True  # their infos are of the episode before
         if mask is None:
             self._results = None
             for renderer in self._renderers or []:

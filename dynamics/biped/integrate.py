@@ -182,7 +182,7 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     velocity = trial.velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
     left = walk.left - trial.step - time
     tiny = 8 * jnp.finfo(walk.theta.dtype).eps * problem.duration
-    work = problem.torque * (theta - walk.theta)
+    work = jnp.where(trial.step > 0, problem.torque * (theta - walk.theta), 0.0)
     return walk._replace(
         theta=theta,
         rate=rate,

@@ -15,6 +15,7 @@ import pytest
 
 from stickslip.agents.checkpoint import STATE, list_checkpoints
 from stickslip.agents.config import TrainConfig
+from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.metrics import read_columns
 from stickslip.agents.policy import load_policy, read_metadata
 from stickslip.agents.train import Trained, best_evaluation, train
@@ -267,10 +268,19 @@ def test_nothing_is_written_for_a_task_that_cannot_be(tmp_path: Path):
     assert not (tmp_path / "run").exists()
 
 
+def test_a_demo_goes_on_in_its_own_run_and_touches_no_other(copy: Path):
+    home = copy.parent / "demos"
+    assert find_directory(home, PPO, fresh=False) == (home / "demo", False)
+    shutil.copytree(copy, home / "demo")
+    assert find_directory(home, PPO, fresh=False) == (home / "demo", True)
+    assert find_directory(home, PPO, fresh=True) == (home / "demo-2", False)
+    assert find_directory(home, SAC, fresh=False) == (home / "demo-2", False)
+    (home / "demo-2").write_text("a file")
+    assert find_directory(home, SAC, fresh=False) == (home / "demo-3", False)
+
+
 @pytest.mark.long
 def test_the_demos_configuration_learns_to_walk_without_slipping(tmp_path: Path):
-    from stickslip.agents.demo import demo
-
     path = demo(tmp_path)
     rows = {row["controller"]: row for row in json.loads((path / "table.json").read_text())["rows"]}
     found = {name: {k: v["value"] for k, v in r["metrics"].items()} for name, r in rows.items()}

@@ -35,7 +35,7 @@ def distance(a, b):
 
 def pinned_lengths(params: BipedParams, now):
     """(length as built, pin, pin) of every distance that the links hold, both legs."""
-    B, D = (now.hip_pins[:, None, i] for i in (1, 2))
+    A, B, D = (now.hip_pins[:, None, i] for i in range(3))
     p = now.pins
     yield params.ground_link, A, B
     yield params.tendon_drop, B, D

@@ -7,8 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.biped import forward_dynamics, inverse_dynamics
-from tests.dynamics.helpers import FINE, default_model, default_params, inertia_along, walk
+from tests.dynamics.helpers import (
+    FINE,
+    default_model,
+    default_params,
+    forward,
+    inertia_along,
+    inverse,
+    walk,
+)
 
 close = partial(np.testing.assert_allclose, rtol=1e-8, atol=0.0)
 STATES = range(8)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedParams
+from stickslip.envs import BipedEnv
+from stickslip.envs.functional import pure_step
 from tests.envs.helpers import STEPS, actions, constant, rollout, task
 
 STILL, PUSH, BACK = constant(0, 0, 0, 0), constant(1, 1, 1, 1), constant(-1, -1, -1, -1)
@@ -144,3 +148,15 @@ def test_the_next_step_mode_ignores_the_action_and_gives_nothing_while_it_resets
         np.testing.assert_allclose(run.obs[i, resets], fresh, atol=1e-5)
         assert not run.reward[i, resets].any()
         assert not run.over[i, resets].any()
+
+
+def test_an_action_that_is_not_a_number_ends_the_episode_with_a_finite_reward():
+    env = BipedEnv(autoreset="disabled")
+    params = env.default_params
+    _, state = env.reset(jax.random.key(0), params)
+    traced = jax.jit(lambda action: pure_step(env, jax.random.key(0), state, action, params))
+    obs, after, reward, terminated, _, info = traced(jnp.full(1, jnp.nan))
+    assert bool(terminated)
+    assert int(info["status"]) == Status.NON_FINITE
+    for leaf in jax.tree.leaves((obs, after, reward, info)):
+        assert np.all(np.isfinite(leaf))
