@@ -136,7 +136,7 @@ def test_finer_tables_are_better_by_orders_of_magnitude(float64):
 
 def test_float32_table_keeps_its_digits(float64):
     """Rounding errors, summed over 24 bodies: 4e-6 of the largest, as the exact functions."""
-    table = table_along(default_model(FINE, "float32"), jnp.asarray(ANGLES, jnp.float32))
+    table = table_along(default_model("table", "float32"), jnp.asarray(ANGLES, jnp.float32))
     exact = inertia_along(default_params(), ANGLES.astype(np.float32))
     for value, slope in PAIRS:
         assert getattr(table, value).dtype == jnp.float32

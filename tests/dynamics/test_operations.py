@@ -11,8 +11,8 @@ from stickslip.dynamics import Scene
 
 SLIP = ("mu_static", "mu_kinetic")
 EDGES = ("edges",)
-FORCES = ("heel", "toe", "moments")
-"""Names of numbers that a feature uses: XLA keeps those that a program reads."""
+FORCES = ("moment_at",)
+"""Names of the numbers and functions that a feature uses, which XLA keeps in its program."""
 
 
 @lru_cache
