@@ -52,10 +52,16 @@ def prepare(
 ) -> BipedModel:
     """Make a robot ready for stepping; a model passes through unchanged.
 
-    fidelity: see Fidelity. payload: mass [kg] added at the hip's centre beside params.payload.
+    fidelity: see Fidelity. payload: mass [kg] added at the hip's centre beside params.payload, not
+    accepted for a model.
     Pure: under vmap every member gets its own table. Raises ValueError for an unknown fidelity.
     """
     if isinstance(params, BipedModel):
+        if payload is not None:
+            raise ValueError(
+                "payload in a scene for a model that is prepared already; accepted: "
+                "prepare(params, payload=...) and a scene without"
+            )
         return params
     table = table_of(fidelity)
     if payload is not None:

@@ -33,10 +33,10 @@ SEEDS = (3, 4, 5, 6)
 def policy():
     rng = np.random.default_rng(0)
     return MLPPolicy(
-        weights=(jnp.float32(rng.normal(size=(7, 8))), jnp.float32(rng.normal(size=(8, 1)))),
+        weights=(jnp.float32(rng.normal(size=(6, 8))), jnp.float32(rng.normal(size=(8, 1)))),
         biases=(jnp.zeros(8, jnp.float32), jnp.zeros(1, jnp.float32)),
-        shift=jnp.zeros(7, jnp.float32),
-        scale=jnp.full(7, 3.0, jnp.float32),
+        shift=jnp.zeros(6, jnp.float32),
+        scale=jnp.full(6, 3.0, jnp.float32),
     )
 
 

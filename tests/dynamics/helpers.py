@@ -47,12 +47,14 @@ RECORDING = RK4Split(record_events=True)
 
 @lru_cache
 def default_params(dtype: str = "float64") -> BipedParams:
-    return BipedParams.from_bars(dtype=jnp.dtype(dtype))
+    with jax.ensure_compile_time_eval():  # kept beyond a trace that may ask for them first
+        return BipedParams.from_bars(dtype=jnp.dtype(dtype))
 
 
 @lru_cache
 def default_model(fidelity: str | Table = FINE, dtype: str = "float64") -> BipedModel:
-    return model_of(default_params(dtype), fidelity)
+    with jax.ensure_compile_time_eval():
+        return model_of(default_params(dtype), fidelity)
 
 
 @partial(jax.jit, static_argnums=1)
