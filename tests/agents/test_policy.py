@@ -59,13 +59,13 @@ def test_the_file_says_what_it_is(tmp_path):
     env = BipedEnv(see_friction=True)
     params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.5)))
     about = {"environment": describe_environment(env, params), "note": "größer"}
-    path = save_policy(make_policy((9, 4, 1)), tmp_path / "policy.npz", about)
+    path = save_policy(make_policy((8, 4, 1)), tmp_path / "policy.npz", about)
     found = read_metadata(path)
-    assert found["layer_sizes"] == [9, 4, 1]
+    assert found["layer_sizes"] == [8, 4, 1]
     assert found["note"] == "größer"
     assert found["versions"]["jax"] == jax.__version__
     environment = found["environment"]
-    assert environment["observation_size"] == 9
+    assert environment["observation_size"] == 8
     assert environment["floor"] == {"kind": "Uniform", "mu_static": 0.06, "mu_kinetic": 0.05}
     assert environment["randomisation"]["friction"] == [0.5, 1.5]
     assert environment["choices"]["see_friction"] is True
