@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 class Table:
     """How fine a table is: number of pieces and degree. Static and hashable.
 
-    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in SI
-    units and float64.
+    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
+    SI units and float64.
     """
 
     pieces: int = 32
