@@ -61,7 +61,6 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._envs = PackedEnvs(self.functional, params, num_envs)
         self._seeded = False
         self._over = np.zeros(num_envs, bool)
-        self._infos: list[dict[str, Any]] = [{} for _ in range(num_envs)]
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
         self._renderers: list[Any] | None = None

@@ -61,7 +61,7 @@ def start(
         distance=zero,
         work=zero,
         positive_work=zero,
-        trials=none,
+        trials=none - 1,  # the blank trial before the first is settled, too
         log=log,
     )
 
@@ -169,7 +169,7 @@ def settle(spec: RK4Split, problem: Problem, walk: Walk, trial: Trial) -> Walk:
         again,
         ended,
     )
-    return result._replace(trials=walk.trials + (trial.step > 0).astype(jnp.int32))
+    return result._replace(trials=walk.trials + 1)
 
 
 def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
