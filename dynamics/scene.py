@@ -17,7 +17,7 @@ from stickslip.dynamics.checks import is_concrete, require_choice, require_numbe
 from stickslip.dynamics.numeric import Numeric
 
 STEPS = ("continuous", "one")
-OUTPUTS = ("forces", "state")
+OUTPUTS = ("forces", "state", "joints")
 
 
 @jax.tree_util.register_dataclass
@@ -49,7 +49,23 @@ class Patches:
     mu_kinetic: Numeric
 
 
-Floor = Grip | Uniform | Patches
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Smoothed:
+    """Friction that grows with the sliding speed, f = -mu_kinetic N tanh(v / slip_speed) [-, m/s].
+
+    Not dry friction, but everywhere differentiable in the state: there is no rest, no switching and
+    no static coefficient. A foot that dry friction would hold creeps, at slip_speed artanh(use)
+    where use = |f| / (mu_kinetic N) < 1. Explicit integrators need a step below about
+    2 slip_speed / (mu_kinetic g), or the creep oscillates. Good while slip_speed is small beside
+    the sliding speeds that matter and the step can follow; docs/gradients.md has measurements.
+    """
+
+    mu_kinetic: Numeric
+    slip_speed: Numeric
+
+
+Floor = Grip | Uniform | Patches | Smoothed
 
 
 @jax.tree_util.register_dataclass
@@ -57,10 +73,11 @@ Floor = Grip | Uniform | Patches
 class Scene:
     """A floor, how far to walk, what to carry and what to compute.
 
-    floor: Grip, Uniform or Patches. payload: mass [kg] added at the hip's centre, or None for none
-    (and nothing compiled for it). steps: "continuous" walking, or "one" step that ends at the
-    exchange of support. outputs: "forces" (zero-moment point and its topple check) or "state"
-    (neither is computed; the biped is taken not to topple).
+    floor: Grip, Uniform, Patches or Smoothed. payload: mass [kg] added at the hip's centre, or None
+    for none (and nothing compiled for it). steps: "continuous" walking, or "one" step that ends at
+    the exchange of support. outputs: "forces" (zero-moment point and its topple check), "state"
+    (neither is computed; the biped is taken not to topple) or "joints" (forces, and those of all
+    68 components in the joints).
     """
 
     floor: Floor
@@ -90,13 +107,19 @@ class Scene:
         mu_kinetic = mu_static if mu_kinetic is None else jnp.asarray(mu_kinetic)
         return cls(Patches(edges, mu_static, mu_kinetic), **options).validate()
 
+    @classmethod
+    def smoothed(cls, mu_kinetic: Numeric, slip_speed: Numeric = 0.01, **options) -> Scene:
+        """Friction smoothed over sliding speeds of about slip_speed [m/s]; see Smoothed."""
+        return cls(Smoothed(mu_kinetic, slip_speed), **options).validate()
+
     def validate(self) -> Scene:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
-        if not isinstance(self.floor, Grip | Uniform | Patches):
+        if not isinstance(self.floor, Floor):
             raise ValueError(
-                f"floor = {self.floor!r} is unknown; accepted: Grip(), Uniform(...), Patches(...)"
+                f"floor = {self.floor!r} is unknown; accepted: Grip(), Uniform(...), Patches(...), "
+                "Smoothed(...)"
             )
         if self.payload is not None:
             require_number("payload", self.payload, low=0.0, accepted="a finite mass >= 0 [kg]")
@@ -104,6 +127,14 @@ class Scene:
             _check_patches(self.floor)
         if isinstance(self.floor, Uniform | Patches):
             _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
+        if isinstance(self.floor, Smoothed):
+            require_number(
+                "mu_kinetic", self.floor.mu_kinetic, low=0.0, accepted="a finite number >= 0"
+            )
+            accepted = "a finite speed > 0 [m/s]"
+            require_number(
+                "slip_speed", self.floor.slip_speed, low=0.0, strict=True, accepted=accepted
+            )
         return self
 
 

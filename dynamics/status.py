@@ -28,6 +28,8 @@ class Status(IntEnum):
     """A one-step scene reached the exchange of support."""
     NO_EXCHANGE = 8
     """Support cannot be handed over without an impact: the linkage is not symmetric."""
+    NOT_CONVERGED = 9
+    """The adaptive integrator used up its steps; the state is where it had got to."""
 
     @property
     def terminal(self) -> bool:

@@ -16,8 +16,8 @@ from stickslip.dynamics.biped import (
     floor_position,
     step,
 )
+from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
-from stickslip.dynamics.biped.model import Fidelity, table_of
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
@@ -139,7 +139,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def __post_init__(self):
         super().__post_init__()
-        table_of(self.fidelity)
+        require_fidelity(self.fidelity)
         RK4Split(self.substeps, self.max_events)
         for name in ("see_friction", "see_patch"):
             if not isinstance(getattr(self, name), bool):

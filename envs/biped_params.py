@@ -16,14 +16,15 @@ from stickslip.dynamics.biped import (
     BipedParams,
     prepare,
 )
-from stickslip.dynamics.biped.model import Fidelity, unit_payload
+from stickslip.dynamics.biped.fidelity import Fidelity
+from stickslip.dynamics.biped.model import unit_payload
 from stickslip.dynamics.biped.simulate import require_exchange
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.scene import Grip, Scene
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.biped.table import ExactInertia, TableInertia
+    from stickslip.dynamics.biped.fidelity import Inertia
 
 
 @jax.tree_util.register_dataclass
@@ -82,7 +83,7 @@ class BipedEnvParams:
 
     robot: BipedModel
     scene: Scene
-    unit_payload: ExactInertia | TableInertia | None
+    unit_payload: Inertia | None
     randomisation: Randomisation
     torque_limit: Numeric
     control_period: Numeric

@@ -1,5 +1,6 @@
 """PASIBOT: a planar biped with one motor, whose supporting foot sticks or slips."""
 
+from stickslip.dynamics.biped.fidelity import FIDELITIES, Joint, Paper, Reduced
 from stickslip.dynamics.biped.forces import (
     ForwardDynamics,
     InverseDynamics,
@@ -12,6 +13,15 @@ from stickslip.dynamics.biped.inertia import (
     ground_moment,
     reduced_inertia,
 )
+from stickslip.dynamics.biped.integrators import (
+    INTEGRATORS,
+    RK4,
+    Euler,
+    EventExact,
+    RK4Split,
+    SemiImplicitEuler,
+)
+from stickslip.dynamics.biped.joints import JOINT_FORCES
 from stickslip.dynamics.biped.kinematics import (
     BODIES,
     SUPPORT_END,
@@ -23,40 +33,56 @@ from stickslip.dynamics.biped.kinematics import (
     step_length,
 )
 from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
 from stickslip.dynamics.biped.params import LINKS, BipedParams
-from stickslip.dynamics.biped.simulate import Trajectory, simulate, step
+from stickslip.dynamics.biped.series import Chebyshev
+from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
 from stickslip.dynamics.biped.table import Table
-from stickslip.dynamics.biped.trial import RK4Split
 
 __all__ = [
     "BODIES",
+    "FIDELITIES",
+    "INTEGRATORS",
+    "JOINT_FORCES",
     "LINKS",
+    "RK4",
     "SUPPORT_END",
     "SUPPORT_START",
     "BipedModel",
     "BipedParams",
     "BipedState",
+    "Chebyshev",
     "Contact",
+    "Euler",
+    "EventExact",
     "Events",
     "ForwardDynamics",
     "GroundMoment",
     "InverseDynamics",
+    "Joint",
     "Kinematics",
     "LegPins",
+    "NewtonEuler",
+    "Paper",
     "RK4Split",
+    "Reduced",
     "ReducedInertia",
+    "SemiImplicitEuler",
     "Table",
     "Trajectory",
+    "condition_number",
     "exchange_mismatch",
     "floor_position",
     "forward_dynamics",
     "ground_moment",
     "inverse_dynamics",
     "kinematics",
+    "newton_euler",
     "prepare",
     "reduced_inertia",
     "simulate",
+    "simulate_inverse",
     "step",
     "step_length",
 ]

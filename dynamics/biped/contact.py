@@ -14,7 +14,11 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.joint_inertia import DifferencedInertia
     from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.params import BipedParams
+
+    Coefficients = ReducedInertia | DifferencedInertia
 
 
 class Motion(NamedTuple):
@@ -26,42 +30,84 @@ class Motion(NamedTuple):
     normal_force: Float[Array, ""]
     solvable: Bool[Array, ""]
     """False where sliding has no unique solution (Painleve); the numbers are then of sticking."""
+    torque: Float[Array, ""]
+    """Of the motor, given or needed."""
 
 
-def sticking(model: BipedModel, inertia: ReducedInertia, crank_rate, torque) -> Motion:
-    """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
-    M, dM, P, dP, Y, dY = inertia
+def ground_force(
+    model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1=None
+):
+    """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate."""
+    _, _, P, dP, Y, dY = inertia[:6]
     square = crank_rate**2
-    alpha = (torque - dM * square / 2 - model.gravity * Y) / M
     normal = model.total_mass * model.gravity + Y * alpha + dY * square
     friction = P * alpha + dP * square
-    return Motion(alpha, jnp.zeros_like(alpha), friction, normal, jnp.ones_like(alpha, bool))
+    return friction if a1 is None else friction + model.total_mass * a1, normal
+
+
+def motor_torque(model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1):
+    """Torque that a motion needs (MODEL 1.4)."""
+    P, Y = _crank_row(inertia)
+    held = inertia.M * alpha + P * a1
+    return held + inertia.dM * crank_rate**2 / 2 + model.gravity * Y
+
+
+def sticking(model: BipedModel, inertia: Coefficients, crank_rate, torque) -> Motion:
+    """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
+    drive = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * _crank_row(inertia)[1]
+    alpha = drive / inertia.M
+    friction, normal = ground_force(model, inertia, crank_rate, alpha)
+    sound = jnp.ones_like(alpha, bool)
+    return Motion(alpha, jnp.zeros_like(alpha), friction, normal, sound, torque)
 
 
 def moving(
-    model: BipedModel, inertia: ReducedInertia, crank_rate, torque, mode, mu_kinetic
+    model: BipedModel, inertia: Coefficients, crank_rate, torque, mode, mu_kinetic, slides=None
 ) -> Motion:
     """The motion in a given mode: f = -mode mu_k N with both accelerations free, or sticking.
 
+    slides: whether it does, by default mode != 0; a friction law without rest always slides.
     Sliding is solvable while M m - P (P + mode mu_k Y) > 0; past that bound (Painleve) the
     equations have no solution or two, and sticking's numbers stand in beside solvable = False.
     """
-    M, dM, P, dP, Y, dY = inertia
+    M, dM, P, dP, Y, dY = inertia[:6]
+    P_crank, Y_crank = _crank_row(inertia)
     mass, square = model.total_mass, crank_rate**2
-    slides = mode != 0
+    slides = (mode != 0) if slides is None else slides
     signed = mode * mu_kinetic
-    drive = torque - dM * square / 2 - model.gravity * Y
+    drive = torque - dM * square / 2 - model.gravity * Y_crank
     drag = -dP * square - signed * (mass * model.gravity + dY * square)
     coupling = P + signed * Y
-    determinant = M * mass - P * coupling
+    determinant = M * mass - P_crank * coupling
     solvable = determinant > 0
+    sound = solvable | ~slides
     slides = slides & solvable
     scale = 1 / jnp.where(slides, determinant, M)
-    alpha = scale * jnp.where(slides, mass * drive - P * drag, drive)
+    alpha = scale * jnp.where(slides, mass * drive - P_crank * drag, drive)
     a1 = jnp.where(slides, scale * (M * drag - coupling * drive), 0.0)
-    normal = mass * model.gravity + Y * alpha + dY * square
-    friction = jnp.where(slides, -signed * normal, P * alpha + dP * square)
-    return Motion(alpha, a1, friction, normal, solvable | (mode == 0))
+    friction, normal = ground_force(model, inertia, crank_rate, alpha)
+    friction = jnp.where(slides, -signed * normal, friction)
+    return Motion(alpha, a1, friction, normal, sound, torque)
+
+
+def prescribed(
+    model: BipedModel, inertia: Coefficients, crank_rate, alpha, mode, mu_kinetic, slides=None
+) -> Motion:
+    """A prescribed crank motion, its foot in a given mode: eq. (31) at rest, eq. (34) sliding.
+
+    The normal force is that of the crank's motion, so sliding always has one solution.
+    """
+    slides = (mode != 0) if slides is None else slides
+    needed, normal = ground_force(model, inertia, crank_rate, alpha)
+    friction = jnp.where(slides, -mode * mu_kinetic * normal, needed)
+    a1 = jnp.where(slides, (friction - needed) / model.total_mass, 0.0)
+    torque = motor_torque(model, inertia, crank_rate, alpha, a1)
+    return Motion(alpha, a1, friction, normal, jnp.ones_like(slides, bool), torque)
+
+
+def _crank_row(inertia: Coefficients):
+    """What multiplies a1 and g in the crank equation: P and Y, unless derivatives are inexact."""
+    return inertia[6:] or (inertia.P, inertia.Y)
 
 
 def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:

@@ -12,9 +12,6 @@ import jax.numpy as jnp
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-CLOSE = 0.01
-"""A trial step that ends within this fraction of itself of an event is corrected to the event."""
-
 
 class Crossing(NamedTuple):
     """The first crossing of one event function, in fractions of the trial step."""
@@ -25,12 +22,13 @@ class Crossing(NamedTuple):
     """Whether the step's end is so near that a correction to `time` keeps the order."""
 
 
-def first_crossing(samples, end_slope, targeted) -> Crossing:
+def first_crossing(samples, end_slope, targeted, nearness: float) -> Crossing:
     """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
     an end just short of it counts as having reached it, and one further short of it is aimed again
-    (time > 1). A fall below zero and back between two samples is not seen.
+    (time > 1). nearness: the fraction of the step within which an event is close to its end. A fall
+    below zero and back between two samples is not seen.
     """
     start, middle, end = samples
     linear = -3 * start + 4 * middle - end
@@ -38,7 +36,7 @@ def first_crossing(samples, end_slope, targeted) -> Crossing:
     crossed = (middle < 0) | (end < 0)
     falling = end_slope < 0
     correction = -end / jnp.where(falling, end_slope, -1.0)
-    near_end = falling & (jnp.abs(correction) <= CLOSE) & (middle >= 0)
+    near_end = falling & (jnp.abs(correction) <= nearness) & (middle >= 0)
     close = near_end & ((end < 0) | targeted)
     parabola = _first_root(start, linear, square)
     # the samples say in which half the sign changes; the parabola only where in it

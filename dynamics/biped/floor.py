@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.scene import Floor, Patches, Uniform
+from stickslip.dynamics.scene import Floor, Grip, Patches, Smoothed, Uniform
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -28,13 +28,23 @@ def patch_at(floor: Floor, position, direction) -> Int[Array, ""]:
     return jnp.sum(passed, dtype=jnp.int32)
 
 
-def friction_on(floor: Uniform | Patches, patch, dtype) -> Friction:
-    """The coefficients on one patch."""
+def friction_on(floor: Floor, patch, dtype) -> Friction | None:
+    """The coefficients on one patch; None on a floor without slip."""
+    if isinstance(floor, Grip):
+        return None
+    if isinstance(floor, Smoothed):
+        coefficient = jnp.asarray(floor.mu_kinetic, dtype)
+        return Friction(coefficient, coefficient)
     if isinstance(floor, Uniform):
         return Friction(jnp.asarray(floor.mu_static, dtype), jnp.asarray(floor.mu_kinetic, dtype))
     return Friction(
         jnp.asarray(floor.mu_static, dtype)[patch], jnp.asarray(floor.mu_kinetic, dtype)[patch]
     )
+
+
+def smoothed_direction(floor: Smoothed, velocity):
+    """What stands for the direction of sliding on a smoothed floor, between -1 and 1."""
+    return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
 
 
 def edge_ahead(floor: Patches, patch, direction, dtype):

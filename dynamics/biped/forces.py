@@ -5,22 +5,26 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import (
     Motion,
     ankle_moment,
+    ground_force,
     mode_of,
-    moving,
-    sticking,
+    motor_torque,
     zero_moment_point,
 )
-from stickslip.dynamics.biped.floor import Friction
+from stickslip.dynamics.biped.drive import Drive, Torque, motion_in, still_motion
+from stickslip.dynamics.biped.floor import Friction, smoothed_direction
 from stickslip.dynamics.biped.inertia import ground_moment, reduced_inertia
+from stickslip.dynamics.biped.joint_inertia import JointInertia
 from stickslip.dynamics.biped.kinematics import kinematics
-from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare
+from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
 from stickslip.dynamics.biped.table import ExactInertia
+from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.scene import OUTPUTS, Floor, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -38,6 +42,8 @@ class InverseDynamics(NamedTuple):
     normal_force: Float[Array, ""]
     zmp: Float[Array, ""]
     """Zero-moment point from the ankle, forwards [m]."""
+    joint_forces: Float[Array, " 68"] | None = None
+    """With outputs="joints": in the order of JOINT_FORCES [N]."""
 
 
 class ForwardDynamics(NamedTuple):
@@ -51,12 +57,14 @@ class ForwardDynamics(NamedTuple):
     """Of the ground on the foot, forwards [N]."""
     normal_force: Float[Array, ""]
     """Of the ground on the foot, upwards [N]."""
-    zmp: Float[Array, ""]
-    """Zero-moment point from the ankle, forwards [m]."""
+    zmp: Float[Array, ""] | None
+    """Zero-moment point from the ankle, forwards [m]; None with outputs="state"."""
     mode: Int[Array, ""]
     """0 sticks, +1 slides forwards, -1 slides backwards."""
     status: Int[Array, ""]
     """A Status: ok, slip onset (at rest but outside the cone), topple, lift-off, ..."""
+    joint_forces: Float[Array, " 68"] | None = None
+    """With outputs="joints": in the order of JOINT_FORCES [N]."""
 
 
 def inverse_dynamics(
@@ -66,25 +74,29 @@ def inverse_dynamics(
     crank_acceleration: Float[Array, ""],
     foot_velocity: Float[Array, ""] = 0.0,  # type: ignore[assignment]
     foot_acceleration: Float[Array, ""] = 0.0,  # type: ignore[assignment]
+    *,
+    outputs: str = "forces",
 ) -> InverseDynamics:
     """Torque and ground force of a prescribed motion (eqs. 18-19 and 30-31, reduced: MODEL 1.4).
 
     theta [rad] of the supporting leg, rates [rad/s, rad/s^2], foot [m/s, m/s^2]. No friction law:
     the force that the motion needs, whether the floor can give it or not. The foot's velocity does
     not enter (Galilei); it is an argument so that both dynamics take the same state. Exact.
+    outputs: "forces", or "joints" for the forces in the joints, too.
     """
+    require_choice("outputs", outputs, ("forces", "joints"))
     theta, crank_rate, alpha, _, a1 = _floats(
         params, theta, crank_rate, crank_acceleration, foot_velocity, foot_acceleration
     )
-    M, dM, P, dP, Y, dY = reduced_inertia(params, theta)
-    square = crank_rate**2
-    gravity, mass = params.gravity, params.total_mass
-    torque = M * alpha + P * a1 + dM * square / 2 + gravity * Y
-    friction = P * alpha + mass * a1 + dP * square
-    normal = mass * gravity + Y * alpha + dY * square
+    inertia = reduced_inertia(params, theta)
+    torque = motor_torque(params, inertia, crank_rate, alpha, a1)
+    friction, normal = ground_force(params, inertia, crank_rate, alpha, a1)
     L, dL, X, height = ground_moment(params, theta)
-    moment = L * alpha + dL * square + gravity * X - a1 * height
-    return InverseDynamics(torque, friction, normal, zero_moment_point(moment, normal))
+    moment = L * alpha + dL * crank_rate**2 + params.gravity * X - a1 * height
+    joints = None
+    if outputs == "joints":
+        joints = JointInertia(params).joint_forces(theta, crank_rate, alpha, a1)
+    return InverseDynamics(torque, friction, normal, zero_moment_point(moment, normal), joints)
 
 
 def forward_dynamics(
@@ -97,15 +109,17 @@ def forward_dynamics(
     mu_kinetic: Float[Array, ""],
     *,
     fidelity: Fidelity = "reduced",
+    outputs: str = "forces",
 ) -> ForwardDynamics:
     """Accelerations and ground force under a motor torque, with friction (MODEL 1.4, eqs. 26-36).
 
     theta [rad] of the supporting leg, crank_rate [rad/s], foot_velocity [m/s], torque [N m] of the
     motor on the crank. Foot at rest: sticks inside the static cone, else slides against the
-    tendency. Scalars: batch with vmap. fidelity: see Fidelity. Never raises or returns NaN from
-    finite numbers inside a trace: see `status`. Neglected: compliance, play, friction in the pins,
-    the other foot's contact.
+    tendency. Scalars: batch with vmap. fidelity: see Fidelity. outputs: as in Scene. Never raises
+    or returns NaN from finite numbers inside a trace: see `status`. Neglected: compliance, play,
+    friction in the pins, the other foot's contact.
     """
+    require_choice("outputs", outputs, OUTPUTS)
     model = prepare(params, fidelity=fidelity)
     if isinstance(model.inertia, ExactInertia):  # one instant: only here must the linkage close
         closes = kinematics(model.inertia.params, jnp.asarray(theta)).closure >= 0
@@ -113,24 +127,27 @@ def forward_dynamics(
     theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic = _floats(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic
     )
+    friction, floor = Friction(mu_static, mu_kinetic), Uniform(mu_static, mu_kinetic)
     instant = at_instant(
-        model, theta, crank_rate, foot_velocity, torque, Friction(mu_static, mu_kinetic)
+        model, theta, crank_rate, foot_velocity, Torque(torque), floor, friction, outputs
     )
     return ForwardDynamics(
         *instant.motion[:4],
-        zmp=instant.zmp,  # pyright: ignore[reportArgumentType]
+        zmp=instant.zmp,
         mode=instant.mode.astype(jnp.int32),
         status=instant.status,
+        joint_forces=instant.joint_forces,
     )
 
 
 class Instant(NamedTuple):
-    """Everything about one instant; zmp None where it is not asked for."""
+    """Everything about one instant; zmp and joint_forces None where they are not asked for."""
 
     motion: Motion
     mode: Float[Array, ""]
     zmp: Float[Array, ""] | None
     status: Int[Array, ""]
+    joint_forces: Float[Array, " 68"] | None
 
 
 def at_instant(
@@ -138,23 +155,32 @@ def at_instant(
     theta,
     crank_rate,
     foot_velocity,
-    torque,
+    drive: Drive,
+    floor: Floor,
     friction: Friction | None,
-    with_zmp: bool = True,
+    outputs: str = "forces",
 ) -> Instant:
-    """Mode, motion, zero-moment point and status; friction None: the foot cannot slip."""
+    """Mode, motion and what `outputs` asks for; friction None: the foot cannot slip."""
     inertia = model.inertia.at(theta)
-    motion = sticking(model, inertia, crank_rate, torque)
+    motion = still_motion(drive, model, inertia, crank_rate)
     mode = jnp.zeros_like(motion.crank_acceleration)
-    if friction is not None:
+    onset = jnp.zeros_like(mode, bool)
+    if isinstance(floor, Smoothed):
+        direction = smoothed_direction(floor, foot_velocity)
+        motion = motion_in(drive, floor, friction, model, inertia, crank_rate, direction)
+        mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
+    elif friction is not None:
         mode = mode_of(motion, foot_velocity, friction.mu_static)
-        motion = moving(model, inertia, crank_rate, torque, mode, friction.mu_kinetic)
-    zmp = None
-    if with_zmp:
+        motion = motion_in(drive, floor, friction, model, inertia, crank_rate, mode)
+        onset = (foot_velocity == 0) & (mode != 0)
+    zmp, joints = None, None
+    if outputs != "state":
         moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate, motion)
         zmp = zero_moment_point(moment, motion.normal_force)
-    onset = (foot_velocity == 0) & (mode != 0)
-    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset))
+    if outputs == "joints":
+        accelerations = motion.crank_acceleration, motion.foot_acceleration
+        joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
+    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset), joints)
 
 
 def _status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, ""]:
@@ -170,8 +196,6 @@ def _status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, ""]:
 
 
 def _floats(tree, *values):
-    """The values as arrays of one floating type: the widest among them and the tree."""
-    types = (jnp.result_type(leaf) for leaf in jax.tree.leaves(tree))
-    floating = (kind for kind in types if jnp.issubdtype(kind, jnp.floating))
-    dtype = jnp.result_type(*values, *floating)
+    """The values as arrays of the widest floating type among them and the tree."""
+    dtype = float_type(tree, values)
     return [jnp.asarray(value, dtype) for value in values]

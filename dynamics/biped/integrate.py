@@ -1,6 +1,6 @@
-"""Event-split Runge-Kutta: fixed steps that stop and start again at every switching instant.
+"""Event-split Runge-Kutta: steps that stop and start again at every switching instant.
 
-One trial step of the classical fourth-order method is taken in the current mode. If the foot would
+One trial step, of fixed or of controlled length, is taken in the current mode. If the foot would
 break loose, stop, cross a patch's edge or hand over to the other foot inside it, the trial is taken
 again up to that instant, corrected onto it and the mode switched; else it stands. Every trial does
 the same work whatever happens, so a batch runs in step without branches, and the number of trials
@@ -19,77 +19,52 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.floor import patch_at
-from stickslip.dynamics.biped.trial import Problem, RK4Split, Trial, Walk, attempt, bounds
+from stickslip.dynamics.biped.drive import Drive, Torque
+from stickslip.dynamics.biped.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.trial import Trial, attempt
+from stickslip.dynamics.biped.walk import Problem, Walk, bounds, hand_over, note, slips_freely
 from stickslip.dynamics.lanes import thinning_while
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool
+    from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.biped.state import BipedState
     from stickslip.dynamics.scene import Scene
 
 
-def start(
-    model: BipedModel, scene: Scene, state: BipedState, duration, spec: RK4Split, dtype
-) -> Walk:
-    """The running state at the beginning of a call."""
-    zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
-    value = partial(jnp.asarray, dtype=dtype)
-    steps = jnp.asarray(state.steps, jnp.int32)
-    slide, velocity = value(state.foot_position), value(state.foot_velocity)
-    log = None
-    if spec.record_events:
-        size = spec.trials
-        log = (jnp.zeros(size, dtype), jnp.zeros(size, jnp.int32), jnp.zeros(size, dtype))
-    return Walk(
-        theta=value(state.phase),
-        rate=value(state.crank_rate),
-        slide=slide,
-        velocity=velocity,
-        steps=steps,
-        patch=patch_at(scene.floor, steps.astype(dtype) * model.step_length + slide, velocity),
-        left=duration,
-        aim=duration / spec.substeps,
-        target=none,
-        held=zero,
-        status=none,
-        switches=none,
-        distance=zero,
-        work=zero,
-        positive_work=zero,
-        trials=none - 1,  # the blank trial before the first is settled, too
-        log=log,
-    )
-
-
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def advance(spec: RK4Split, model: BipedModel, scene: Scene, walk: Walk, torque, duration) -> Walk:
+def advance(
+    spec: RK4Split | EventExact,
+    model: BipedModel,
+    scene: Scene,
+    walk: Walk,
+    drive: Drive,
+    duration: Float[Array, ""],
+) -> Walk:
     """Run a call to its end, stopping as soon as every member of a batch is done.
 
     Derivatives, forward and reverse, are those of the same trials with the bound as their number:
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
-    problem = Problem(model, scene, torque, duration)
+    problem = Problem(model, scene, drive, duration)
     pending = thinning_while(
-        lambda _, pending: pending.going, partial(_round, spec), problem, _first(walk)
+        lambda _, pending: pending.going, partial(_round, spec), problem, _first(problem, walk)
     )
     return settle(spec, problem, pending.walk, pending.trial)
 
 
 @advance.defjvp
 def _advance_jvp(spec, primals, tangents):
-    def bounded(model, scene, walk, torque, duration):
-        problem = Problem(model, scene, torque, duration)
+    def bounded(model, scene, walk, drive, duration):
+        problem = Problem(model, scene, drive, duration)
 
         def body(now, _):
-            after = _round(spec, problem, now)
-            return jax.tree.map(lambda a, b: jnp.where(now.going, a, b), after, now), None
+            again = partial(_round, spec, problem)
+            return jax.lax.cond(now.going, again, lambda now: now, now), None
 
-        pending, _ = jax.lax.scan(body, _first(walk), length=spec.trials)
+        pending, _ = jax.lax.scan(body, _first(problem, walk), length=spec.trials)
         return settle(spec, problem, pending.walk, pending.trial)
 
     return jax.jvp(bounded, primals, tangents)
@@ -103,27 +78,28 @@ class _Pending(NamedTuple):
     going: Bool[Array, ""]
 
 
-def _round(spec: RK4Split, problem: Problem, pending: _Pending) -> _Pending:
+def _round(spec: RK4Split | EventExact, problem: Problem, pending: _Pending) -> _Pending:
     walk = settle(spec, problem, pending.walk, pending.trial)
     trial = attempt(spec, problem, walk)
     return _Pending(walk, trial, _going(settle(spec, problem, walk, trial)))
 
 
-def _first(walk: Walk) -> _Pending:
-    return _Pending(walk, _blank(walk), _going(walk))
+def _first(problem: Problem, walk: Walk) -> _Pending:
+    return _Pending(walk, _blank(problem, walk), _going(walk))
 
 
 def _going(walk: Walk):
     return (walk.left > 0) & (walk.status <= Status.SLIP_ONSET)
 
 
-def _blank(walk: Walk) -> Trial:
+def _blank(problem: Problem, walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
     zero, none, no = (
         jnp.zeros_like(walk.theta),
         jnp.zeros_like(walk.status),
         walk.theta != walk.theta,
     )
+    power = None if isinstance(problem.drive, Torque) else zero
     return Trial(
         step=zero,
         mode=zero,
@@ -135,6 +111,9 @@ def _blank(walk: Walk) -> Trial:
         foot=zero,
         alpha_middle=zero,
         foot_middle=zero,
+        work=power,
+        power=power,
+        size=None if walk.size is None else walk.aim,
         direction=zero,
         kind=none,
         time=zero,
@@ -145,12 +124,13 @@ def _blank(walk: Walk) -> Trial:
     )
 
 
-def settle(spec: RK4Split, problem: Problem, walk: Walk, trial: Trial) -> Walk:
+def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Trial) -> Walk:
     """Act on a trial's judgement: move or stay, switch or aim at what comes first."""
-    longest = problem.duration / spec.substeps
+    fixed = isinstance(spec, RK4Split)
+    longest = problem.duration / spec.substeps if fixed else trial.size
     slips = (walk.velocity == 0) & (walk.held == 0) & (trial.mode != 0)
-    walk = _note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
-    moved = _note(_moved(problem, walk, trial), trial.switches, trial.kind)
+    walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
+    moved = note(_moved(problem, walk, trial), trial.switches, trial.kind)
     switched = _switched(problem, moved, trial)
     switched = _tidy_unsplit(switched, trial)._replace(
         aim=longest, target=jnp.zeros_like(trial.kind)
@@ -169,7 +149,7 @@ def settle(spec: RK4Split, problem: Problem, walk: Walk, trial: Trial) -> Walk:
         again,
         ended,
     )
-    return result._replace(trials=walk.trials + 1)
+    return result._replace(trials=walk.trials + 1, size=trial.size)
 
 
 def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
@@ -182,7 +162,11 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     velocity = trial.velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
     left = walk.left - trial.step - time
     tiny = 8 * jnp.finfo(walk.theta.dtype).eps * problem.duration
-    work = jnp.where(trial.step > 0, problem.torque * (theta - walk.theta), 0.0)
+    if isinstance(problem.drive, Torque):
+        work = problem.drive.torque * (theta - walk.theta)
+    else:
+        work = trial.work + time * trial.power
+    work = jnp.where(trial.step > 0, work, 0.0)
     return walk._replace(
         theta=theta,
         rate=rate,
@@ -198,34 +182,20 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
 
 def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     """What an event changes: velocity, direction, leg or patch."""
-    model, scene = problem.model, problem.scene
     low, high = bounds(walk.theta.dtype)
     kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE
-    one = scene.steps == "one"
-    stops = exchange if one else exchange & ~model.symmetric
-    word = Status.STEP_COMPLETE if one else Status.NO_EXCHANGE
-    forwards = walk.theta > jnp.pi
-    passes = exchange & ~stops
-    step = jnp.where(passes, jnp.where(forwards, 1, -1), 0).astype(jnp.int32)
-    walk = walk._replace(
-        theta=jnp.where(passes, jnp.where(forwards, low, high), walk.theta),
-        steps=walk.steps + step,
-        status=jnp.where(stops, word, walk.status).astype(jnp.int32),
-    )
-    if isinstance(scene.floor, Grip):
-        return walk
-    walk = walk._replace(
-        velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
-        held=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
-    )
-    if isinstance(scene.floor, Patches):
-        place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
+    bound = jnp.where(walk.theta > jnp.pi, high, low)
+    if not slips_freely(problem.scene):
+        walk = walk._replace(
+            velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
+            held=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
+        )
+    if isinstance(problem.scene.floor, Patches):
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
-        patch = jnp.where(kind == EventKind.PATCH, crossed, walk.patch)
-        landed = patch_at(scene.floor, place, walk.velocity)
-        walk = walk._replace(patch=jnp.where(exchange, landed, patch))
-    return walk
+        walk = walk._replace(patch=jnp.where(kind == EventKind.PATCH, crossed, walk.patch))
+    walk = walk._replace(theta=jnp.where(exchange, bound, walk.theta))
+    return hand_over(problem, walk, exchange)
 
 
 def _tidy_unsplit(walk: Walk, trial: Trial) -> Walk:
@@ -238,22 +208,4 @@ def _tidy_unsplit(walk: Walk, trial: Trial) -> Walk:
         velocity=jnp.where(turned_back, 0.0, walk.velocity),
         theta=walk.theta - turn.astype(low.dtype) * (high - low),
         steps=walk.steps + turn,
-    )
-
-
-def _note(walk: Walk, happens, kind) -> Walk:
-    """Count an event, and write it down where events are recorded."""
-    log = walk.log
-    if log is not None:
-        entry = (walk.left, kind, walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype))
-        place = jnp.minimum(walk.switches, log[0].shape[0] - 1)
-        log = tuple(
-            row.at[place].set(jnp.where(happens, new.astype(row.dtype), row[place]))
-            for row, new in zip(log, entry, strict=True)
-        )
-    slips = happens & (kind == EventKind.SLIP)
-    return walk._replace(
-        switches=walk.switches + happens.astype(jnp.int32),
-        status=jnp.where(slips, Status.SLIP_ONSET, walk.status).astype(jnp.int32),
-        log=log,
     )

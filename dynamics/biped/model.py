@@ -7,22 +7,16 @@ from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from stickslip.dynamics.biped.kinematics import exchange_mismatch, kinematics, step_length
+from stickslip.dynamics.biped.fidelity import Fidelity, Inertia, inertia_of
+from stickslip.dynamics.biped.kinematics import exchange_mismatch, least_closure, step_length
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.table import ExactInertia, Table, TableInertia, fit_table
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Numeric, float_type
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-
-FIDELITIES = ("reduced", "table")
-
-Fidelity = str | Table
-"""How M, P and Y are computed: "reduced" (exact), "table" (fitted, default size) or a Table."""
 
 
 @jax.tree_util.register_dataclass
@@ -32,7 +26,7 @@ class BipedModel:
 
     params: BipedParams
     """The robot it was made from, the scene's payload included."""
-    inertia: ExactInertia | TableInertia | LoadedInertia
+    inertia: Inertia | LoadedInertia
     total_mass: Float[Array, ""]
     gravity: Float[Array, ""]
     step_length: Float[Array, ""]
@@ -63,20 +57,19 @@ def prepare(
                 "prepare(params, payload=...) and a scene without"
             )
         return params
-    table = table_of(fidelity)
     if payload is not None:
         params = replace(params, payload=params.payload + jnp.asarray(payload))
-    params = params.astype(jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params))))
+    params = params.astype(float_type(params))
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
     return BipedModel(
         params=params,
-        inertia=ExactInertia(params) if table is None else fit_table(params, table),
+        inertia=inertia_of(params, fidelity),
         total_mass=params.total_mass,
         gravity=jnp.asarray(params.gravity),
         step_length=step_length(params),
         heel=jnp.asarray(params.heel),
         toe=jnp.asarray(params.toe),
-        closes=_closes(params),
+        closes=least_closure(params, 256)[0] >= 0,
         symmetric=exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
     )
 
@@ -89,8 +82,8 @@ class LoadedInertia:
     empty: of the robot itself. unit: of 1 kg at the hip's centre and nothing else.
     """
 
-    empty: ExactInertia | TableInertia
-    unit: ExactInertia | TableInertia | None
+    empty: Inertia
+    unit: Inertia | None
     mass_factor: Float[Array, ""]
     payload: Float[Array, ""]
 
@@ -111,7 +104,7 @@ class LoadedInertia:
 
 def load(
     model: BipedModel,
-    unit: ExactInertia | TableInertia | None,
+    unit: Inertia | None,
     mass_factor: Numeric,
     payload: Numeric = 0.0,
 ) -> BipedModel:
@@ -129,9 +122,8 @@ def load(
     )
 
 
-def unit_payload(params: BipedParams, fidelity: Fidelity) -> ExactInertia | TableInertia:
+def unit_payload(params: BipedParams, fidelity: Fidelity) -> Inertia:
     """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
-    table = table_of(fidelity)
     nothing = jnp.zeros_like(jnp.asarray(params.mass))
     alone = replace(
         params,
@@ -139,24 +131,16 @@ def unit_payload(params: BipedParams, fidelity: Fidelity) -> ExactInertia | Tabl
         inertia=jnp.zeros_like(nothing),
         payload=jnp.ones_like(jnp.asarray(params.payload)),
     )
-    return ExactInertia(alone) if table is None else fit_table(alone, table)
+    return inertia_of(alone, fidelity)
 
 
-def table_of(fidelity: Fidelity) -> Table | None:
-    """The table that a fidelity asks for, None for the exact functions; ValueError if unknown."""
-    if isinstance(fidelity, Table):
-        return fidelity
-    if fidelity not in FIDELITIES:
-        raise ValueError(
-            f"fidelity = {fidelity!r} is unknown; accepted: 'reduced', 'table' or a Table(...)"
-        )
-    return Table() if fidelity == "table" else None
-
-
-def _closes(params: BipedParams, samples: int = 128) -> Bool[Array, ""]:
-    """Both legs over the support phase: the whole turn of either."""
-    angles = jnp.asarray(
-        (0.5 + np.arange(samples) / samples) * np.pi, jnp.result_type(params.crank)
+def loaded_params(model: BipedModel) -> BipedParams:
+    """The robot with the masses that `load` gave it."""
+    load = model.inertia
+    if not isinstance(load, LoadedInertia):
+        return model.params
+    mass, inertia = (
+        load.mass_factor * jnp.asarray(m) for m in (model.params.mass, model.params.inertia)
     )
-    closure = jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)
-    return jnp.min(closure) >= 0
+    payload = load.mass_factor * model.params.payload + load.payload
+    return replace(model.params, mass=mass, inertia=inertia, payload=payload)

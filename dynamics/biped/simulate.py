@@ -10,15 +10,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.drive import CrankMotion, Drive, Torque
+from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.forces import Instant, at_instant
-from stickslip.dynamics.biped.integrate import advance, start
+from stickslip.dynamics.biped.integrate import advance
+from stickslip.dynamics.biped.integrators import Integrator, Unsplit, integrator_of
 from stickslip.dynamics.biped.kinematics import exchange_mismatch
-from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, table_of
+from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.state import BipedState, Contact, Events
-from stickslip.dynamics.biped.trial import RK4Split, Walk
+from stickslip.dynamics.biped.unsplit import advance_unsplit
+from stickslip.dynamics.biped.walk import Problem, Walk, start
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import EventKind, Status
 
@@ -29,9 +33,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.scene import Scene
-
-INTEGRATORS = ("rk4_split",)
-Integrator = str | RK4Split
 
 
 @jax.tree_util.register_dataclass
@@ -59,12 +60,13 @@ class Trajectory:
     def events(self) -> list[tuple[float, str, float]]:
         """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.
 
-        For one walk, simulated with RK4Split(record_events=True), not a batch; else ValueError.
+        For one walk, not a batch, and an integrator with record_events=True; else ValueError.
         """
         events = self.contacts.events
         if events is None or np.ndim(events.kinds) != 2:
             raise ValueError(
-                "events need one walk simulated with integrator=RK4Split(record_events=True)"
+                "events need one walk simulated with integrator=RK4Split(record_events=True), or "
+                "another integrator's record_events=True"
             )
         running = np.concatenate([[True], np.asarray(self.contacts.status)[:-1] <= 1])
         used = (np.asarray(events.kinds) != EventKind.NONE) & running[:, None]
@@ -80,7 +82,7 @@ def step(
     dt: Float[Array, ""],
     *,
     fidelity: Fidelity = "reduced",
-    integrator: Integrator = "rk4_split",
+    integrator: str | Integrator = "rk4_split",
 ) -> tuple[BipedState, Contact]:
     """One time step of `dt` [s] under a constant motor torque [N m], friction switching included.
 
@@ -94,9 +96,9 @@ def step(
     """
     require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
     spec = integrator_of(integrator)
-    table_of(fidelity)
+    require_fidelity(fidelity)
     require_rest_on_grip(scene, state)
-    return _step(spec, fidelity, params, scene, state, torque, dt)
+    return _step(spec, fidelity, params, scene, state, Torque(torque), dt)
 
 
 def simulate(
@@ -108,7 +110,7 @@ def simulate(
     dt: float,
     *,
     fidelity: Fidelity = "reduced",
-    integrator: Integrator = "rk4_split",
+    integrator: str | Integrator = "rk4_split",
 ) -> Trajectory:
     """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
 
@@ -116,37 +118,68 @@ def simulate(
     asked at the beginning of every step and held during it. The rest as in `step`. Raises
     ValueError also for a linkage that cannot hand over its support, when the scene is continuous.
     """
+    return _walk(
+        Torque, torque, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
+    )
+
+
+def simulate_inverse(
+    params: BipedParams | BipedModel,
+    scene: Scene,
+    state: BipedState,
+    crank_acceleration: Numeric | Callable[[BipedState], Numeric],
+    duration: float,
+    dt: float,
+    *,
+    fidelity: Fidelity = "reduced",
+    integrator: str | Integrator = "rk4_split",
+) -> Trajectory:
+    """Walk with a prescribed crank motion, the foot free to slip: eqs. (31)-(36), Fig. 16.
+
+    crank_acceleration [rad/s^2]: 0 for the constant crank rate of `state`, or as the torque in
+    `simulate` a number, an array [n] or a function of the state, held during each step. The
+    trajectory's `torques` are what the motor must give at the end of each step [N m]; its work is
+    integrated along the step. The rest as in `simulate`.
+    """
+    drive, given = CrankMotion, crank_acceleration
+    return _walk(
+        drive, given, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
+    )
+
+
+def _walk(
+    drive: type[Drive],
+    given,
+    params,
+    scene,
+    state: BipedState,
+    duration,
+    dt,
+    *,
+    fidelity,
+    integrator,
+) -> Trajectory:
     require_number("duration", duration, low=0.0, strict=True, accepted="a finite time > 0 [s]")
     require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
     spec = integrator_of(integrator)
-    table_of(fidelity)
+    require_fidelity(fidelity)
     state.validate()
     require_rest_on_grip(scene, state)
     require_exchange(params, scene)
     count = max(1, int(np.ceil(float(duration) / float(dt) * (1 - 1e-9))))
     policy, values = None, None
-    if callable(torque):
-        policy = torque
+    if callable(given):
+        policy = given
     else:
-        if np.ndim(torque) > 0 and np.shape(torque) != (count,):
+        if np.ndim(given) > 0 and np.shape(given) != (count,):
+            name = "torque" if drive is Torque else "crank_acceleration"
             raise ValueError(
-                f"torque has shape {np.shape(torque)}; accepted: a number, a function of the state "
+                f"{name} has shape {np.shape(given)}; accepted: a number, a function of the state "
                 f"or one value for each of the {count} steps"
             )
-        values = jnp.broadcast_to(jnp.asarray(torque), (count,))
+        values = jnp.broadcast_to(jnp.asarray(given), (count,))
     size = float(duration) / count
-    return _simulate(spec, fidelity, policy, count, params, scene, state, values, size)
-
-
-def integrator_of(integrator: Integrator) -> RK4Split:
-    """The integrator's settings; ValueError for an unknown one."""
-    if isinstance(integrator, RK4Split):
-        return integrator
-    if integrator not in INTEGRATORS:
-        raise ValueError(
-            f"integrator = {integrator!r} is unknown; accepted: 'rk4_split' or RK4Split(...)"
-        )
-    return RK4Split()
+    return _simulate(spec, fidelity, policy, drive, count, params, scene, state, values, size)
 
 
 def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
@@ -177,17 +210,22 @@ def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _step(spec: RK4Split, fidelity, params, scene, state, torque, dt):
+def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive, dt):
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
-    dtype = _float_type(model, scene, state, torque, dt)
-    torque, duration = jnp.asarray(torque, dtype), jnp.asarray(dt, dtype)
+    dtype = float_type(model, scene, state, drive, dt)
+    drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
+    problem = Problem(model, scene, drive, duration)
     walk = start(model, scene, state, duration, spec, dtype)
-    if scene.outputs == "forces":
-        *_, status = _contact(model, scene, walk, torque)
+    if scene.outputs != "state":
+        status = _contact(problem, walk, "forces").status
         toppled = jnp.where(status == Status.TOPPLE, status, walk.status)
         walk = walk._replace(status=toppled)
-    walk = advance(spec, model, scene, walk, torque, duration)
-    motion, mode, zmp, status = _contact(model, scene, walk, torque)
+    if isinstance(spec, Unsplit):
+        walk = advance_unsplit(spec, problem, walk)
+    else:
+        walk = advance(spec, model, scene, walk, drive, duration)
+    instant = _contact(problem, walk, scene.outputs)
+    motion = instant.motion
     over = walk.status > Status.SLIP_ONSET
     return BipedState(
         phase=walk.theta,
@@ -199,36 +237,42 @@ def _step(spec: RK4Split, fidelity, params, scene, state, torque, dt):
     ), Contact(
         friction_force=motion.friction_force,
         normal_force=motion.normal_force,
-        zmp=zmp,
-        mode=mode.astype(jnp.int32),
-        status=jnp.where(over, walk.status, jnp.maximum(status, walk.status)),
+        zmp=instant.zmp,
+        mode=instant.mode.astype(jnp.int32),
+        status=jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status)),
         switches=walk.switches,
         slide_distance=walk.distance,
+        torque=motion.torque,
         work=walk.work,
         positive_work=walk.positive_work,
+        joint_forces=instant.joint_forces,
         events=_events(walk, jnp.asarray(state.time, dtype) + duration),
     )
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _simulate(spec, fidelity, policy, count, params, scene, state, values, size) -> Trajectory:
+@partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
+def _simulate(
+    spec, fidelity, policy, drive: type[Drive], count, params, scene, state, values, size
+) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
-    dtype = _float_type(model, scene, state, values)
+    dtype = float_type(model, scene, state, values)
     state = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), state)
     state = BipedState(**(vars(state) | {"steps": state.steps.astype(jnp.int32)}))
 
     def body(carry, value):
         now, last = carry
-        torque = jnp.asarray(value if policy is None else policy(now), dtype)
-        after, contact = _step(spec, fidelity, model, scene, now, torque, size)
+        given = drive(jnp.asarray(value if policy is None else policy(now), dtype))
+        after, contact = _step(spec, fidelity, model, scene, now, given, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
             lambda new, old: jnp.where(over, old, new), (after, contact), (now, last)
         )
+        torque = given[0] if drive is Torque else contact.torque
         return (after, contact), (after, torque, contact)
 
+    blank_drive = drive(jnp.zeros((), dtype))
     shapes = jax.eval_shape(
-        lambda: _step(spec, fidelity, model, scene, state, jnp.zeros((), dtype), size)[1]
+        lambda: _step(spec, fidelity, model, scene, state, blank_drive, size)[1]
     )
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
     _, (states, torques, contacts) = jax.lax.scan(body, (state, blank), values, length=count)
@@ -236,13 +280,12 @@ def _simulate(spec, fidelity, policy, count, params, scene, state, values, size)
     return Trajectory(states, torques, contacts)
 
 
-def _contact(model: BipedModel, scene: Scene, walk: Walk, torque) -> Instant:
+def _contact(problem: Problem, walk: Walk, outputs: str) -> Instant:
     """Forces and status of the state as it is."""
-    friction = None
-    if not isinstance(scene.floor, Grip):
-        friction = friction_on(scene.floor, walk.patch, walk.theta.dtype)
-    with_zmp = scene.outputs == "forces"
-    return at_instant(model, walk.theta, walk.rate, walk.velocity, torque, friction, with_zmp)
+    model, floor = problem.model, problem.scene.floor
+    friction = friction_on(floor, walk.patch, walk.theta.dtype)
+    place = (walk.theta, walk.rate, walk.velocity)
+    return at_instant(model, *place, problem.drive, floor, friction, outputs)
 
 
 def _events(walk: Walk, end) -> Events | None:
@@ -250,10 +293,3 @@ def _events(walk: Walk, end) -> Events | None:
         return None
     left, kinds, angles = walk.log
     return Events(end - left, kinds, angles)
-
-
-def _float_type(*trees):
-    """The widest floating type among the leaves; plain numbers take the arrays' type."""
-    leaves = jax.tree.leaves(trees)
-    floating = [leaf for leaf in leaves if jnp.issubdtype(jnp.result_type(leaf), jnp.floating)]
-    return jnp.result_type(*floating)

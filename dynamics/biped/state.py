@@ -79,9 +79,10 @@ class Contact:
     friction_force, normal_force: ground on foot [N]. zmp: from the ankle forwards [m], None when
     the scene's outputs leave it out. mode: 0 sticks, +1 / -1 slides forwards / backwards. status:
     a Status. switches: stick-slip changes, exchanges and patch edges crossed during the step.
-    slide_distance: path of the foot over the floor, >= 0 [m]. work, positive_work: of the motor,
-    net and counting only what it gives [J]. events: None, or times, kinds (EventKind) and crank
-    angles of the switches, unused entries of kind NONE.
+    slide_distance: path of the foot over the floor, >= 0 [m]. torque: of the motor [N m]. work,
+    positive_work: of the motor, net and counting only what it gives [J]. joint_forces: [68] N in
+    the order of JOINT_FORCES, None unless the scene's outputs are "joints". events: None, or times,
+    kinds (EventKind) and crank angles of the switches, unused entries of kind NONE.
     """
 
     friction_force: Float[Array, ""]
@@ -91,8 +92,10 @@ class Contact:
     status: Int[Array, ""]
     switches: Int[Array, ""]
     slide_distance: Float[Array, ""]
+    torque: Float[Array, ""]
     work: Float[Array, ""]
     positive_work: Float[Array, ""]
+    joint_forces: Float[Array, " 68"] | None
     events: Events | None
 
 

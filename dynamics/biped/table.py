@@ -2,7 +2,8 @@
 
 The slopes are interpolated at Chebyshev nodes in every piece and integrated, so that dM is exactly
 the derivative of M inside a piece, and single precision keeps its digits in both. Beyond the ends
-of the support phase the outermost pieces go on, which is what locating the exchange needs.
+of the support phase the outermost pieces go on for one more length, which is what locating the
+exchange needs; farther out the values stay what they are there.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def _evaluate(coefficients, theta):
     place = (theta - SUPPORT_START) * scale
     piece = jnp.clip(jnp.floor(place), 0, pieces - 1)
     row = coefficients[piece.astype(jnp.int32)]
-    u = 2 * (place - piece) - 1
+    u = jnp.clip(2 * (place - piece) - 1, -3.0, 3.0)
     value, slope = row[:, powers - 1], jnp.zeros_like(row[:, 0])
     for k in range(powers - 2, -1, -1):
         slope = slope * u + value

@@ -1,78 +1,34 @@
-"""One trial of the event-split integrator: a Runge-Kutta step in one mode, and its judgement."""
+"""One trial of the event-split integrators: a Runge-Kutta step in one mode, and its judgement."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import Motion, mode_of, moving, sticking
 from stickslip.dynamics.biped.crossing import Crossing, first_crossing, parabola_slope
-from stickslip.dynamics.biped.floor import Friction, edge_ahead, friction_on
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.biped.floor import edge_ahead, friction_on
+from stickslip.dynamics.biped.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.stages import (
+    Taken,
+    classical_step,
+    cone_margin,
+    dormand_prince_step,
+)
+from stickslip.dynamics.biped.walk import (
+    Problem,
+    Walk,
+    bounds,
+    slips_freely,
+    status_at,
+    within_turn,
+)
+from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
-
-    from stickslip.dynamics.biped.inertia import ReducedInertia
-    from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.scene import Scene
-
-
-@dataclass(frozen=True)
-class RK4Split:
-    """Settings of the integrator; static and hashable.
-
-    substeps: Runge-Kutta steps that one call of `step` is divided into. max_events: switching
-    instants located in one call, for which three trials each are allowed; beyond them the rest of
-    the call is taken unsplit. record_events: report the instants in Contact.events.
-    """
-
-    substeps: int = 1
-    max_events: int = 4
-    record_events: bool = False
-
-    def __post_init__(self):
-        for name in ("substeps", "max_events"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
-
-    @property
-    def trials(self) -> int:
-        """The most Runge-Kutta steps that one call can take."""
-        return self.substeps + 3 * self.max_events
-
-
-class Walk(NamedTuple):
-    """The integrator's running state within one call."""
-
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
-    slide: Float[Array, ""]
-    velocity: Float[Array, ""]
-    steps: Int[Array, ""]
-    patch: Int[Array, ""]
-    left: Float[Array, ""]
-    """Time still to go; the call ends at 0 or at a terminal status."""
-    aim: Float[Array, ""]
-    """Length of the next trial."""
-    target: Int[Array, ""]
-    """Kind of event that the next trial is aimed at."""
-    held: Float[Array, ""]
-    """Direction of sliding that has begun at velocity zero, else 0."""
-    status: Int[Array, ""]
-    switches: Int[Array, ""]
-    distance: Float[Array, ""]
-    work: Float[Array, ""]
-    positive_work: Float[Array, ""]
-    trials: Int[Array, ""]
-    log: tuple[Array, Array, Array] | None
-    """Time left, kind and crank angle of the events so far."""
 
 
 class Trial(NamedTuple):
@@ -91,6 +47,11 @@ class Trial(NamedTuple):
     """Foot acceleration at the end."""
     alpha_middle: Float[Array, ""]
     foot_middle: Float[Array, ""]
+    work: Float[Array, ""] | None
+    """Of the motor at the end [J], where its torque is not given; and its power there [W]."""
+    power: Float[Array, ""] | None
+    size: Float[Array, ""] | None
+    """What the adaptive integrator's step becomes; None for fixed steps."""
     direction: Float[Array, ""]
     """Which way the foot would break loose at the end."""
     kind: Int[Array, ""]
@@ -107,15 +68,6 @@ class Trial(NamedTuple):
     """Terminal if the model does not hold where the trial starts or ends."""
 
 
-class Problem(NamedTuple):
-    """What stays the same during one call."""
-
-    model: BipedModel
-    scene: Scene
-    torque: Array
-    duration: Array
-
-
 class _Samples(NamedTuple):
     """Start, middle and end of a trial."""
 
@@ -126,153 +78,108 @@ class _Samples(NamedTuple):
     """How far inside the static friction cone [N]."""
 
 
-class _Stages(NamedTuple):
-    """Carried through the four stages: the current one's place and the weighted sums so far."""
-
-    theta: Array
-    rate: Array
-    inertia: ReducedInertia
-    sum_rate: Array
-    sum_alpha: Array
-    sum_foot: Array
-    sum_slide: Array
-    middle: tuple[Array, Array, Array]
-    """Accelerations and cone margin at the midpoint: the mean of the second and third stage, whose
-    errors of second order are opposite."""
-
-
-def bounds(dtype):
-    """Ends of the support phase in the working precision."""
-    return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
-
-
-def attempt(spec: RK4Split, problem: Problem, walk: Walk) -> Trial:
+def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
     step = jnp.where(walk.left <= 1.001 * walk.aim, walk.left, walk.aim)
-    friction = _friction(problem.scene, walk)
+    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
-    mode = _mode(problem, friction, walk, inertia)
-    first = _motion(problem, friction, mode, inertia, walk.rate)
-    last = _stages(problem, friction, mode, walk, inertia, step)
-    end = _motion(problem, friction, mode, last.inertia, last.rate)
-
-    velocity, slide = walk.velocity, walk.slide
-    if friction is not None:
-        velocity = walk.velocity + step * last.sum_foot
-        slide = walk.slide + step * (walk.velocity + step * last.sum_slide)
-    alpha_middle, foot_middle, cone_middle = last.middle
+    mode = problem.mode(friction, walk, inertia)
+    first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    if isinstance(spec, EventExact):
+        taken = dormand_prince_step(problem, friction, mode, walk, step)
+    else:
+        taken = classical_step(problem, friction, mode, walk, inertia, step)
+    end = taken.end
+    alpha_middle, foot_middle, cone_middle = taken.middle
 
     def halfway(before, after, slope, slope_after):
         return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
 
     samples = _Samples(
-        halfway(walk.theta, last.theta, walk.rate, last.rate),
-        halfway(walk.slide, slide, walk.velocity, velocity),
-        halfway(walk.velocity, velocity, first.foot_acceleration, end.foot_acceleration),
-        (_cone(friction, first), cone_middle, _cone(friction, end)),
+        halfway(walk.theta, taken.theta, walk.rate, taken.rate),
+        halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
+        halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
+        (cone_margin(friction, first), cone_middle, cone_margin(friction, end)),
     )
-    kind, found = _first_event(problem, mode, walk, samples, last.rate, end, step)
-    tiny = 8 * jnp.finfo(step.dtype).eps * problem.duration
-    at_once = (walk.target != EventKind.NONE) & (step <= tiny)
-    final = walk.trials >= spec.trials - 1
+    kind, found = _first_event(spec.close, problem, mode, walk, samples, taken, step)
+    at_once = (walk.target != EventKind.NONE) & (step <= problem.tiny())
     happens = at_once | (found.time < jnp.inf)
-    switches = (at_once | found.close) & happens & ~final
-    sound = jnp.isfinite(last.theta + last.rate + slide + velocity + problem.torque)
+    kind = jnp.where(at_once, walk.target, kind)
+    time = jnp.where(happens, jnp.where(at_once, 1.0, found.time), 0.0)
+    final = walk.trials >= spec.trials - 1
+    sound = taken.theta + taken.rate + taken.slide + taken.velocity
+    sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
+    status = status_at(problem, walk, first, step, taken.theta, sound)
+    size = None
+    if isinstance(spec, EventExact):
+        size, fails = _controlled(spec, problem, walk, taken, step)
+        kind = jnp.where(fails, EventKind.NONE, kind).astype(kind.dtype)
+        time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), time)
+        happens = happens | fails
+        switches = (at_once | found.close) & ~fails
+        overflows = (status == Status.NON_FINITE) | (status == Status.RUNAWAY)
+        status = jnp.where(fails & overflows, Status.OK, status)
+        status = jnp.where(final, Status.NOT_CONVERGED, status).astype(jnp.int32)
+    else:
+        switches = (at_once | found.close) & happens & ~final
     return Trial(
         step=step,
         mode=mode,
-        theta=last.theta,
-        rate=last.rate,
-        slide=slide,
-        velocity=velocity,
+        theta=taken.theta,
+        rate=taken.rate,
+        slide=taken.slide,
+        velocity=taken.velocity,
         alpha=end.crank_acceleration,
         foot=end.foot_acceleration,
         alpha_middle=alpha_middle,
         foot_middle=foot_middle,
+        work=taken.work,
+        power=None if taken.work is None else end.torque * taken.rate,
+        size=size,
         direction=-jnp.sign(end.friction_force),
-        kind=jnp.where(at_once, walk.target, kind),
-        time=jnp.where(happens, jnp.where(at_once, 1.0, found.time), 0.0),
+        kind=kind,
+        time=time,
         accepted=~happens | switches | final,
         switches=switches,
         final=final,
-        status=_status(problem, walk, first, step, sound),
+        status=status,
     )
 
 
-def _friction(scene: Scene, walk: Walk) -> Friction | None:
-    if isinstance(scene.floor, Grip):
-        return None
-    return friction_on(scene.floor, walk.patch, walk.theta.dtype)
+def _controlled(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):
+    """The next step's size by the estimated error, and whether this step fails its tolerance.
+
+    Sizes are choices, not functions of the state: no derivative goes through them.
+    """
+    dtype = step.dtype
+    rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
+    before = jnp.stack([walk.theta, walk.rate, walk.slide, walk.velocity])
+    after = jnp.stack([taken.theta, taken.rate, taken.slide, taken.velocity])
+    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after))
+    worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
+    worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
+    factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
+    fails = (worst > 1) & (step > problem.tiny())
+    kept = jax.lax.stop_gradient(jnp.maximum(walk.size, step))  # a step cut short says little
+    plain = jax.lax.stop_gradient(step)
+    size = jnp.where(fails, plain * factor, jnp.where(step < walk.size, kept, plain * factor))
+    rate = jnp.where(jnp.isfinite(taken.rate), taken.rate, walk.rate)
+    return within_turn(spec, size, rate), fails
 
 
-def _mode(problem: Problem, friction: Friction | None, walk: Walk, inertia: ReducedInertia):
-    """The mode that a trial is taken in."""
-    if friction is None:
-        return jnp.zeros_like(walk.theta)
-    still = sticking(problem.model, inertia, walk.rate, problem.torque)
-    mode = mode_of(still, walk.velocity, friction.mu_static)
-    return jnp.where(walk.held != 0, walk.held, mode)
-
-
-def _motion(problem: Problem, friction: Friction | None, mode, inertia, rate) -> Motion:
-    if friction is None:
-        return sticking(problem.model, inertia, rate, problem.torque)
-    return moving(problem.model, inertia, rate, problem.torque, mode, friction.mu_kinetic)
-
-
-def _cone(friction: Friction | None, motion: Motion):
-    if friction is None:
-        return jnp.ones_like(motion.normal_force)
-    return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)
-
-
-def _stages(
-    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia, step
-) -> _Stages:
-    """The classical Runge-Kutta stages, as a loop so that the inertia is compiled once."""
-    dtype = walk.theta.dtype
-    shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
-    weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)
-    slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
-
-    def body(index, now: _Stages) -> _Stages:
-        motion = _motion(problem, friction, mode, now.inertia, now.rate)
-        alpha, foot = motion.crank_acceleration, motion.foot_acceleration
-        sum_rate = now.sum_rate + weights[index] * now.rate
-        sum_alpha = now.sum_alpha + weights[index] * alpha
-        last = index == 3
-        theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
-        rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
-        halfway = (index == 1) | (index == 2)
-        now_here = (alpha, foot, _cone(friction, motion))
-        return _Stages(
-            theta=theta,
-            rate=rate,
-            inertia=problem.model.inertia.at(theta),
-            sum_rate=sum_rate,
-            sum_alpha=sum_alpha,
-            sum_foot=now.sum_foot + weights[index] * foot,
-            sum_slide=now.sum_slide + slide_weights[index] * foot,
-            middle=jax.tree.map(
-                lambda new, old: old + jnp.where(halfway, new / 2, 0.0), now_here, now.middle
-            ),
-        )
-
-    zero = jnp.zeros_like(walk.theta)
-    begin = _Stages(walk.theta, walk.rate, inertia, zero, zero, zero, zero, (zero, zero, zero))
-    return jax.lax.fori_loop(0, 4, body, begin)
-
-
-def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, end: Motion, step):
+def _first_event(
+    nearness: float, problem: Problem, mode, walk: Walk, samples: _Samples, taken: Taken, step
+):
     """Kind and crossing of whatever comes first: exchange, stop or onset, patch's edge."""
     floor = problem.scene.floor
+    rate, end = taken.rate, taken.end
     low, high = bounds(walk.theta.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
     room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
     theta = samples.theta[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
-    best = exchange, first_crossing(room, inwards * step, walk.target == exchange)
-    if isinstance(floor, Grip):
+    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, nearness)
+    if slips_freely(problem.scene):
         return best
     slides = mode != 0
     margins = [
@@ -282,7 +189,7 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
     slowing = mode * end.foot_acceleration * step
     slope = jnp.where(slides, slowing, parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
-    found = first_crossing(margins, slope, walk.target == change)
+    found = first_crossing(margins, slope, walk.target == change, nearness)
     best = _earlier((change, found), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
@@ -292,19 +199,11 @@ def _first_event(problem: Problem, mode, walk: Walk, samples: _Samples, rate, en
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
         kind = jnp.full_like(exchange, EventKind.PATCH)
         closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
-        best = _earlier((kind, first_crossing(gaps, closing, walk.target == kind)), best)
+        found = first_crossing(gaps, closing, walk.target == kind, nearness)
+        best = _earlier((kind, found), best)
     return best
 
 
 def _earlier(one: tuple[Array, Crossing], other: tuple[Array, Crossing]):
     sooner = one[1].time < other[1].time
     return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)
-
-
-def _status(problem: Problem, walk: Walk, first: Motion, step, sound) -> Int[Array, ""]:
-    """Whether the model holds where the trial starts, and its numbers are numbers."""
-    status = jnp.zeros_like(walk.status)
-    status = jnp.where(jnp.abs(walk.rate) * step > jnp.pi / 2, Status.RUNAWAY, status)
-    status = jnp.where(first.normal_force <= 0, Status.LIFT_OFF, status)
-    status = jnp.where(first.solvable & problem.model.closes, status, Status.NO_SOLUTION)
-    return jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)

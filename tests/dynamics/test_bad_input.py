@@ -98,7 +98,7 @@ BAD = {
         "fidelity", "'fine'", "'reduced'",
     ),
     "unknown integrator": (
-        lambda: walk(integrator="euler"), "integrator", "'euler'", "'rk4_split'"
+        lambda: walk(integrator="leapfrog"), "integrator", "'leapfrog'", "'rk4_split'"
     ),
     "no pieces": (lambda: Table(pieces=0), "pieces", "0", "1"),
     "half a degree": (lambda: Table(degree=2.5), "degree", "2.5", "integer"),

@@ -1,0 +1,151 @@
+"""The integrators' settings: static, hashable, one class each.
+
+All of them share the friction switching (`contact.mode_of`), the exchange of support and the
+statuses. The unsplit ones look at the floor at the beginning of each of their steps and take the
+step in that mode; RK4Split and EventExact stop at every switching instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+def _require_count(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
+
+
+@dataclass(frozen=True)
+class Unsplit:
+    """Fixed steps that switch at their ends only. Error of first order wherever a walk switches.
+
+    substeps: steps that one call of `step` is divided into. record_events: report what was switched
+    in Contact.events; instants are those of the steps' ends.
+    """
+
+    substeps: int = 1
+    record_events: bool = False
+
+    def __post_init__(self):
+        _require_count("substeps", self.substeps)
+
+    @property
+    def log_size(self) -> int:
+        """The most events of one call: slip, stop, slip back and exchange in every substep."""
+        return 4 * self.substeps
+
+
+@dataclass(frozen=True)
+class Euler(Unsplit):
+    """The paper's: accelerations constant during a step (eqs. 27, 35), stopped at t_s (eq. 36).
+
+    A slide that stops inside a step ends there, and the rest of the step is taken from rest, so
+    each step solves the motion twice. Order 1.
+    """
+
+
+@dataclass(frozen=True)
+class SemiImplicitEuler(Unsplit):
+    """Velocities first, positions with the new ones. Order 1; one solution of the motion a step."""
+
+
+@dataclass(frozen=True)
+class RK4(Unsplit):
+    """The classical Runge-Kutta step in one mode. Order 4 between switches, 1 across them."""
+
+
+@dataclass(frozen=True)
+class RK4Split:
+    """Fixed Runge-Kutta steps that are split at every switching instant. Order 4 throughout.
+
+    substeps: Runge-Kutta steps that one call of `step` is divided into. max_events: switching
+    instants located in one call, for which three trials each are allowed; beyond them the rest of
+    the call is taken unsplit. record_events: report the instants in Contact.events.
+    """
+
+    substeps: int = 1
+    max_events: int = 4
+    record_events: bool = False
+
+    def __post_init__(self):
+        for name in ("substeps", "max_events"):
+            _require_count(name, getattr(self, name))
+
+    @property
+    def trials(self) -> int:
+        """The most Runge-Kutta steps that one call can take."""
+        return self.substeps + 3 * self.max_events
+
+    @property
+    def log_size(self) -> int:
+        """The most events of one call."""
+        return self.trials
+
+    @property
+    def close(self) -> float:
+        """A trial within this fraction of itself of an event is corrected onto the event."""
+        return 0.01
+
+
+@dataclass(frozen=True)
+class EventExact:
+    """Adaptive Dormand-Prince 5(4) steps, every switching instant located to the tolerance.
+
+    rtol, atol: of crank angle [rad], crank rate [rad/s], slide [m] and foot velocity [m/s] a step;
+    rtol counts as at least 32 units in the last place of the working precision. max_steps: steps of
+    one call, rejected and repeated ones included; if they do not suffice the status is
+    NOT_CONVERGED. max_turn: largest turn of the crank in one step [rad], so that no switch hides
+    between two samples. record_events: report the instants in Contact.events (the first 32).
+    """
+
+    rtol: float = 1e-9
+    atol: float = 1e-12
+    max_steps: int = 1024
+    max_turn: float = 0.1
+    record_events: bool = False
+
+    def __post_init__(self):
+        _require_count("max_steps", self.max_steps)
+        for name, low, high in (("rtol", 0.0, 0.1), ("atol", 0.0, 0.1), ("max_turn", 0.0, 1.0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not low < float(value) <= high:
+                raise ValueError(f"{name} = {value!r}; accepted: above {low:g}, up to {high:g}")
+
+    @property
+    def trials(self) -> int:
+        """The most Runge-Kutta steps that one call can take."""
+        return self.max_steps
+
+    @property
+    def log_size(self) -> int:
+        """How many events of one call are written down."""
+        return 32
+
+    @property
+    def close(self) -> float:
+        """A trial within this fraction of itself of an event is corrected onto the event."""
+        return 1e-3
+
+
+Integrator = Unsplit | RK4Split | EventExact
+
+INTEGRATORS: dict[str, Integrator] = {
+    "euler": Euler(),
+    "semi_implicit": SemiImplicitEuler(),
+    "rk4": RK4(),
+    "rk4_split": RK4Split(),
+    "event_exact": EventExact(),
+}
+"""By name, with default settings."""
+
+
+def integrator_of(integrator: str | Integrator) -> Integrator:
+    """The integrator's settings; ValueError for an unknown one."""
+    if isinstance(integrator, Integrator):
+        return integrator
+    if not isinstance(integrator, str) or integrator not in INTEGRATORS:
+        raise ValueError(
+            f"integrator = {integrator!r} is unknown; accepted: "
+            f"{', '.join(map(repr, INTEGRATORS))} or an instance such as RK4Split(...)"
+        )
+    return INTEGRATORS[integrator]

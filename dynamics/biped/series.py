@@ -1,0 +1,125 @@
+"""M, P, Y as one Chebyshev series each over the support phase, beside the piecewise table.
+
+One series of high degree needs no piece to be looked up, but every one of its terms: measured
+beside the table in `python -m benchmarks.tradeoff`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.inertia import (
+    GroundMoment,
+    ReducedInertia,
+    ground_moment,
+    reduced_inertia,
+)
+from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.numeric import float_type
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped.params import BipedParams
+
+
+@dataclass(frozen=True)
+class Chebyshev:
+    """How long a series is. Static and hashable."""
+
+    degree: int = 48
+
+    def __post_init__(self):
+        if (
+            isinstance(self.degree, bool)
+            or not isinstance(self.degree, int)
+            or not 4 <= self.degree <= 256
+        ):
+            raise ValueError(f"degree = {self.degree!r}; accepted: an integer from 4 to 256")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class SeriesInertia:
+    """Chebyshev coefficients of values and slopes, by rising degree; slopes by the crank angle."""
+
+    momenta: Float[Array, "degrees 6"]
+    """M, P, Y and their slopes"""
+    moments: Float[Array, "degrees 4"]
+    """L, its slope, and the mass moments sum m X, sum m y"""
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+        """M, P, Y and slopes at `theta` [rad]."""
+        M, P, Y, dM, dP, dY = _clenshaw(self.momenta, theta)
+        return ReducedInertia(M, dM, P, dP, Y, dY)
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        return GroundMoment(*_clenshaw(self.moments, theta))
+
+
+def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
+    """Interpolate the slopes at Chebyshev nodes, integrate; pure: vmapped robots fit their own."""
+    dtype = float_type(params)
+    nodes, transform, integrate = _transform(spec.degree)
+    half = (SUPPORT_END - SUPPORT_START) / 2
+    angles = jnp.asarray(SUPPORT_START + half * (1 + nodes), dtype)
+    inertia, moment = jax.vmap(
+        lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle))
+    )(angles)
+    to_slope = jnp.asarray(transform, dtype)
+    to_value = jnp.asarray(half * integrate, dtype)
+
+    def coefficients(values, slopes):
+        """Of the values: integrated slopes, with the constant that fits the values' mean."""
+        values, slopes = jnp.stack(values, axis=1), jnp.stack(slopes, axis=1)
+        fitted = to_slope @ slopes
+        raised = to_value @ fitted
+        return raised.at[0].set((to_slope @ values)[0]), fitted
+
+    value, slope = coefficients(
+        (inertia.M, inertia.P, inertia.Y), (inertia.dM, inertia.dP, inertia.dY)
+    )
+    turn, turn_slope = coefficients(
+        (moment.L, moment.X, moment.Y), (moment.dL, inertia.P, inertia.Y)
+    )
+    moments = jnp.stack([turn[:, 0], turn_slope[:, 0], turn[:, 1], turn[:, 2]], axis=1)
+    return SeriesInertia(
+        jnp.concatenate([value, slope], axis=1).astype(dtype), moments.astype(dtype)
+    )
+
+
+@lru_cache
+def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes; values there to Chebyshev coefficients; coefficients to those of the integral."""
+    count = degree + 1
+    angles = (np.arange(count) + 0.5) * np.pi / count
+    orders = np.arange(count)
+    transform = 2 / count * np.cos(np.outer(orders, angles))
+    transform[0] /= 2
+    integrate = np.zeros((count, count))
+    for k in range(1, count):  # the integral of T_j is T_{j+1}/(2(j+1)) - T_{j-1}/(2(j-1))
+        integrate[k, k - 1] = (2 if k == 1 else 1) / (2 * k)
+        if k + 1 < count:
+            integrate[k, k + 1] = -1 / (2 * k)
+    return np.cos(angles), transform, integrate
+
+
+def _clenshaw(coefficients, theta):
+    """Sums of the series at `theta` (Clenshaw's recurrence); beyond the ends it goes on."""
+    half = (SUPPORT_END - SUPPORT_START) / 2
+    u = (theta - SUPPORT_START) / half - 1
+
+    def term(carry, row):
+        later, latest = carry
+        return (row + 2 * u * later - latest, later), None
+
+    zero = jnp.zeros_like(coefficients[0])
+    (first, second), _ = jax.lax.scan(term, (zero, zero), coefficients[:0:-1])
+    return coefficients[0] + u * first - second

@@ -1,0 +1,202 @@
+"""The integrators' running state, and what stays the same during one call."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.contact import mode_of
+from stickslip.dynamics.biped.drive import Drive, motion_in, still_motion
+from stickslip.dynamics.biped.floor import patch_at, smoothed_direction
+from stickslip.dynamics.biped.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.scene import Grip, Patches, Smoothed
+from stickslip.dynamics.status import EventKind, Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.floor import Friction
+    from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.state import BipedState
+    from stickslip.dynamics.scene import Scene
+
+
+class Walk(NamedTuple):
+    """The integrator's running state within one call."""
+
+    theta: Float[Array, ""]
+    rate: Float[Array, ""]
+    slide: Float[Array, ""]
+    velocity: Float[Array, ""]
+    steps: Int[Array, ""]
+    patch: Int[Array, ""]
+    left: Float[Array, ""]
+    """Time still to go; the call ends at 0 or at a terminal status."""
+    aim: Float[Array, ""]
+    """Length of the next trial."""
+    size: Float[Array, ""] | None
+    """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
+    target: Int[Array, ""]
+    """Kind of event that the next trial is aimed at."""
+    held: Float[Array, ""]
+    """Direction of sliding that has begun at velocity zero, else 0."""
+    status: Int[Array, ""]
+    switches: Int[Array, ""]
+    distance: Float[Array, ""]
+    work: Float[Array, ""]
+    positive_work: Float[Array, ""]
+    trials: Int[Array, ""]
+    log: tuple[Array, Array, Array] | None
+    """Time left, kind and crank angle of the events so far."""
+
+
+class Problem(NamedTuple):
+    """What stays the same during one call."""
+
+    model: BipedModel
+    scene: Scene
+    drive: Drive
+    duration: Array
+
+    def still(self, inertia: Coefficients, rate) -> Motion:
+        """The motion with the foot held at rest."""
+        return still_motion(self.drive, self.model, inertia, rate)
+
+    def motion(self, friction: Friction | None, mode, inertia: Coefficients, rate, velocity):
+        """The motion in a mode; on a smoothed floor the velocity takes the mode's place."""
+        floor = self.scene.floor
+        if isinstance(floor, Smoothed):
+            mode = smoothed_direction(floor, velocity)
+        return motion_in(self.drive, floor, friction, self.model, inertia, rate, mode)
+
+    def mode(self, friction: Friction | None, walk: Walk, inertia: Coefficients):
+        """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
+        if friction is None or isinstance(self.scene.floor, Smoothed):
+            return jnp.zeros_like(walk.theta)
+        still = self.still(inertia, walk.rate)
+        mode = mode_of(still, walk.velocity, friction.mu_static)
+        return jnp.where(walk.held != 0, walk.held, mode)
+
+    def tiny(self):
+        """A time too short to matter in the working precision [s]."""
+        return 8 * jnp.finfo(self.duration.dtype).eps * self.duration
+
+
+def start(
+    model: BipedModel, scene: Scene, state: BipedState, duration, spec: Integrator, dtype
+) -> Walk:
+    """The running state at the beginning of a call."""
+    zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+    value = partial(jnp.asarray, dtype=dtype)
+    steps = jnp.asarray(state.steps, jnp.int32)
+    rate = value(state.crank_rate)
+    slide, velocity = value(state.foot_position), value(state.foot_velocity)
+    log, size = None, None
+    if spec.record_events:
+        rows = spec.log_size
+        log = (jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
+    aim = duration
+    if isinstance(spec, EventExact):  # a first step that is seldom too long
+        size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
+        aim = within_turn(spec, size, rate)
+    elif isinstance(spec, RK4Split):
+        aim = duration / spec.substeps
+    return Walk(
+        theta=value(state.phase),
+        rate=rate,
+        slide=slide,
+        velocity=velocity,
+        steps=steps,
+        patch=patch_at(scene.floor, steps.astype(dtype) * model.step_length + slide, velocity),
+        left=duration,
+        aim=aim,
+        size=size,
+        target=none,
+        held=zero,
+        status=none,
+        switches=none,
+        distance=zero,
+        work=zero,
+        positive_work=zero,
+        trials=none - 1,  # the blank trial before the first is settled, too
+        log=log,
+    )
+
+
+def within_turn(spec: EventExact, size, rate):
+    """A step no longer than `size` in which the crank turns by no more than allowed."""
+    turn = jax.lax.stop_gradient(jnp.abs(rate) * size)
+    return size * jnp.minimum(1.0, spec.max_turn / jnp.maximum(turn, spec.max_turn))
+
+
+def bounds(dtype):
+    """Ends of the support phase in the working precision."""
+    return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
+
+
+def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -> Int[Array, ""]:
+    """Whether the model holds where a step starts, and the step to crank angle `theta` is one.
+
+    sound: the numbers at the step's end are finite. The gravest word comes last, so that a step
+    that overflows says the same in every precision.
+    """
+    turn = jnp.maximum(jnp.abs(walk.rate) * step, jnp.abs(theta - walk.theta))
+    begins = walk.theta + walk.rate + walk.slide + walk.velocity + problem.drive[0]
+    begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
+    status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
+    status = jnp.where(turn <= jnp.pi / 2, status, Status.RUNAWAY)  # a turn that is no number, too
+    status = jnp.where(first.normal_force <= 0, Status.LIFT_OFF, status)
+    status = jnp.where(first.solvable & problem.model.closes, status, Status.NO_SOLUTION)
+    return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
+
+
+def hand_over(problem: Problem, walk: Walk, exchange) -> Walk:
+    """Pass the support to the other foot where `exchange`, or end the walk there."""
+    model, scene = problem.model, problem.scene
+    low, high = bounds(walk.theta.dtype)
+    one = scene.steps == "one"
+    stops = exchange if one else exchange & ~model.symmetric
+    word = Status.STEP_COMPLETE if one else Status.NO_EXCHANGE
+    passes = exchange & ~stops
+    turn = jnp.where(passes, jnp.where(walk.theta > jnp.pi, 1, -1), 0).astype(jnp.int32)
+    theta = walk.theta - turn.astype(low.dtype) * (high - low)
+    walk = walk._replace(
+        theta=jnp.where(exchange, jnp.clip(theta, low, high), walk.theta),
+        steps=walk.steps + turn,
+        status=jnp.where(stops, word, walk.status).astype(jnp.int32),
+    )
+    if not isinstance(scene.floor, Patches):
+        return walk
+    place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
+    landed = patch_at(scene.floor, place, walk.velocity)
+    return walk._replace(patch=jnp.where(exchange, landed, walk.patch))
+
+
+def note(walk: Walk, happens, kind, left=None) -> Walk:
+    """Count an event, and write it down where events are recorded; left: when, default now."""
+    log = walk.log
+    if log is not None:
+        when = walk.left if left is None else left
+        entry = (when, kind, walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype))
+        place = jnp.minimum(walk.switches, log[0].shape[0] - 1)
+        log = tuple(
+            row.at[place].set(jnp.where(happens, new.astype(row.dtype), row[place]))
+            for row, new in zip(log, entry, strict=True)
+        )
+    slips = happens & (kind == EventKind.SLIP)
+    return walk._replace(
+        switches=walk.switches + happens.astype(jnp.int32),
+        status=jnp.where(slips, Status.SLIP_ONSET, walk.status).astype(jnp.int32),
+        log=log,
+    )
+
+
+def slips_freely(scene: Scene) -> bool:
+    """Whether the floor has no switching of its own: no slip at all, or smoothed friction."""
+    return isinstance(scene.floor, Grip | Smoothed)
