@@ -21,7 +21,8 @@ class Status(IntEnum):
     RUNAWAY = 4
     """The crank turns by more than half a support phase in one integration step."""
     NO_SOLUTION = 5
-    """The linkage cannot close here, or sliding has no unique solution (Painleve)."""
+    """The linkage cannot close here, sliding has no unique solution (Painleve), or the crank angle
+    is none at which the leg supports."""
     NON_FINITE = 6
     """A number overflowed or was not a number to begin with."""
     STEP_COMPLETE = 7

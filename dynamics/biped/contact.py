@@ -114,9 +114,11 @@ def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:
     """Which mode holds: the velocity's direction, or at rest the friction cone's word (eq. 32).
 
     `still` is the sticking motion. A foot at rest whose friction would leave the cone slides
-    against the force that would be needed to hold it.
+    against the force that would be needed to hold it. A few roundings beyond the cone still hold:
+    a slide begun there would end within a rounding, and begin again.
     """
-    within = jnp.abs(still.friction_force) <= mu_static * still.normal_force
+    slack = 1 + 64 * jnp.finfo(still.friction_force.dtype).eps
+    within = jnp.abs(still.friction_force) <= mu_static * still.normal_force * slack
     at_rest = jnp.where(within, 0.0, -jnp.sign(still.friction_force))
     return jnp.where(foot_velocity != 0, jnp.sign(foot_velocity), at_rest)
 

@@ -180,18 +180,22 @@ def at_instant(
     if outputs == "joints":
         accelerations = motion.crank_acceleration, motion.foot_acceleration
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
-    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset), joints)
+    asked = theta + crank_rate + foot_velocity + drive[0]
+    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, asked), joints)
 
 
-def _status(model: BipedModel, motion: Motion, zmp, onset) -> Int[Array, ""]:
-    """The Status of one instant, the gravest word last. zmp None: topple is not looked at."""
+def _status(model: BipedModel, motion: Motion, zmp, onset, asked) -> Int[Array, ""]:
+    """The Status of one instant, the gravest word last. zmp None: topple is not looked at.
+
+    asked: sum of the numbers that were given, finite unless one of them is not.
+    """
     status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
     if zmp is not None:
         off_foot = (zmp > model.toe) | (zmp < -model.heel)
         status = jnp.where(off_foot, Status.TOPPLE, status)
     status = jnp.where(motion.normal_force <= 0, Status.LIFT_OFF, status)
     status = jnp.where(motion.solvable & model.closes, status, Status.NO_SOLUTION)
-    finite = jnp.isfinite(sum(motion[:4]))
+    finite = jnp.isfinite(sum(motion[:4]) + asked)
     return jnp.where(finite, status, Status.NON_FINITE).astype(jnp.int32)
 
 

@@ -80,10 +80,9 @@ class _Samples(NamedTuple):
 
 def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
-    step = jnp.where(walk.left <= 1.001 * walk.aim, walk.left, walk.aim)
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
-    mode = problem.mode(friction, walk, inertia)
+    step, mode, near, final = _begun(spec, problem, walk, friction, inertia)
     first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
     if isinstance(spec, EventExact):
         taken = dormand_prince_step(problem, friction, mode, walk, step)
@@ -102,11 +101,10 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         (cone_margin(friction, first), cone_middle, cone_margin(friction, end)),
     )
     kind, found = _first_event(spec.close, problem, mode, walk, samples, taken, step)
-    at_once = (walk.target != EventKind.NONE) & (step <= problem.tiny())
+    at_once = (walk.target != EventKind.NONE) & (step <= near)
     happens = at_once | (found.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, found.time), 0.0)
-    final = walk.trials >= spec.trials - 1
     sound = taken.theta + taken.rate + taken.slide + taken.velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
     status = status_at(problem, walk, first, step, taken.theta, sound)
@@ -144,6 +142,21 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         final=final,
         status=status,
     )
+
+
+def _begun(spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia):
+    """Length and mode of a trial, the time within which an event is at once, and whether it is the
+    last one allowed."""
+    final = walk.trials >= spec.trials - 1
+    whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
+    mode = problem.mode(friction, walk, inertia)
+    if isinstance(spec, RK4Split):
+        whole = whole | final  # the last trial goes to the end of the call
+        # a foot that breaks loose again and again to no effect sticks
+        mode = jnp.where(final & (walk.velocity == 0), 0.0, mode)
+        # the cone's margin is noise within some roundings of its edge
+        near = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
+    return jnp.where(whole, walk.left, walk.aim), mode, near, final
 
 
 def _controlled(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):

@@ -82,6 +82,7 @@ def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
         reached = _semi_implicit(walk, first, step)
     sound = jnp.isfinite(reached.theta + reached.rate + reached.slide + reached.velocity)
     found = status_at(problem, walk, first, step, reached.theta, sound)
+    found = jnp.where(step > 0, found, Status.OK)  # a second part of no length judges nothing
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
     slips = runs & (walk.velocity == 0) & (mode != 0)
@@ -148,6 +149,5 @@ def _exchange(problem: Problem, walk: Walk) -> Walk:
     """Hand over the support if the step went past the end of the support phase."""
     low, high = bounds(walk.theta.dtype)
     passed = (walk.theta > high) | (walk.theta < low)
-    passed = passed & (walk.status <= Status.SLIP_ONSET)
     walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
     return hand_over(problem, walk, passed)

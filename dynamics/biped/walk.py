@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Scene
 
 
+PHASE_SLACK = 1e-3
+"""How far outside the support phase a walk may begin [rad]."""
+
+
 class Walk(NamedTuple):
     """The integrator's running state within one call."""
 
@@ -152,7 +156,10 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
     status = jnp.where(turn <= jnp.pi / 2, status, Status.RUNAWAY)  # a turn that is no number, too
     status = jnp.where(first.normal_force <= 0, Status.LIFT_OFF, status)
-    status = jnp.where(first.solvable & problem.model.closes, status, Status.NO_SOLUTION)
+    low, high = bounds(walk.theta.dtype)
+    supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
+    solvable = first.solvable & problem.model.closes & supports
+    status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
 
 
