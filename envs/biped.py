@@ -18,10 +18,12 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.integrators import Integrator
+from stickslip.dynamics.biped.settings import Setting, setting_of
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
-from stickslip.envs.biped_params import BipedEnvParams, make_params
+from stickslip.envs.biped_params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped_picture import biped_frame
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.rendering import BipedRenderer
@@ -124,10 +126,13 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
-    Static choices: fidelity of the inertia functions and substeps of the integrator a control step
-    (speed against accuracy), autoreset, see_friction, see_patch. Version 0.
+    Static choices: autoreset, see_friction, see_patch; and speed against accuracy, either by the
+    setting ("fast", "balanced", "exact" or a Setting, whose dt is the longest step of the integrator
+    in the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
+    the integrator in a control step and the switches located in it (max_events). Version 0.
     """
 
+    setting: str | Setting | None = None
     fidelity: Fidelity = "table"
     substeps: int = 1
     max_events: int = 3
@@ -141,6 +146,14 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         super().__post_init__()
         require_fidelity(self.fidelity)
         RK4Split(self.substeps, self.max_events)
+        if self.setting is not None:
+            setting_of(self.setting)
+            by_hand = (self.fidelity, self.substeps, self.max_events)
+            if by_hand != ("table", 1, 3):
+                raise ValueError(
+                    f"setting = {self.setting!r} beside fidelity, substeps, max_events = "
+                    f"{by_hand}; accepted: a setting alone, or these without a setting"
+                )
         for name in ("see_friction", "see_patch"):
             if not isinstance(getattr(self, name), bool):
                 raise ValueError(f"{name} = {getattr(self, name)!r}; accepted: True or False")
@@ -148,12 +161,30 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     @property
     def default_params(self) -> BipedEnvParams:
         """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
-        return make_params(self.fidelity)
+        return self.make_params()
 
     def make_params(self, **changes: Any) -> BipedEnvParams:
         """Parameters with some entries changed: biped, scene, randomisation, dtype or any number of
-        BipedEnvParams. Raises ValueError naming the field, and TypeError for an unknown name."""
-        return make_params(self.fidelity, **changes)
+        BipedEnvParams. Raises ValueError naming the field, and TypeError for an unknown name.
+        The dtype is the setting's unless given."""
+        if self.setting is None:
+            return make_params(self.fidelity, **changes)
+        setting = setting_of(self.setting)
+        dtype = jnp.dtype(changes.setdefault("dtype", setting.dtype))
+        if dtype == jnp.float64 and not jax.config.read("jax_enable_x64"):
+            raise ValueError(
+                f"setting = {self.setting!r} computes in float64, which JAX has switched off; "
+                'accepted: jax.config.update("jax_enable_x64", True) at the start of the program, '
+                "dtype=float32 for less accuracy, or another setting"
+            )
+        return make_params(setting.fidelity, **changes)
+
+    @property
+    def integrator(self) -> Integrator:
+        """The integrator of one control step."""
+        if self.setting is None:
+            return RK4Split(self.substeps, self.max_events)
+        return setting_of(self.setting).integrator_over(CONTROL_PERIOD)
 
     def reset_env(self, key, params):
         """See FunctionalEnv."""
@@ -184,7 +215,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             state.biped,
             torque,
             period,
-            integrator=RK4Split(self.substeps, self.max_events),
+            integrator=self.integrator,
         )
         status = jnp.where(
             (jnp.abs(biped.crank_rate) > params.max_crank_rate)

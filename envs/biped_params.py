@@ -129,6 +129,9 @@ POSITIVE = (
 )
 NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
 
+CONTROL_PERIOD = 0.02
+"""Time from one action to the next [s], unless another is chosen."""
+
 DEFAULT_SCENE = Scene.uniform(0.06, 0.05)
 """Too slippery for a constant crank rate of 3 rad/s, which needs 0.08."""
 
@@ -141,7 +144,7 @@ def make_params(
     randomisation: Randomisation | None = None,
     dtype: Any = None,
     torque_limit: Numeric = 4.0,
-    control_period: Numeric = 0.02,
+    control_period: Numeric = CONTROL_PERIOD,
     commanded_rate: Numeric = 3.0,
     time_limit: Numeric = 10.0,
     max_crank_rate: Numeric = 20.0,

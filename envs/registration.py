@@ -15,7 +15,7 @@ BIPED_ID = "stickslip/Biped-v0"
 
 
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
-    """The single biped. Options: static choices of BipedEnv (fidelity, substeps, see_patch, ...)
+    """The single biped. Options: static choices of BipedEnv (setting, see_patch, ...)
     and entries of BipedEnv.make_params (scene, biped, randomisation, commanded_rate, ...)."""
     env, params = split_options(options | {"autoreset": options.get("autoreset", "disabled")})
     return GymEnv(env, params, render_mode)

@@ -36,6 +36,7 @@ from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
 from stickslip.dynamics.biped.params import LINKS, BipedParams
 from stickslip.dynamics.biped.series import Chebyshev
+from stickslip.dynamics.biped.settings import PRESETS, Recommendation, Setting, recommend
 from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
 from stickslip.dynamics.biped.table import Table
@@ -46,6 +47,7 @@ __all__ = [
     "INTEGRATORS",
     "JOINT_FORCES",
     "LINKS",
+    "PRESETS",
     "RK4",
     "SUPPORT_END",
     "SUPPORT_START",
@@ -66,9 +68,11 @@ __all__ = [
     "NewtonEuler",
     "Paper",
     "RK4Split",
+    "Recommendation",
     "Reduced",
     "ReducedInertia",
     "SemiImplicitEuler",
+    "Setting",
     "Table",
     "Trajectory",
     "condition_number",
@@ -80,6 +84,7 @@ __all__ = [
     "kinematics",
     "newton_euler",
     "prepare",
+    "recommend",
     "reduced_inertia",
     "simulate",
     "simulate_inverse",

@@ -1,4 +1,4 @@
-"""The command line: `stickslip train | evaluate | view | demo`.
+"""The command line: `stickslip train | evaluate | view | demo | reproduce`.
 
 Here are the flags only; each command's work is imported when it is run. Wrong input is a one-line
 message on stderr and exit status 2.
@@ -66,6 +66,7 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     _add_evaluate(commands)
     _add_view(commands)
     _add_demo(commands)
+    _add_reproduce(commands)
     return parser
 
 
@@ -154,6 +155,21 @@ def _add_demo(commands: Any) -> None:
     )
 
 
+def _add_reproduce(commands: Any) -> None:
+    about = "compute the chapter's figures again and compare its claims with what comes out"
+    parser = _command(commands, "reproduce", _reproduce, about)
+    parser.add_argument(
+        "figures", nargs="+", metavar="FIGURE", help="fig11 to fig19, scheme (several), or all"
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", default="figures", help="where files go (default: figures)"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace files in --out")
+    parser.add_argument(
+        "--samples", type=int, default=240, metavar="N", help="points a step (default: 240)"
+    )
+
+
 def _command(commands: Any, name: str, run: Callable[[Any], int], about: str) -> Any:
     parser = commands.add_parser(name, help=about, description=about[0].upper() + about[1:] + ".")
     parser.set_defaults(run=run)
@@ -184,6 +200,13 @@ def _demo(given: argparse.Namespace) -> int:
     from stickslip.agents.commands import demo_command
 
     return OK if demo_command(vars(given)) else INTERRUPTED
+
+
+def _reproduce(given: argparse.Namespace) -> int:
+    from stickslip.paper.command import reproduce_command
+
+    reproduce_command(vars(given))
+    return OK
 
 
 def _complain(message: str) -> None:

@@ -1,0 +1,111 @@
+"""`stickslip reproduce`: compute figures, write their pictures, data and the table of claims."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jax
+
+from stickslip.agents.files import write_whole
+from stickslip.envs.rendering.extras import require
+from stickslip.paper.drawing import png
+from stickslip.paper.registry import Figure, figures_of
+from stickslip.paper.result import Claim, Setting
+from stickslip.paper.text import claims_text, csv_text
+
+if TYPE_CHECKING:
+    from typing import TextIO
+
+TABLE = "table.md"
+
+
+def reproduce_command(given: Mapping[str, Any]) -> None:
+    """The command with its flags read: figures, out, samples, overwrite."""
+    claims = reproduce(
+        given["figures"],
+        given["out"],
+        samples=given["samples"],
+        overwrite=given["overwrite"],
+        to=sys.stderr,
+    )
+    print(claims_text(claims), end="")
+
+
+def reproduce(
+    names: Iterable[str],
+    out: str | Path,
+    *,
+    samples: int = 240,
+    overwrite: bool = False,
+    to: TextIO | None = None,
+) -> dict[str, tuple[Claim, ...]]:
+    """Write DIR/NAME.png, DIR/NAME.csv (and their kin) and DIR/table.md; return the claims.
+
+    names: of FIGURES, or "all". samples: points a step (see Setting). Computes in float64 whatever
+    the switch says. to: where progress is shown, None for nowhere. Raises ValueError for unknown
+    names and, unless overwrite, for files that exist: before anything is computed.
+    """
+    figures, out = figures_of(names), Path(out)
+    Setting(samples)  # refuses a bad number before anything is computed
+    if not overwrite:
+        refuse_to_clobber(out, figures)
+    require("matplotlib.figure")
+    claims: dict[str, tuple[Claim, ...]] = {}
+    begun = time.monotonic()
+    with jax.enable_x64(True):
+        for place, (name, figure) in enumerate(figures.items(), 1):
+            show = _Progress(f"[{place}/{len(figures)}] {name}", to)
+            result = figure.compute(Setting(samples, show.say))
+            show.say("drawing")
+            picture = png(result.draw(), figure.title)
+            write_whole(out / f"{name}.png", picture, overwrite=overwrite)
+            for ending, columns in result.tables.items():
+                path = out / f"{name}{ending}.csv"
+                write_whole(path, csv_text(columns), overwrite=overwrite)
+            claims[name] = tuple(result.claims)
+            show.done(figure.title)
+    write_whole(out / TABLE, claims_text(claims), overwrite=overwrite)
+    if to is not None:
+        print(f"{len(figures)} figures in {time.monotonic() - begun:.0f} s: {out}", file=to)
+    return claims
+
+
+def files_of(out: Path, figures: Mapping[str, Figure]) -> list[Path]:
+    """Every file that reproducing these figures writes."""
+    files = [out / TABLE]
+    for name, figure in figures.items():
+        files += [out / f"{name}.png", *(out / f"{name}{end}.csv" for end in figure.endings)]
+    return files
+
+
+def refuse_to_clobber(out: Path, figures: Mapping[str, Figure]) -> None:
+    """Raise ValueError if a file that would be written is there."""
+    there = [path for path in files_of(out, figures) if path.exists()]
+    if there:
+        more = f" and {len(there) - 1} more" if len(there) > 1 else ""
+        raise ValueError(
+            f"{there[0]}{more} exists; accepted: another --out, or --overwrite to replace"
+        )
+
+
+class _Progress:
+    """One line a figure: on a terminal it also says what is being computed."""
+
+    def __init__(self, label: str, to: TextIO | None):
+        self._label, self._to = label, to
+        self._begun = time.monotonic()
+
+    def say(self, what: str) -> None:
+        if self._to is not None and self._to.isatty():
+            print(f"\r\033[K{self._label}  {what} ...", end="", file=self._to, flush=True)
+
+    def done(self, title: str) -> None:
+        if self._to is None:
+            return
+        clear = "\r\033[K" if self._to.isatty() else ""
+        took = time.monotonic() - self._begun
+        print(f"{clear}{self._label}  {title}  {took:.1f} s", file=self._to, flush=True)

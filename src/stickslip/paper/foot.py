@@ -1,0 +1,160 @@
+"""Fig. 15: what acts on the supporting foot, and its equations of motion, (29) and (30)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.dynamics.biped import BODIES, JOINT_FORCES, BipedParams, InverseDynamics
+from stickslip.envs.rendering import theme
+from stickslip.paper import drawing
+from stickslip.paper.result import Claim, Result, Setting, verdict_of
+from stickslip.paper.torque import phases, poses, steady
+
+RATE = 3.0
+FOOT, TIBIA, BAR = "1", "2", "11"
+ROUNDING = 1e-9
+"""An equation holds if what is left over is below this share of the weight [-]."""
+SCALE = 4e-4
+"""Length of a force in the drawing [m/N]."""
+
+
+class FootForces(NamedTuple):
+    """Forces on the foot over a step, ground frame, each [n, 2] N; zmp [n] m from the ankle."""
+
+    ground: np.ndarray
+    tibia: np.ndarray
+    bar: np.ndarray
+    zmp: np.ndarray
+
+
+def forces(setting: Setting) -> Result:
+    """Fig. 15."""
+    params, angles = BipedParams.from_bars(), phases(setting.samples)
+    setting.say("joint forces")
+    found = foot_forces(steady(params, angles, RATE, outputs="joints"))
+    bar_pin = np.asarray(poses(params, angles).pins.ankle_bar)[:, 0]
+    foot = BODIES.index(FOOT)
+    mass, gravity = float(params.mass[foot]), float(params.gravity)
+    weight = gravity * float(params.total_mass)
+    linear, moment = residuals(found, bar_pin, mass * gravity)
+    share = np.linspace(0.0, 1.0, setting.samples + 1)
+    columns = {
+        "time / T [-]": share,
+        **{
+            f"{label} {axis} [N]": values[:, i]
+            for label, values in zip(_LABELS, found[:3], strict=True)
+            for i, axis in enumerate("xy")
+        },
+        "zero-moment point from the ankle [m]": found.zmp,
+    }
+    claims = [
+        Claim(
+            "eq. (29): f01 - f12 - f112 = m1 a1, the foot at rest",
+            f"largest residual {linear:.1e} N, of a weight of {weight:.1f} N, over a step at "
+            f"{RATE:g} rad/s",
+            verdict_of(linear < ROUNDING * weight),
+            "read with the foot's second pin to link 11, not 12 (as the drawing has it), and the "
+            "y line with f01y first and m1 g on its right",
+        ),
+        Claim(
+            "eq. (30) gives the zero-moment point from the foot's joint forces",
+            f"largest residual {moment:.1e} N m; the point moves from {found.zmp.min():.3f} to "
+            f"{found.zmp.max():.3f} m from the ankle",
+            verdict_of(moment < ROUNDING * weight),
+            "the point is computed from the whole robot's moments, without joint forces; the "
+            "foot's own moments give the same one",
+        ),
+        Claim(
+            "the foot is joined to links 2 and 12 (drawing, eq. 29)",
+            f"pins of the foot: {', '.join(sorted(_partners()))}",
+            verdict_of(_partners() == {"2", "12"}),
+            "the parallelogram on the tibia is link 11; with link 12 the knee's and the ankle's "
+            "parallelograms would not close",
+        ),
+    ]
+    return Result({"": columns}, lambda: _draw(share, found, bar_pin, params), claims)
+
+
+def foot_forces(motion: InverseDynamics) -> FootForces:
+    """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
+    joints = np.asarray(motion.joint_forces)
+    ground = np.stack([np.asarray(motion.friction_force), np.asarray(motion.normal_force)], -1)
+    return FootForces(
+        ground, _on_foot(joints, TIBIA), _on_foot(joints, BAR), np.asarray(motion.zmp)
+    )
+
+
+def residuals(found: FootForces, bar_pin: np.ndarray, weight: float) -> tuple[float, float]:
+    """The largest |force| [N] and |moment about the ankle| [N m] left over on a foot at rest.
+
+    The ankle is at ground level, is the tibia's pin and the foot's centre of mass, so neither the
+    friction, nor the tibia, nor the foot's weight has a moment about it. bar_pin: link 11's pin
+    from the ankle [n, 2] m. weight: of the foot [N].
+    """
+    sum_of = found.ground + found.tibia + found.bar - np.array([0.0, weight])
+    moment = found.zmp * found.ground[:, 1] + _cross(bar_pin, found.bar)
+    return float(np.abs(sum_of).max()), float(np.abs(moment).max())
+
+
+_LABELS = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
+
+
+def _on_foot(joints: np.ndarray, other: str) -> np.ndarray:
+    """Force on the foot by another body, whichever way round it is listed [n, 2] N."""
+    components = []
+    for axis in "xy":
+        if (FOOT, other, axis) in JOINT_FORCES:
+            components.append(joints[:, JOINT_FORCES.index((FOOT, other, axis))])
+        else:
+            components.append(-joints[:, JOINT_FORCES.index((other, FOOT, axis))])
+    return np.stack(components, -1)
+
+
+def _partners() -> set[str]:
+    pairs = {frozenset(names) for *names, _ in JOINT_FORCES if FOOT in names}
+    return {name for pair in pairs for name in pair} - {FOOT}
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _draw(share: np.ndarray, found: FootForces, bar_pin: np.ndarray, params: BipedParams):
+    figure, axes = drawing.sheet(3, height=2.5)
+    colours = (theme.HOLDS, theme.MOTOR, theme.SLIDES)
+    for axis, i, name in zip(axes[:2, 0], (0, 1), ("horizontal", "vertical"), strict=True):
+        for values, label, colour in zip(found[:3], _LABELS, colours, strict=True):
+            axis.plot(share, values[:, i], color=colour, lw=1.4, label=label)
+        drawing.name_panel(axis, f"{name} force on the foot [N]", f"constant {RATE:g} rad/s")
+        axis.set_xlim(0, 1)
+    axes[1, 0].set_xlabel("time in steps, t / T", fontsize=9, color=theme.MUTED)
+    drawing.legend(axes[0, 0])
+    _draw_foot(axes[2, 0], found, bar_pin, params, len(share) // 2, colours)
+    return figure
+
+
+def _draw_foot(axis, found: FootForces, bar_pin, params: BipedParams, at: int, colours) -> None:
+    """The foot at one instant with the forces on it as arrows."""
+    heel, toe = -float(params.heel), float(params.toe)
+    axis.plot([heel, toe], [0, 0], color=theme.INK, lw=5, solid_capstyle="butt")
+    ankle = np.zeros(2)
+    places = (np.array([found.zmp[at], 0.0]), ankle, bar_pin[at])
+    sides = ("left", "right", "left")  # where the labels have room
+    for place, force, colour, label, side in zip(
+        places, found[:3], colours, _LABELS, sides, strict=True
+    ):
+        tip = place + SCALE * force[at]
+        look = {"arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 0, "shrinkB": 0}
+        axis.annotate("", xy=tip, xytext=place, arrowprops=look)
+        text = f"{label}: {np.hypot(*force[at]):.1f} N"
+        shift = (6 if side == "left" else -6, 0)
+        look = {"fontsize": 8.5, "color": colour, "va": "center", "ha": side}
+        axis.annotate(text, tip, shift, textcoords="offset points", **look)
+    axis.plot(*np.transpose([ankle, bar_pin[at]]), "o", color=theme.INK, ms=5)
+    axis.set_aspect("equal")
+    axis.set_xlim(heel * 1.1, toe * 1.1)
+    axis.set_ylim(-0.065, 0.05)
+    note = f"1 cm is {0.01 / SCALE:g} N; the ground's force at the zero-moment point"
+    drawing.name_panel(axis, "the foot at mid-step [m]", note)

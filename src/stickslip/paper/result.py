@@ -1,0 +1,71 @@
+"""What a figure's module hands over: columns of data, a drawing and claims with a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+AGREES = "agrees"
+PARTLY = "partly"
+DIFFERS = "differs"
+BY_CALIBRATION = "by calibration"
+"""The default masses were chosen so that this number comes out: no evidence."""
+NOT_STATED = "not stated"
+"""The chapter prints a curve or nothing; the measurement is ours alone."""
+VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, NOT_STATED)
+
+Columns = Mapping[str, np.ndarray | Sequence[Any]]
+"""Names with units, and equally long columns of numbers or words; NaN is an empty cell."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the chapter states, what comes out here, whether the two agree, and why.
+
+    verdict: one of VERDICTS.
+    """
+
+    stated: str
+    measured: str
+    verdict: str
+    why: str
+
+    def __post_init__(self):
+        if self.verdict not in VERDICTS:
+            raise ValueError(f"verdict = {self.verdict!r}; accepted: {', '.join(VERDICTS)}")
+
+
+def verdict_of(agrees: object, partly: object = False) -> str:
+    """AGREES, PARTLY or DIFFERS by two conditions."""
+    return AGREES if agrees else PARTLY if partly else DIFFERS
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How finely a figure is computed.
+
+    samples: points a step of the biped. They are integration steps, too, split at every switching
+    instant, so a coarse grid costs few digits. say: told what is being computed, for progress.
+    """
+
+    samples: int = 240
+    say: Callable[[str], None] = lambda what: None
+
+    def __post_init__(self):
+        if isinstance(self.samples, bool) or not 24 <= self.samples <= 2400:
+            raise ValueError(f"samples = {self.samples}; accepted: 24 to 2400 points a step")
+
+
+@dataclass(frozen=True)
+class Result:
+    """One figure: its tables by file ending ("" for the curves), how to draw it, its claims.
+
+    draw: takes nothing and returns a matplotlib figure; called only where a picture is wanted.
+    """
+
+    tables: Mapping[str, Columns]
+    draw: Callable[[], Any]
+    claims: Sequence[Claim]

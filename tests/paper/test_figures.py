@@ -1,0 +1,216 @@
+"""The figures' data, read again from the files that the command writes."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.paper import scheme
+from stickslip.paper.registry import FIGURES
+from stickslip.paper.result import VERDICTS
+
+pytest.importorskip("matplotlib")
+
+SAMPLES = 48
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All figures on a coarse grid, the chapter's scheme with one D only: each D compiles anew."""
+    folder = tmp_path_factory.mktemp("figures")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scheme, "STEPS_D", ())
+        patch.setattr(scheme, "COARSER", (4, 2, 1))
+        assert main(["reproduce", "all", "--out", str(folder), f"--samples={SAMPLES}"]) == OK
+    return folder
+
+
+class Table:
+    """A CSV file: columns by the beginning of their names."""
+
+    def __init__(self, path: Path):
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        self.names, self._rows = rows[0], rows[1:]
+
+    def words(self, start: str) -> list[str]:
+        (place,) = [i for i, name in enumerate(self.names) if name.startswith(start)]
+        return [row[place] for row in self._rows]
+
+    def numbers(self, start: str) -> np.ndarray:
+        return np.array([float(cell) if cell else np.nan for cell in self.words(start)])
+
+
+def test_every_figure_has_a_picture_and_its_data(out: Path):
+    expected = {"table.md"}
+    for name in FIGURES:
+        expected |= {f"{name}.png", *(f"{name}{end}.csv" for end in FIGURES[name].endings)}
+    assert {path.name for path in out.iterdir()} == expected
+    for picture in out.glob("*.png"):
+        assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_the_table_has_a_verdict_for_every_claim_of_every_figure(out: Path):
+    lines = (out / "table.md").read_text(encoding="utf-8").splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    assert {len(row) for row in cells} == {5}
+    assert {row[0] for row in cells[2:]} == set(FIGURES)
+    assert {row[3] for row in cells[2:]} <= set(VERDICTS)
+    assert all(all(row) for row in cells)
+
+
+def test_torque_at_constant_speed_is_weight_plus_the_square_of_the_speed(out: Path):
+    table = Table(out / "fig11.csv")
+    still, slow, fast = (table.numbers(f"torque at {w}") for w in (0, 1, 5))
+    np.testing.assert_allclose(fast - still, 25 * (slow - still), atol=1e-7)
+    share = table.numbers("time")
+    work = np.sum((still[1:] + still[:-1]) / 2) * np.pi * (share[1] - share[0])
+    assert abs(work) < 1e-3 * np.abs(still).max()  # weight does no work over a whole step
+
+
+def test_the_load_enters_the_torque_linearly(out: Path):
+    table = Table(out / "fig12.csv")
+    none, some, more = (table.numbers(f"torque with {m} kg") for m in (0, 5, 15))
+    np.testing.assert_allclose(more - none, 3 * (some - none), atol=1e-7)
+    assert np.abs(some - none).max() > 0.01
+
+
+def test_a_start_walks_exactly_if_the_torque_beats_the_mean_slope_of_the_weight(out: Path):
+    table = Table(out / "fig13.csv")
+    walked = {}
+    for name in table.names[1:]:
+        torque = float(re.findall(r", ([\d.]+) N m", name)[0])
+        angle = table.numbers(name)
+        walked[torque] = np.nanmax(angle) > 3 * np.pi / 2
+        assert angle[0] == pytest.approx(np.pi / 2)
+    still = Table(out / "fig11.csv").numbers("torque at 0")
+    rise = np.cumsum((still[1:] + still[:-1]) / 2) / np.arange(1, len(still))
+    clear = {torque: does for torque, does in walked.items() if abs(torque - rise.max()) > 5e-3}
+    assert clear == {torque: torque > rise.max() for torque in clear}
+    assert len(set(clear.values())) == 2
+
+
+def test_a_heavier_biped_starts_later_or_not_at_all(out: Path):
+    light = Table(out / "fig14.csv")
+    first = {}
+    for name in light.names[1:]:
+        angle, time = light.numbers(name), light.numbers("time")
+        past = np.nonzero(angle > 3 * np.pi / 2)[0]
+        first[float(re.findall(r", ([\d.]+) kg", name)[0])] = time[past[0]] if len(past) else np.inf
+    masses = sorted(first)
+    assert [first[m] for m in masses] == sorted(first.values())
+    assert np.isfinite(first[masses[0]])
+    assert np.isinf(first[masses[-1]])
+
+
+def test_the_forces_on_the_foot_balance_at_every_phase(out: Path):
+    table = Table(out / "fig15.csv")
+    parts = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
+    x, y = (sum(table.numbers(f"{part} {axis}") for part in parts) for axis in "xy")
+    np.testing.assert_allclose(x, 0, atol=1e-6)
+    np.testing.assert_allclose(y, 0.30 * 9.81, atol=1e-6)
+    moment = table.numbers("zero-moment") * table.numbers("f01, ground on foot y")
+    offset = 2 * 0.030
+    np.testing.assert_allclose(moment + offset * table.numbers("bar (11) on foot y"), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("ending", ["", "-euler"])
+def test_the_timeline_has_no_gaps_and_never_repeats_a_state(out: Path, ending: str):
+    table = Table(out / f"fig16{ending}.csv")
+    states, start, end = table.words("state"), table.numbers("start"), table.numbers("end")
+    np.testing.assert_allclose(start[1:], end[:-1], atol=1e-9)
+    assert (start[0], end[-1]) == (0, 2)
+    assert np.all(end > start)
+    assert all(a != b for a, b in zip(states[1:], states[:-1], strict=True))
+    assert set(states) == {"static friction", "sliding forwards", "sliding backwards"}
+
+
+@pytest.mark.parametrize("name", ["fig17", "fig18", "fig19"])
+def test_the_slides_add_up_to_where_the_foot_ends(out: Path, name: str):
+    table, slides = Table(out / f"{name}.csv"), Table(out / f"{name}-slides.csv")
+    cases, advance = slides.numbers(slides.names[0]), slides.numbers("advance")
+    for column in table.names[1:]:
+        case = float(re.findall(r"[\d.]+", column.removeprefix("slide"))[0])
+        final = table.numbers(column)[-1]
+        assert advance[np.isclose(cases, case)].sum() == pytest.approx(final, abs=1e-9)
+    assert np.all(slides.numbers("end") > slides.numbers("start"))
+
+
+def test_the_foot_slips_exactly_below_the_greatest_need_of_friction(out: Path):
+    table = Table(out / "fig15.csv")  # no slip, 3 rad/s, as Fig. 17
+    need = np.abs(table.numbers("f01, ground on foot x") / table.numbers("f01, ground on foot y"))
+    slips = {float(mu) for mu in Table(out / "fig17-slides.csv").words("mu")}
+    every = {float(re.findall(r"μ = ([\d.]+)", n)[0]) for n in Table(out / "fig17.csv").names[1:]}
+    assert slips == {mu for mu in every if mu < need.max()}
+    assert 0 < len(slips) < len(every)
+
+
+def test_kinetic_friction_does_not_enter_where_a_slide_starts_from_rest(out: Path):
+    slides = Table(out / "fig19-slides.csv")
+    mu, start = slides.numbers("mu_kinetic"), slides.numbers("start")
+    first = [start[mu == value].min() for value in np.unique(mu)]
+    assert len(first) == 3
+    np.testing.assert_allclose(first, first[0], atol=1e-9)
+    mid_step = [start[(mu == value) & (start > 1.25)].min() for value in np.unique(mu)]
+    np.testing.assert_allclose(mid_step, mid_step[0], atol=1e-6)
+
+
+def test_the_chapters_scheme_is_of_first_order_in_its_time_step(out: Path):
+    table = Table(out / "scheme.csv")
+    size = table.numbers("dt")
+    for name in ("largest error of crank angle", "error of the slide"):
+        error = np.abs(table.numbers(name))
+        found = np.isfinite(error)
+        order = np.polyfit(np.log(size[found]), np.log(error[found]), 1)[0]
+        assert 0.7 < order < 1.3
+        assert found.sum() == 3
+    late = table.numbers("error of the onset")[np.isfinite(table.numbers("error of the onset"))]
+    steps = size[np.isfinite(table.numbers("error of the onset"))] / (np.pi / 3)
+    assert np.all(late > -1e-4)  # D = 1e-4 rad looks that far ahead, at most
+    assert np.all(late < steps)
+
+
+def test_files_in_the_way_are_left_alone(out: Path, capsys: pytest.CaptureFixture[str]):
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    assert main(["reproduce", "fig11", "--out", str(out), f"--samples={SAMPLES}"]) == WRONG_INPUT
+    assert "exists; accepted: another --out, or --overwrite" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_overwrite_replaces_and_other_figures_stay(
+    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    command = ["reproduce", "fig11", "--out", str(tmp_path), f"--samples={SAMPLES}"]
+    (tmp_path / "fig11.csv").write_text("mine")
+    (tmp_path / "fig12.csv").write_text("mine")
+    assert main([*command, "--overwrite"]) == OK
+    shown = capsys.readouterr()
+    assert (tmp_path / "fig11.csv").read_bytes() == (out / "fig11.csv").read_bytes()
+    assert (tmp_path / "fig12.csv").read_text() == "mine"
+    assert shown.out == (tmp_path / "table.md").read_text(encoding="utf-8")
+    assert "[1/1] fig11" in shown.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("", "FIGURE"),
+        ("fig10", "'fig10' is not a figure here; accepted: fig11, fig12"),
+        ("fig11 figure12 fig99", "'fig99', 'figure12' is not a figure here"),
+        ("fig11 --samples 3", "samples = 3; accepted: 24 to 2400"),
+    ],
+)
+def test_wrong_input_is_refused_before_anything_is_written(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: str,
+    said: str,
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["reproduce", *arguments.split()]) == WRONG_INPUT
+    assert said in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
