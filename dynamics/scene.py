@@ -56,9 +56,10 @@ class Smoothed:
 
     Not dry friction, but everywhere differentiable in the state: there is no rest, no switching and
     no static coefficient. A foot that dry friction would hold creeps, at slip_speed artanh(use)
-    where use = |f| / (mu_kinetic N) < 1. Explicit integrators need a step below about
-    2 slip_speed / (mu_kinetic g), or the creep oscillates. Good while slip_speed is small beside
-    the sliding speeds that matter and the step can follow; docs/gradients.md has measurements.
+    where use = |f| / (mu_kinetic N) < 1. Explicit integrators need a step below
+    c slip_speed (1 - P^2 / (M m)) / (mu_kinetic g), c = 2 (Euler) or 2.78 (Runge-Kutta), or the
+    creep oscillates; the factor, because the crank gives way, is 0.12 to 0.61 by phase for the
+    default robot. The error against dry friction is proportional to slip_speed: docs/gradients.md.
     """
 
     mu_kinetic: Numeric

@@ -127,8 +127,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
     Static choices: autoreset, see_friction, see_patch; and speed against accuracy, either by the
-    setting ("fast", "balanced", "exact" or a Setting, whose dt is the longest step of the integrator
-    in the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
+    setting ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in
+    the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
     the integrator in a control step and the switches located in it (max_events). Version 0.
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel
 from stickslip.dynamics.biped.model import load
-from stickslip.dynamics.scene import Patches, Scene, Uniform
+from stickslip.dynamics.scene import Grip, Scene, Smoothed
 
 if TYPE_CHECKING:
     from jaxtyping import Array
@@ -61,8 +62,9 @@ def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:
     """The scene with the friction that the reset drew; the payload is in the robot already."""
     scene, factor = params.scene, drawn.friction
     floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, factor.dtype), scene.floor)
-    if params.randomisation.friction is not None and isinstance(floor, Uniform | Patches):
-        scaled = (factor * mu for mu in (floor.mu_static, floor.mu_kinetic))
-        edges = (floor.edges,) if isinstance(floor, Patches) else ()
-        floor = type(floor)(*edges, *scaled)
+    if params.randomisation.friction is not None and not isinstance(floor, Grip):
+        scaled = {"mu_kinetic": factor * floor.mu_kinetic}
+        if not isinstance(floor, Smoothed):
+            scaled["mu_static"] = factor * floor.mu_static
+        floor = replace(floor, **scaled)
     return Scene(floor, None, scene.steps, scene.outputs)

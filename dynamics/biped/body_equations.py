@@ -1,4 +1,4 @@
-"""Newton's and Euler's equations of the 24 bodies, assembled from the pin table (eqs. 18 and 29)."""
+"""Newton's and Euler's equations of the 24 bodies, from the pin table (eqs. 18 and 29)."""
 
 from __future__ import annotations
 

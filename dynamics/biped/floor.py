@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import jax.numpy as jnp
 
@@ -28,6 +28,10 @@ def patch_at(floor: Floor, position, direction) -> Int[Array, ""]:
     return jnp.sum(passed, dtype=jnp.int32)
 
 
+@overload
+def friction_on(floor: Uniform | Patches | Smoothed, patch, dtype) -> Friction: ...
+@overload
+def friction_on(floor: Floor, patch, dtype) -> Friction | None: ...
 def friction_on(floor: Floor, patch, dtype) -> Friction | None:
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):

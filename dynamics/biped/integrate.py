@@ -20,6 +20,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.drive import Drive, Torque
+from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trial import Trial, attempt
 from stickslip.dynamics.biped.walk import Problem, Walk, bounds, hand_over, note, slips_freely
@@ -132,7 +133,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     moved = note(_moved(problem, walk, trial), trial.switches, trial.kind)
     switched = _switched(problem, moved, trial)
-    switched = _tidy_unsplit(switched, trial)._replace(
+    switched = _tidy_unsplit(problem, switched, trial)._replace(
         aim=longest, target=jnp.zeros_like(trial.kind)
     )
     again = walk._replace(
@@ -164,8 +165,8 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     tiny = 8 * jnp.finfo(walk.theta.dtype).eps * problem.duration
     if isinstance(problem.drive, Torque):
         work = problem.drive.torque * (theta - walk.theta)
-    else:
-        work = trial.work + time * trial.power
+    else:  # a given crank motion: integrated along the step
+        work = jnp.asarray(trial.work) + time * jnp.asarray(trial.power)
     work = jnp.where(trial.step > 0, work, 0.0)
     return walk._replace(
         theta=theta,
@@ -198,14 +199,14 @@ def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     return hand_over(problem, walk, exchange)
 
 
-def _tidy_unsplit(walk: Walk, trial: Trial) -> Walk:
-    """After the last trial allowed: no sliding against the mode, the phase within its bounds."""
+def _tidy_unsplit(problem: Problem, walk: Walk, trial: Trial) -> Walk:
+    """After the last trial allowed: no sliding against the mode, support and patch by the place."""
     low, high = bounds(walk.theta.dtype)
     turned_back = trial.final & (trial.mode * walk.velocity < 0)
-    turn = jnp.where(walk.theta > high, 1, jnp.where(walk.theta < low, -1, 0))
-    turn = jnp.where(trial.final, turn, 0).astype(jnp.int32)
-    return walk._replace(
-        velocity=jnp.where(turned_back, 0.0, walk.velocity),
-        theta=walk.theta - turn.astype(low.dtype) * (high - low),
-        steps=walk.steps + turn,
-    )
+    walk = walk._replace(velocity=jnp.where(turned_back, 0.0, walk.velocity))
+    walk = hand_over(problem, walk, trial.final & ((walk.theta > high) | (walk.theta < low)))
+    if not isinstance(problem.scene.floor, Patches):
+        return walk
+    place = walk.steps.astype(walk.slide.dtype) * problem.model.step_length + walk.slide
+    found = patch_at(problem.scene.floor, place, walk.velocity)
+    return walk._replace(patch=jnp.where(trial.final, found, walk.patch))

@@ -17,7 +17,12 @@ from stickslip.dynamics.biped.body_equations import (
     ground_balance,
 )
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-from stickslip.dynamics.biped.joint_solvers import BLOCKS, UnitSolutions, unit_solutions
+from stickslip.dynamics.biped.joint_solvers import (
+    SOLVERS,
+    UnitSolutions,
+    solution_of,
+    unit_solutions,
+)
 from stickslip.dynamics.biped.link_motion import link_motion, require_difference_step
 from stickslip.dynamics.checks import require_choice
 
@@ -52,7 +57,7 @@ class JointInertia:
     """Inertia functions by solving the body equations for unit motions at every call.
 
     difference_step: None for exact motion of the links, or the chapter's D [rad] (eqs. 23-25).
-    Agrees with `reduced_inertia` to rounding when exact. Both static choices.
+    solver: out of SOLVERS. Both are static. Agrees with `reduced_inertia` to rounding when exact.
     """
 
     params: BipedParams
@@ -60,7 +65,7 @@ class JointInertia:
     solver: str = field(default="groups", metadata={"static": True})
 
     def __post_init__(self):
-        require_choice("solver", self.solver, BLOCKS)
+        require_choice("solver", self.solver, SOLVERS)
         if self.difference_step is not None:
             require_difference_step(self.difference_step)
 
@@ -82,8 +87,8 @@ class JointInertia:
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
         """What the ground's moment about the ankle takes, at `theta` [rad] (eq. 30)."""
-        motion = link_motion(self.params, theta, self.difference_step)
-        moment = ground_balance(body_equations(self.params, motion), motion)[2]
+        motion, equations = self._equations(theta)
+        moment = ground_balance(equations, motion)[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
 
     def joint_forces(
@@ -94,12 +99,16 @@ class JointInertia:
         foot_acceleration: Float[Array, ""],
     ) -> Float[Array, " 68"]:
         """All joint forces [N] of a motion, in the order of JOINT_FORCES."""
+        motion, equations = self._equations(theta)
         gravity = jnp.asarray(self.params.gravity, jnp.result_type(crank_rate))
-        motion = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
-        return self.units(theta).joint_forces @ motion
+        u = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
+        return solution_of(self.params, equations, motion, self.solver, u).joint_forces
 
     def units(self, theta: Float[Array, ""]) -> UnitSolutions:
         """Joint forces, torque and ground force per unit of motion and gravity, at `theta`."""
+        motion, equations = self._equations(theta)
+        return unit_solutions(self.params, equations, motion, self.solver)
+
+    def _equations(self, theta):
         motion = link_motion(self.params, theta, self.difference_step)
-        equations = body_equations(self.params, motion)
-        return unit_solutions(equations, motion, jnp.asarray(self.params.crank), self.solver)
+        return motion, body_equations(self.params, motion)

@@ -1,8 +1,8 @@
 """Solving the body equations with the crank's and the foot's motion given.
 
 Unit solutions: everything that the robot needs for a unit of crank acceleration, crank rate
-squared, foot acceleration and gravity. Three eliminations, from the paper's to the finest:
-one matrix of 71; one of 33 for each leg; a leg's Assur groups one after the other.
+squared, foot acceleration and gravity. From the chapter's elimination to the finest: one matrix of
+71; one of 33 for each leg; a leg's Assur groups one after the other, which takes no matrix.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.linalg import lu_factor, lu_solve
 
 from stickslip.dynamics.biped.body_equations import (
     CRANK,
@@ -32,17 +31,34 @@ from stickslip.dynamics.biped.joints import (
     place_of,
     slot_normal,
 )
+from stickslip.dynamics.biped.whole_system import (
+    FRICTION,
+    TORQUE,
+    WHOLE,
+    all_columns,
+    foot_moment,
+    own_rows,
+    solve_dense,
+    solve_whole,
+    unknown_columns,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.link_motion import LinkMotion
+    from stickslip.dynamics.biped.params import BipedParams
 
-DENSE = ("lu", "scaled", "refined")
-"""Solvers of the whole matrix."""
+SOLVERS = (*WHOLE, "block", "groups")
+"""Accepted names: WHOLE's; "block": each leg's 33 equations by themselves; "groups": each leg's
+Assur groups one after the other.
 
-BLOCKS = ("block", "groups")
-"""Solvers that take the legs by themselves."""
+In single precision all give joint forces to about 2e-6 of the largest (median; the linkage's own
+rounding is most of it), and "groups" depends on no unit of length, while "lu" loses up to 4e-4 with
+lengths of a thousandth. "groups" calls no linear algebra package and in a batch is ten to thirty
+times faster than a whole matrix: `python -m benchmarks.joints`. The others call LAPACK; several
+batched factorisations in one program were seen to wait for each other for ever on two cores
+(jaxlib 0.10.2)."""
 
 LEG_BODIES = np.array([[body_of(link, leg) for link in LEG_LINKS] for leg in (0, 1)], np.int32)
 """[2, 11]: indices in BODIES of each leg's own links."""
@@ -58,17 +74,26 @@ class UnitSolutions(NamedTuple):
 
 
 def unit_solutions(
-    equations: BodyEquations, motion: LinkMotion, length: Float[Array, ""], solver: str
+    params: BipedParams, equations: BodyEquations, motion: LinkMotion, solver: str
 ) -> UnitSolutions:
-    """Joint forces, torque and ground force for each column of the loads; solver out of BLOCKS.
-
-    length [m]: makes moments comparable with forces; the crank's.
-    """
+    """Joint forces, torque and ground force for each column of the loads; solver out of SOLVERS."""
+    if solver in WHOLE:
+        return _whole(params, equations, solver)
     ground = ground_balance(equations, motion)
     wrenches = jnp.einsum("bij,jk->bik", equations.ground, ground)
     loads = (equations.loads - wrenches)[LEG_BODIES]
+    length = jnp.asarray(params.crank)
     legs = _legs_whole(equations, loads, length) if solver == "block" else _legs(motion, loads)
     return _crank(equations, motion, jnp.concatenate([*legs]), ground)
+
+
+def solution_of(
+    params: BipedParams, equations: BodyEquations, motion: LinkMotion, solver: str, u
+) -> UnitSolutions:
+    """Joint forces [68], torque and ground force [3] of one motion u = (alpha, w^2, a1, g)."""
+    alone = equations._replace(loads=(equations.loads @ u)[..., None])
+    found = unit_solutions(params, alone, motion, solver)
+    return UnitSolutions(*(part[..., 0] for part in found))
 
 
 def leg_matrices(equations: BodyEquations, length: Float[Array, ""]) -> Float[Array, "2 33 33"]:
@@ -80,13 +105,15 @@ def leg_matrices(equations: BodyEquations, length: Float[Array, ""]) -> Float[Ar
     return jnp.stack([block.reshape(33, 33) for block in blocks])
 
 
-def solve_dense(matrix, right, *, refine: bool):
-    """LU with partial pivoting; refine: one step of iterative refinement in the same precision."""
-    factors = lu_factor(matrix)
-    solution = lu_solve(factors, right)
-    if refine:
-        solution = solution + lu_solve(factors, right - matrix @ solution)
-    return solution
+def _whole(params: BipedParams, equations: BodyEquations, solver: str) -> UnitSolutions:
+    """By the matrix of 71 unknowns (eq. 31), with four right sides."""
+    system = "inverse_ground"
+    matrix = unknown_columns(all_columns(equations, system, 0.0), system)
+    right = own_rows(equations.loads, system)
+    solution = solve_whole(params, matrix, right, system, solver)
+    forces, torque, ground = solution[:TORQUE], solution[TORQUE], solution[FRICTION:]
+    moment = foot_moment(equations, equations.loads[FOOT, 2], forces, ground)
+    return UnitSolutions(forces, torque, jnp.concatenate([ground, moment[None]]))
 
 
 def _row_scale(length):
@@ -95,11 +122,9 @@ def _row_scale(length):
 
 
 def _legs_whole(equations: BodyEquations, loads, length):
-    """Both legs' joint forces [2, 33, 4] by one LU each."""
+    """Both legs' joint forces [2, 33, k] by one LU each."""
     right = (loads / _row_scale(length)[:, None]).reshape(2, 33, loads.shape[-1])
-    return jax.vmap(lambda a, b: solve_dense(a, b, refine=False))(
-        leg_matrices(equations, length), right
-    )
+    return jax.vmap(solve_dense)(leg_matrices(equations, length), right)
 
 
 class _Link(NamedTuple):
@@ -143,53 +168,54 @@ _PLAN = _plan()
 
 
 def _legs(motion: LinkMotion, loads):
-    """Both legs' joint forces [2, 33, 4], group by group; loads [2, 11, 3, 4].
-
-    A pair (i, j) with inner pin k and outer pins a, b: the moments of i about a and of j about b
-    are two equations in the force at k. The stabiliser: moments about its pin give the slot's force. The
-    outer forces then balance. The divisor, (k - a) x (k - b), vanishes only where the group is
-    stretched, its dead position.
-    """
+    """Both legs' joint forces [2, 33, k], group by group from the foot; loads [2, 11, 3, k]."""
     joints = {(on, by): place for on, by, place in (*LEG_PINS, LEG_SLOT)}
     at = {joint: place_of(motion.pins, motion.hip_pins, place) for joint, place in joints.items()}
     centres = motion.centres[LEG_BODIES]
     normal = slot_normal(motion.hip_pins)
     forces: dict[tuple[int, int], Array] = {}
-
-    def moment(arm, force):
-        return arm[:, 0, None] * force[:, 1] - arm[:, 1, None] * force[:, 0]
-
-    def remaining(link: _Link):
-        """Force and moment about its outer pin that a link still needs: [2, 2, 4], [2, 4]."""
-        place = LEG_LINKS.index(link.link)
-        load, about = loads[:, place], at[link.outer]
-        force = load[:, :2]
-        turn = load[:, 2] + moment(centres[:, place] - about, force)
-        for on, by, sign in link.known:
-            given = sign * forces[on, by]
-            force = force - given
-            turn = turn - moment(at[on, by] - about, given)
-        return force, turn
-
     for group in _PLAN:
-        needs = [remaining(link) for link in group.links]
+        needs = [_remaining(link, at, centres, loads, forces) for link in group.links]
         arms = [at[group.inner] - at[link.outer] for link in group.links]
-        (_, first), (_, last) = needs[0], needs[-1]
-        if len(group.links) == 1:  # arm x normal * size = first
-            size = group.inner_sign * first / cross(arms[0], normal)[:, None]
-            forces[group.inner] = size[:, None]
-            push = [group.inner_sign * normal[:, None] * size[:, None]]
-        else:  # arm_0 x force = first, arm_1 x (-force) = last
-            span = cross(arms[0], arms[1])[:, None, None]
-            inner = (
-                arms[1][..., None] * first[:, None] + arms[0][..., None] * last[:, None]
-            ) / span
-            forces[group.inner] = group.inner_sign * inner
-            push = [inner, -inner]
-        for link, (force, _), given in zip(group.links, needs, push, strict=True):
-            forces[link.outer] = link.outer_sign * (force - given)
+        inner = _inner_force(arms, [turn for _, turn in needs], normal)
+        for sign, link, (force, _) in zip((1, -1), group.links, needs, strict=False):
+            forces[link.outer] = link.outer_sign * (force - sign * inner)
+        if group.inner == LEG_SLOT[:2]:
+            inner = jnp.sum(normal[:, None] * inner, axis=1, keepdims=True)
+        forces[group.inner] = group.inner_sign * inner
     ordered = sorted(forces, key=lambda joint: pin_columns(*joint).start)
     return jnp.concatenate([forces[joint] for joint in ordered], axis=1)
+
+
+def _remaining(link: _Link, at, centres, loads, forces):
+    """Force and moment about its outer pin that a link still needs: [2, 2, k], [2, k]."""
+    place = LEG_LINKS.index(link.link)
+    load, about = loads[:, place], at[link.outer]
+    force = load[:, :2]
+    turn = load[:, 2] + _moment(centres[:, place] - about, force)
+    for on, by, sign in link.known:
+        given = sign * forces[on, by]
+        force = force - given
+        turn = turn - _moment(at[on, by] - about, given)
+    return force, turn
+
+
+def _inner_force(arms, turns, normal):
+    """Force on a group's first link in its inner joint [2, 2, k], from moments about outer pins.
+
+    A pair: arm_1 x force = turn_1, arm_2 x (-force) = turn_2; the divisor vanishes only where the
+    pair is stretched, its dead position. The stabiliser: arm x normal * size = turn.
+    """
+    if len(arms) == 1:
+        return normal[:, None] * (turns[0] / cross(arms[0], normal)[:, None])[:, None]
+    (arm, other), (turn, back) = arms, turns
+    span = cross(arm, other)[:, None, None]
+    return (other[..., None] * turn[:, None] + arm[..., None] * back[:, None]) / span
+
+
+def _moment(arm, force):
+    """arm x force for arm [2, 2] and force [2, 2, k]."""
+    return arm[:, 0, None] * force[:, 1] - arm[:, 1, None] * force[:, 0]
 
 
 def _crank(equations: BodyEquations, motion: LinkMotion, legs, ground) -> UnitSolutions:

@@ -70,7 +70,7 @@ class Joint(NamedTuple):
 
 
 def body_of(link: int, leg: int) -> int:
-    """Index in BODIES of link number `link` of leg 0 (supporting) or 1; crank and hip are shared."""
+    """Index in BODIES of link number `link` of leg 0 (supporting) or 1; crank and hip: either."""
     return BODIES.index(str(link) if leg == 0 or link in (8, 13) else f"{link}p")
 
 

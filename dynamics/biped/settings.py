@@ -1,7 +1,7 @@
 """Which setting for which accuracy: recommendations and presets out of measured points.
 
 Nothing is measured here. `python -m benchmarks.tradeoff --update` measures and writes measured.py;
-docs/tradeoff.md says how. Errors are for each simulated second, costs are wall time for each
+docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
 simulated second of each environment on the machine named in `Recommendation.measured_on`.
 """
 
@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import require_choice, require_number
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
 DTYPES = ("float32", "float64")
 
@@ -70,7 +70,7 @@ class Measurement:
     """One setting in one measured scene and batch.
 
     angle_error [rad/s], slide_error [m/s]: the largest error of crank angle and slide over the
-    scene, for each simulated second. cost: wall seconds for each simulated second and environment.
+    scene, for each simulated second. cost: seconds for each simulated second and environment.
     """
 
     scene: str
@@ -90,7 +90,7 @@ class Measurement:
 class Recommendation:
     """The cheapest measured setting that meets a tolerance.
 
-    error [rad/s]: measured, the worse of the crank angle's and the slide's. cost: wall seconds for
+    error [rad/s]: measured, the worse of the crank angle's and the slide's. cost: seconds for
     each simulated second and environment, at `batch` environments. scene: the measured one.
     """
 
@@ -197,11 +197,14 @@ def knee(costs: Sequence[float], errors: Sequence[float]) -> int:
     """Index of the knee of a front: farthest below the chord of its ends, in log-log.
 
     Both axes are scaled to the front's extent first. Of a front of one or two points, its last.
+    ValueError if no error is within USEFUL.
     """
     along = front(costs, errors)
+    if not along:
+        raise ValueError(f"no front: every error exceeds {USEFUL:g} rad/s; accepted: one within")
     if len(along) < 3:
         return along[-1]
-    x, y = ([math.log(values[i]) for i in along] for values in (costs, errors))
+    x, y = ([math.log(max(values[i], 1e-300)) for i in along] for values in (costs, errors))
     across, down = x[-1] - x[0], y[0] - y[-1]
     below = [1 - (a - x[0]) / across - (b - y[-1]) / down for a, b in zip(x, y, strict=True)]
     return along[max(range(len(along)), key=lambda i: below[i])]
@@ -213,24 +216,28 @@ def _recommendation(point: Measurement) -> Recommendation:
     )
 
 
-def _presets(points: Iterable[Measurement]) -> dict[str, Recommendation]:
-    """fast: the cheapest within 1e-2 rad/s. balanced: the knee. exact: the cheapest within 1e-8
-    rad/s, or the most accurate where nothing comes so close."""
-    points = list(points)
-    costs, errors = [p.cost for p in points], [p.error for p in points]
+def preset_indices(costs: Sequence[float], errors: Sequence[float]) -> dict[str, int]:
+    """Which points of a front the presets are.
+
+    fast: the cheapest within 1e-2 rad/s. balanced: the knee. exact: the cheapest within 1e-8 rad/s.
+    Where nothing comes so close, the most accurate.
+    """
     along = front(costs, errors)
 
     def cheapest(tolerance: float) -> int:
         within = [i for i in along if errors[i] <= tolerance]
         return within[0] if within else along[-1]
 
-    chosen = {"fast": cheapest(1e-2), "balanced": knee(costs, errors), "exact": cheapest(1e-8)}
+    return {"fast": cheapest(1e-2), "balanced": knee(costs, errors), "exact": cheapest(1e-8)}
+
+
+def _presets() -> dict[str, Recommendation]:
+    points = [p for p in MEASUREMENTS if (p.scene, p.batch) == (PRESET_SCENE, PRESET_BATCH)]
+    chosen = preset_indices([p.cost for p in points], [p.error for p in points])
     return {name: _recommendation(points[index]) for name, index in chosen.items()}
 
 
-MEASURED_PRESETS = _presets(
-    p for p in MEASUREMENTS if p.scene == PRESET_SCENE and p.batch == PRESET_BATCH
-)
+MEASURED_PRESETS = _presets()
 """The presets with what was measured of them."""
 
 PRESETS: dict[str, Setting] = {name: found.setting for name, found in MEASURED_PRESETS.items()}

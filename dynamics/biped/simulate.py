@@ -97,7 +97,7 @@ def step(
     require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    state.validate()
+    state.require_support()
     require_rest_on_grip(scene, state)
     return _step(spec, fidelity, params, scene, state, Torque(torque), dt)
 

@@ -48,13 +48,22 @@ class BipedState:
 
     def validate(self) -> BipedState:
         """Return self, or raise ValueError naming a field that no walk can have."""
-        from stickslip.dynamics.checks import is_concrete, require_number
+        from stickslip.dynamics.checks import require_number
 
-        for name in ("crank_rate", "foot_position", "foot_velocity", "time"):
+        for name in ("phase", "crank_rate", "foot_position", "foot_velocity", "time"):
             require_number(name, getattr(self, name), low=-np.inf, accepted="a finite number")
-        if is_concrete(self):
+        return self.require_support()
+
+    def require_support(self) -> BipedState:
+        """Return self, or raise ValueError for a phase at which the leg does not support.
+
+        A phase that is no number passes: a step says NON_FINITE.
+        """
+        from stickslip.dynamics.checks import is_concrete
+
+        if is_concrete(self.phase):
             phase, slack = np.asarray(self.phase), 1e-6
-            if not np.all((phase >= SUPPORT_START - slack) & (phase <= SUPPORT_END + slack)):
+            if np.any((phase < SUPPORT_START - slack) | (phase > SUPPORT_END + slack)):
                 raise ValueError(
                     f"phase = {phase} is not accepted; accepted: the supporting leg's crank angle, "
                     "pi/2 to 3 pi/2 rad (a full turn is counted in steps of pi)"

@@ -155,7 +155,8 @@ def _begun(spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, 
         # a foot that breaks loose again and again to no effect sticks
         mode = jnp.where(final & (walk.velocity == 0), 0.0, mode)
         # the cone's margin is noise within some roundings of its edge
-        near = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
+        noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
+        near = jnp.where(walk.target == EventKind.SLIP, noise, near)
     return jnp.where(whole, walk.left, walk.aim), mode, near, final
 
 
@@ -168,6 +169,8 @@ def _controlled(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, st
     rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
     before = jnp.stack([walk.theta, walk.rate, walk.slide, walk.velocity])
     after = jnp.stack([taken.theta, taken.rate, taken.slide, taken.velocity])
+    if walk.size is None or taken.errors is None:
+        raise TypeError("step control needs a walk and a step with an error estimate")
     allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after))
     worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
     worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)

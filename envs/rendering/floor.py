@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.lettering import written
 
@@ -41,6 +41,8 @@ def patches_of(scene: Scene) -> list[Patch]:
     kind = scene.floor
     if isinstance(kind, Grip):
         return [Patch(-np.inf, np.inf, None, None)]
+    if isinstance(kind, Smoothed):
+        kind = Uniform(kind.mu_kinetic, kind.mu_kinetic)
     edges = np.asarray(kind.edges, float) if isinstance(kind, Patches) else np.empty(0)
     static, kinetic = (np.asarray(mu, float) for mu in (kind.mu_static, kind.mu_kinetic))
     if edges.ndim > 1 or static.ndim > (1 if isinstance(kind, Patches) else 0):

@@ -1,6 +1,7 @@
 """A scene does not pay for what it leaves out: sizes and contents of the compiled programs."""
 
 import json
+import re
 from functools import lru_cache
 
 import jax
@@ -9,20 +10,126 @@ import pytest
 from benchmarks import operations
 from stickslip.dynamics import Scene
 
-SLIP = ("mu_static", "mu_kinetic")
-EDGES = ("edges",)
-FORCES = ("moment_at",)
-"""Names of the numbers and functions that a feature uses, which XLA keeps in its program."""
+NUMBERS = {"uniform": {"mu_static", "mu_kinetic"}, "patches": {"edges", "mu_static", "mu_kinetic"}}
+NUMBERS |= {"smoothed": {"mu_kinetic", "slip_speed"}, "grip": set()}
+"""The floors' numbers, which the program names among its inputs."""
+
+FEATURES = {
+    # what a feature calls, by the names that XLA keeps beside each of its instructions
+    "ground moment": {"moment_at"},
+    "joint forces": {"joint_forces", "unit_solutions"},
+    "friction cone": {"cone_margin", "mode_of"},
+    "sliding": {"moving"},
+    "patches": {"edge_ahead", "patch_at"},
+    "smoothing": {"smoothed_direction"},
+    "fixed steps": {"_classical_stages"},
+    "adaptive steps": {"dormand_prince_step"},
+    "event location": {"first_crossing"},
+    "given motion": {"prescribed"},
+    "table": {"_evaluate"},
+    "linkage": {"kinematics"},
+}
+
+PROGRAMS = {
+    # name: the features that are in its program; the others are not
+    "grip": {"ground moment", "fixed steps", "event location", "table"},
+    "grip, state only": {"fixed steps", "event location", "table"},
+    "uniform": {
+        *("ground moment", "friction cone", "sliding", "fixed steps"),
+        *("event location", "table"),
+    },
+    "uniform, euler": {"ground moment", "friction cone", "sliding", "table"},
+    "uniform, event_exact": {
+        *("ground moment", "friction cone", "sliding", "adaptive steps"),
+        *("event location", "table"),
+    },
+    "uniform, crank motion given": {
+        *("ground moment", "friction cone", "given motion", "fixed steps"),
+        *("event location", "table"),
+    },
+    "uniform, joint forces": {
+        *("ground moment", "joint forces", "friction cone", "sliding", "fixed steps"),
+        *("event location", "table", "linkage"),
+    },
+    "patches": {
+        *("ground moment", "friction cone", "sliding", "patches", "fixed steps"),
+        *("event location", "table"),
+    },
+    "smoothed": {
+        *("ground moment", "sliding", "smoothing", "fixed steps"),
+        *("event location", "table"),
+    },
+}
 
 
 @lru_cache
 def program(name: str):
     """Compiled in whatever precision the first test asks for: sizes are compared, not values."""
-    return operations.compiled_step(operations.scenes()[name])
+    return operations.compiled_walk(operations.cases()[name])
 
 
 def size(name: str) -> int:
     return operations.count(program(name))["computing"]
+
+
+def rows_of(text: str, table: str) -> dict[int, str]:
+    """One of the numbered tables at the head of a program's text."""
+    body = re.search(rf"^{table}\n((?:\d+ .*\n)+)", text, re.MULTILINE)
+    assert body, table
+    pairs = (line.split(" ", 1) for line in body[1].splitlines())
+    return {int(number): rest for number, rest in pairs}
+
+
+@lru_cache
+def functions(name: str) -> frozenset[str]:
+    """Functions that at least one instruction of the optimised program comes from."""
+    text = program(name).as_text()
+    names = {k: v.strip('"') for k, v in rows_of(text, "FunctionNames").items()}
+    places = rows_of(text, "FileLocations")
+    frames = rows_of(text, "StackFrames")
+
+    def field(row: str, key: str) -> int:
+        found = re.search(rf"{key}=(\d+)", row)
+        return int(found[1]) if found else 0
+
+    met, left = set(), set(map(int, re.findall(r"stack_frame_id=(\d+)", text)))
+    while left - {0}:
+        met |= left
+        left = {field(frames[one], "parent_frame_id") for one in left if one in frames} - met
+    located = {field(frames[one], "file_location_id") for one in met if one in frames}
+    called = {field(places[one], "function_name_id") for one in located}
+    return frozenset(names[one].rsplit(".", 1)[-1] for one in called)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_holds_the_features_of_its_scene_and_no_other(name):
+    found = functions(name)
+    for feature, calls in FEATURES.items():
+        if feature in PROGRAMS[name]:
+            assert calls & found, feature
+        else:
+            assert not calls & found, (feature, calls & found)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_only_smoothed_friction_compiles_a_hyperbolic_tangent(name):
+    kinds = operations.count(program(name))["kinds"]
+    assert ("tanh" in kinds) == (name == "smoothed")
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_reads_the_numbers_of_its_floor_and_no_other(name):
+    text = program(name).as_text()
+    floor = name.split(",")[0]
+    found = {word for word in set.union(*NUMBERS.values()) if f"floor.{word}" in text}
+    assert found == NUMBERS[floor]
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_no_program_solves_the_full_system_for_what_two_equations_say(name):
+    """Not even joint forces take a matrix of 33 or more unknowns apart: no LU, no library call."""
+    kinds = operations.count(program(name))["kinds"]
+    assert not kinds.keys() & {"custom-call", "triangular-solve", "cholesky"}
 
 
 def test_grip_takes_less_than_half_the_operations_of_a_floor_that_slips():
@@ -32,48 +139,46 @@ def test_grip_takes_less_than_half_the_operations_of_a_floor_that_slips():
     assert flops[0] < 0.5 * flops[1]
 
 
+def test_smoothed_friction_takes_fewer_operations_than_switching():
+    assert size("grip") < size("smoothed") < 0.7 * size("uniform")
+
+
 def test_leaving_out_the_forces_takes_operations_out():
     assert size("grip, state only") < size("grip")
 
 
-def test_one_step_costs_no_more_than_walking_on():
-    assert size("grip, one step") <= size("grip")
+def test_joint_forces_cost_only_where_they_are_asked_for():
+    assert size("uniform, joint forces") > 1.3 * size("uniform")
 
 
 def test_edges_cost_only_where_there_are_edges():
     assert size("uniform") < size("patches")
 
 
-@pytest.mark.parametrize(
-    ("name", "present", "absent"),
-    [
-        ("grip", FORCES, (*SLIP, *EDGES)),
-        ("grip, state only", (), (*SLIP, *EDGES, *FORCES)),
-        ("uniform", (*FORCES, *SLIP), EDGES),
-        ("patches", (*FORCES, *SLIP, *EDGES), ()),
-    ],
-)
-def test_features_that_are_off_leave_no_trace_in_the_program(name, present, absent):
-    text = program(name).as_text()
-    for word in present:
-        assert word in text, word
-    for word in absent:
-        assert word not in text, word
-
-
 def test_grip_has_no_friction_among_its_numbers():
     assert jax.tree.leaves(Scene.grip()) == []
     assert jax.tree.leaves(Scene.grip(steps="one", outputs="state")) == []
     assert len(jax.tree.leaves(Scene.uniform(0.1))) == 2
+    assert len(jax.tree.leaves(Scene.smoothed(0.1))) == 2
+
+
+def test_every_integrator_and_fidelity_has_a_row():
+    every = operations.cases().values()
+    assert {case.integrator for case in every} == set(operations.INTEGRATORS)
+    assert {case.fidelity for case in every} == set(operations.FIDELITIES)
+    assert {case.scene.outputs for case in every} == {"forces", "state", "joints"}
 
 
 def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
-    few = {name: operations.scenes()[name] for name in ("grip", "uniform")}
-    monkeypatch.setattr(operations, "scenes", lambda: few)
-    monkeypatch.setattr(operations, "compiled_step", lambda scene: program(names[id(scene)]))
-    names = {id(scene): name for name, scene in few.items()}
-    path = tmp_path / "deep" / "operations.json"
-    operations.main(["--out", str(path)])
+    few = {name: operations.cases()[name] for name in ("grip", "uniform")}
+    names = {id(case): name for name, case in few.items()}
+    monkeypatch.setattr(operations, "cases", lambda: few)
+    monkeypatch.setattr(operations, "STEPS", {1: operations.STEPS[1]})
+    monkeypatch.setattr(operations, "compiled_walk", lambda case, batch=1: program(names[id(case)]))
+    monkeypatch.setattr(operations, "seconds_of", lambda *_: 2e-3)
+    path, page = tmp_path / "deep" / "operations.json", tmp_path / "page.md"
+    page.write_text("\nold\n".join(["before", *operations.MARKS, "after"]), encoding="utf-8")
+    operations.main(["--out", str(path), "--docs", str(page)])
     content = json.loads(path.read_text(encoding="utf-8"))
     assert {"machine", "versions", "commit", "rows"} <= set(content)
     assert [row["scene"] for row in content["rows"]] == ["grip", "uniform"]
@@ -81,4 +186,18 @@ def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
     for row in content["rows"]:
         assert f"| {row['instructions']:12d} |" in printed
         assert sum(row["kinds"].values()) == row["instructions"]
+        assert row["us per step, 1"] == "10"
     assert [p.name for p in path.parent.iterdir()] == ["operations.json"]
+    told = page.read_text(encoding="utf-8")
+    assert told.startswith("before\nold\n" + operations.MARKS[0])
+    assert told.endswith(operations.MARKS[1] + "\nold\nafter")
+    assert told.count("old") == 2
+    assert "| grip" in told
+
+
+def test_a_page_without_a_place_for_the_table_is_refused(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("nothing here", encoding="utf-8")
+    with pytest.raises(ValueError, match="no place for the table"):
+        operations.put_table(page, "| a |")
+    assert page.read_text(encoding="utf-8") == "nothing here"

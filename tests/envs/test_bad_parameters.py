@@ -117,7 +117,7 @@ def test_a_robot_that_cannot_be_is_refused():
         ({"substeps": 0}, r"substeps = 0; accepted: an integer >= 1"),
         ({"substeps": 1.5}, r"substeps = 1\.5; accepted"),
         ({"max_events": 0}, r"max_events = 0; accepted"),
-        ({"fidelity": "fine"}, r"fidelity = 'fine' is unknown; accepted: 'reduced', 'table'"),
+        ({"fidelity": "fine"}, r"fidelity = 'fine' is unknown; accepted: 'joint', 'reduced'"),
         ({"fidelity": None}, r"fidelity = None is unknown"),
         ({"see_friction": "yes"}, r"see_friction = 'yes'; accepted: True or False"),
         ({"see_patch": 1}, r"see_patch = 1; accepted: True or False"),

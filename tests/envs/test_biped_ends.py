@@ -10,12 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics import Scene, Setting, Status
+from stickslip.dynamics.biped import BipedParams, EventExact
 from stickslip.envs import BipedEnv
 from stickslip.envs.functional import pure_step
 from tests.envs.helpers import STEPS, actions, constant, rollout, task
 
+HASTY = Setting("table", EventExact(rtol=1e-6, max_steps=2))
+"""Gives up in its first control step."""
 STILL, PUSH, BACK = constant(0, 0, 0, 0), constant(1, 1, 1, 1), constant(-1, -1, -1, -1)
 
 
@@ -44,6 +46,7 @@ def ending(status: Status):
             replace(params, scene=sticky, robot=replace(robot, symmetric=np.asarray(False))),
             constant(0.24, 0.24, 0.23, 0.25),
         ),
+        Status.NOT_CONVERGED: (BipedEnv(setting=HASTY), params, STILL),
     }
     return cases[status]
 

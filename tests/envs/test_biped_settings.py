@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import stickslip  # noqa: F401
-from stickslip.dynamics import PRESETS, Setting
+from stickslip.dynamics import PRESETS, Scene, Setting
 from stickslip.dynamics.biped import EventExact, RK4Split
-from stickslip.envs import BipedEnv
+from stickslip.envs import BipedEnv, Randomisation
 
 FINE = Setting("table", "event_exact", 0.02, "float64")
 
@@ -68,3 +68,18 @@ def test_wrong_settings_are_refused_by_name(make, words):
     with pytest.raises(ValueError) as caught:  # noqa: PT011
         make()
     assert all(word in str(caught.value) for word in words)
+
+
+def test_a_smoothed_floor_is_walked_on_and_seen():
+    env = BipedEnv(see_friction=True)
+    scene = Scene.smoothed(0.05, 0.02)
+    params = env.make_params(scene=scene, randomisation=Randomisation(friction=(2.0, 2.0)))
+    key = jax.random.key(0)
+    observation, state = jax.jit(env.reset)(key, params)
+    assert observation[-2:] == pytest.approx(0.1)
+    _, state, _, over, _, info = jax.jit(env.step)(key, state, jnp.asarray([0.1]), params)
+    assert not bool(over)
+    assert float(state.biped.foot_velocity) != 0  # it creeps: nothing holds it
+    assert env.picture(state, jax.tree.map(np.asarray, info), params).mu_kinetic == pytest.approx(
+        0.1
+    )

@@ -228,7 +228,7 @@ def test_asynchronous_copies_in_other_processes_work():
         ("option", {"speed": 1}, r"speed"),
         ("commanded_rate", {"commanded_rate": -1.0}, r"-1\.0 is not accepted; accepted: finite"),
         ("substeps", {"substeps": 0}, r"substeps = 0; accepted: an integer >= 1"),
-        ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'reduced', 'table'"),
+        ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'joint', 'reduced'"),
         ("see_patch", {"see_patch": 1}, r"see_patch = 1; accepted: True or False"),
         ("scene", {"scene": "ice"}, r"scene = 'ice'.*accepted"),
         ("biped", {"biped": 3}, r"biped = 3.*accepted"),

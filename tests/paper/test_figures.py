@@ -12,6 +12,8 @@ from stickslip.paper import scheme
 from stickslip.paper.registry import FIGURES
 from stickslip.paper.result import VERDICTS
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("matplotlib")
 
 SAMPLES = 48

@@ -1,0 +1,282 @@
+"""How right derivatives are through stick, slip, exchange and patch edges, by integrator.
+
+    python -m benchmarks.gradients [--out FILE]
+
+Forward-mode derivatives of a walk's end and of the instants of its switches, by seven inputs,
+beside central differences of fourth order of the event-exact walk; then what the derivative says
+where an onset of sliding is about to vanish. docs/gradients.md discusses the numbers.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.report import markdown, provenance, write_json
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    RK4,
+    BipedModel,
+    BipedParams,
+    BipedState,
+    Euler,
+    EventExact,
+    RK4Split,
+    SemiImplicitEuler,
+    Table,
+    prepare,
+    step,
+)
+from stickslip.dynamics.biped.integrators import Integrator, Unsplit
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+INPUTS = ("torque", "crank rate", "mu static", "mu kinetic", "edge", "hip mass", "crank length")
+"""What derivatives are taken by; the last two as factors on the default robot's values."""
+OUTPUTS = ("crank angle", "crank rate", "slide", "foot velocity")
+SWITCHES = 4
+"""Instants of switches beside them."""
+NOWHERE = 10.0
+"""An edge out of reach [m]."""
+
+CASES = {
+    # torque, crank rate, mu static, mu kinetic, edge; phase, foot velocity, duration
+    "slides off, stops": ((1.2, 0.0, 0.15, 0.12, NOWHERE), np.pi / 2, 0.0, 0.3),
+    "breaks loose, stops": ((0.0, 3.0, 0.06, 0.05, NOWHERE), 2.0, 0.0, 0.7),
+    "stops, slides, exchanges": ((0.5, -2.5, 0.2, 0.1, NOWHERE), 4.0, 0.05, 0.2),
+    "onto ice": ((0.0, 3.0, 0.06, 0.05, 0.01), 2.0, 0.0, 0.5),
+}
+
+TIGHT = EventExact(rtol=1e-11, atol=1e-13, max_steps=1024, record_events=True)
+
+SETTINGS: dict[str, Integrator] = {
+    "event_exact, 1e-11": TIGHT,
+    "event_exact, 1e-9": EventExact(record_events=True),
+    "event_exact, 1e-6": EventExact(rtol=1e-6, atol=1e-9, record_events=True),
+    "rk4_split, 40 steps": RK4Split(substeps=40, max_events=8, record_events=True),
+    "rk4_split, 160 steps": RK4Split(substeps=160, max_events=8, record_events=True),
+    "rk4, 400 steps": RK4(substeps=400),
+    "rk4, 4000 steps": RK4(substeps=4000),
+    "semi_implicit, 4000 steps": SemiImplicitEuler(substeps=4000),
+    "euler, 4000 steps": Euler(substeps=4000),
+}
+
+
+def numbers(model: BipedModel) -> list[jax.Array]:
+    """The floating-point leaves of a model: what derivatives by a robot go through."""
+    return [leaf for leaf in jax.tree.leaves(model) if leaf.dtype != bool]
+
+
+def with_numbers(model: BipedModel, values: list[jax.Array]) -> BipedModel:
+    """The model with other numbers in it; that it closes and is symmetric stands."""
+    leaves, structure = jax.tree.flatten(model)
+    source = iter(values)
+    return structure.unflatten(leaf if leaf.dtype == bool else next(source) for leaf in leaves)
+
+
+class Robot(NamedTuple):
+    """The default robot with changed factors, and its numbers' derivatives by them, last axis."""
+
+    model: BipedModel
+    by_factors: list[jax.Array]
+
+
+@jax.jit
+def robot_of(factors: Float[Array, " 2"]) -> Robot:
+    """Factors: on the hip's mass and the crank's length. A table as good as the exact functions."""
+
+    def prepared(factors):
+        params = BipedParams.from_bars()
+        mass = jnp.asarray(params.mass).at[12].multiply(factors[0])
+        changed = replace(params, mass=mass, crank=factors[1] * params.crank)
+        model = prepare(changed, fidelity=Table(64, 9))
+        return numbers(model), model
+
+    by_factors, model = jax.jacfwd(prepared, has_aux=True)(factors)
+    return Robot(model, by_factors)
+
+
+@cache
+def default_robot() -> Robot:
+    """Both factors 1."""
+    with jax.ensure_compile_time_eval():
+        return robot_of(jnp.ones(2))
+
+
+def default_model() -> BipedModel:
+    """The default robot's."""
+    return default_robot().model
+
+
+def walk(spec: Integrator, inputs, phase, velocity, duration, robot: list[jax.Array]):
+    """One call of `step`: OUTPUTS and instants of the first SWITCHES, and how many there were."""
+    torque, rate, static, kinetic, edge = inputs
+    ice = jnp.asarray([1.0, 0.6])
+    scene = Scene.patches(edge[None], static * ice, kinetic * ice, outputs="state")
+    zero = jnp.zeros_like(phase)
+    state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, velocity, zero)
+    model = with_numbers(default_model(), robot)
+    end, contact = step(model, scene, state, torque, duration, integrator=spec)
+    found = [end.crank_angle, end.crank_rate, end.foot_position, end.foot_velocity]
+    if contact.events is not None:
+        found += list(contact.events.times[:SWITCHES])
+    return jnp.stack(found), contact.switches
+
+
+class Derivatives(NamedTuple):
+    """Of one walk; columns belong to INPUTS."""
+
+    values: Float[Array, " outputs"]
+    switches: Int[Array, ""]
+    forward: Float[Array, "outputs inputs"]
+    weighted: Float[Array, " inputs"]
+    """Reverse mode: the gradient of weights @ values."""
+
+
+@partial(jax.jit, static_argnums=0)
+def derivatives(spec: Integrator, weights, inputs, phase, velocity, duration) -> Derivatives:
+    """Outputs, number of switches, and derivatives forward and in reverse."""
+    robot, by_robot = numbers(default_model()), default_robot().by_factors
+    along_inputs = jnp.eye(len(INPUTS))[:, : len(inputs)]
+    along_robot = [
+        jnp.concatenate([jnp.zeros((len(inputs), *n.shape)), jnp.moveaxis(t, -1, 0)])
+        for n, t in zip(robot, by_robot, strict=True)
+    ]
+
+    def end(inputs, robot):
+        return walk(spec, inputs, phase, velocity, duration, robot)
+
+    values, push, switches = jax.linearize(end, inputs, robot, has_aux=True)
+    by_inputs, by_numbers = jax.linear_transpose(push, inputs, robot)(weights[: len(values)])
+    pairs = zip(by_numbers, by_robot, strict=True)
+    by_factors = sum(g.reshape(-1) @ t.reshape(g.size, -1) for g, t in pairs)
+    return Derivatives(
+        values,
+        switches,
+        jax.vmap(push, out_axes=1)(along_inputs, along_robot),
+        jnp.concatenate([by_inputs, by_factors]),
+    )
+
+
+@partial(jax.jit, static_argnums=0)
+def _values(spec: Integrator, inputs, phase, velocity, duration, robot):
+    walks = jax.vmap(partial(walk, spec), (0, None, None, None, 0))
+    return walks(inputs, phase, velocity, duration, robot)[0]
+
+
+def differences(spec: Integrator, inputs, phase, velocity, duration, *, h: float = 1e-5):
+    """Central differences of fourth order by INPUTS, one column each."""
+    shifts = np.concatenate([s * h * np.eye(len(INPUTS)) for s in (-2, -1, 1, 2)])
+    robots = [numbers(robot_of(jnp.asarray(1 + shift[5:])).model) for shift in shifts]
+    shifted = jnp.asarray(inputs + shifts[:, :5])
+    robots = [jnp.stack(column) for column in zip(*robots, strict=True)]
+    at = np.asarray(_values(spec, shifted, phase, velocity, duration, robots))
+    far_below, below, above, far_above = at.reshape(4, len(INPUTS), -1)
+    return ((8 * (above - below) - (far_above - far_below)) / (12 * h)).T
+
+
+def worst(got: np.ndarray, want: np.ndarray) -> np.ndarray:
+    """Largest error of each output's derivatives, relative to the output's largest derivative."""
+    scale = np.max(np.abs(want), axis=1)
+    return np.max(np.abs(got - want), axis=1) / np.where(scale > 0, scale, 1.0)
+
+
+def accuracy() -> list[dict[str, Any]]:
+    """Every setting's derivatives in every case beside differences of the event-exact walk."""
+    rows = []
+    for case, (inputs, *start) in CASES.items():
+        given = jnp.asarray(inputs), *map(jnp.asarray, start)
+        want = differences(TIGHT, *given)
+        weights = jnp.cos(jnp.arange(len(OUTPUTS) + SWITCHES))
+        count = int(derivatives(TIGHT, weights, *given).switches)
+        for setting, spec in SETTINGS.items():
+            got = jax.tree.map(np.asarray, derivatives(spec, weights, *given))
+            errors = worst(got.forward, want[: len(got.forward)])
+            row: dict[str, Any] = {"case": case, "integrator": setting}
+            row["switches"] = int(got.switches)
+            row |= {name: f"{error:.1e}" for name, error in zip(OUTPUTS, errors, strict=False)}
+            times = errors[len(OUTPUTS) :][:count]
+            row["instants"] = "none" if isinstance(spec, Unsplit) else f"{times.max():.1e}"
+            pulled = np.asarray(weights)[: len(got.forward)] @ got.forward
+            row["reverse - forward"] = f"{worst(got.weighted[None], pulled[None])[0]:.1e}"
+            rows.append(row)
+            print("  " + ", ".join(f"{name} {value}" for name, value in row.items()), flush=True)
+    return rows
+
+
+@jax.jit
+def peak_use(rate, phase) -> Float[Array, ""]:
+    """|f| / N where a crank without torque comes to rest and turns back, the foot held.
+
+    The least friction that holds it: use is even in time there. The turn is where the energy at the
+    start has gone into the height of the centre of mass, w^2 M / 2 = g sum m (y - y at the start).
+    """
+    model = default_model()
+    energy = model.inertia.at(phase).M * rate**2 / 2
+    height = model.inertia.moment_at(phase).Y
+
+    def halve(_, ends):
+        middle = (ends[0] + ends[1]) / 2
+        rises = energy > model.gravity * (model.inertia.moment_at(middle).Y - height)
+        return jnp.where(rises, middle, ends[0]), jnp.where(rises, ends[1], middle)
+
+    turn, _ = jax.lax.fori_loop(0, 60, halve, (phase, phase + jnp.pi / 4))
+    inertia = model.inertia.at(turn)
+    alpha = -model.gravity * inertia.Y / inertia.M
+    return jnp.abs(inertia.P * alpha) / (model.total_mass * model.gravity + inertia.Y * alpha)
+
+
+def grazing(ratio: float) -> list[dict[str, Any]]:
+    """Derivatives by mu static as it nears the peak of use; ratio: mu kinetic / mu static."""
+    (torque, rate, *_), phase, velocity, duration = CASES["breaks loose, stops"]
+    peak = float(peak_use(rate, phase))
+    start = tuple(map(jnp.asarray, (phase, velocity, duration)))
+    rows = []
+    for below in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, -1e-8):
+        static = peak * (1 - below)
+        inputs = jnp.asarray([torque, rate, static, ratio * static, NOWHERE])
+        found = derivatives(TIGHT, jnp.ones(len(OUTPUTS) + SWITCHES), inputs, *start)
+        values, slopes = np.asarray(found.values), np.asarray(found.forward)
+        slips, by = int(found.switches) > 0, INPUTS.index("mu static")
+        slide, onset = OUTPUTS.index("slide"), len(OUTPUTS)
+        total = slopes[slide, by] + ratio * slopes[slide, by + 1]
+        rows.append(
+            {
+                "1 - mu / peak": f"{below:.0e}",
+                "switches": int(found.switches),
+                "onset [s]": f"{values[onset]:.6f}" if slips else "none",
+                "by mu [s]": f"{slopes[onset, by]:.3e}" if slips else "none",
+                "slide [m]": f"{values[slide]:.3e}",
+                "slide by mu [m]": f"{total:.3e}",
+            }
+        )
+    return rows
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Measure, print the tables, write the JSON."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.gradients", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/gradients.json"))
+    given = parser.parse_args(arguments)
+    with jax.enable_x64(True):
+        tables = {
+            "relative errors of derivatives": accuracy(),
+            "near a grazing onset, mu kinetic = 0.8 mu static": grazing(0.8),
+            "near a grazing onset, mu kinetic = mu static": grazing(1.0),
+        }
+    for title, rows in tables.items():
+        print(f"\n{title}\n\n{markdown(rows)}")
+    write_json({**provenance(), **tables}, given.out)
+    print(f"Written to {given.out}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,152 @@
+"""The mechanism as MJCF: a tree of hinges and two slots, twelve `connect` equalities, one motor.
+
+x forwards, z up, every frame parallel to the ground's at the initial crank angle, so that qpos = 0
+is the closed linkage. Hinges turn about -y: angles are anticlockwise seen with x to the right.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from benchmarks.peers.mechanism import LOOPS, SLOT, TREE, Mechanism
+from stickslip.dynamics.biped import BODIES
+
+CRANK_JOINT = "crank"
+RADIUS = 0.02
+"""Of the two spheres that stand for the foot's edges [m]; they touch the ground at heel and toe."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What MuJoCo is told about time and constraints; see its documentation for the words.
+
+    timestep [s]. stiffness, damping: of the constraints, as the time constant [s] (its least
+    accepted is 2 timesteps) and damping ratio of solref, or both negative for direct stiffness
+    [1/s^2] and damping [1/s]. impedance: solimp's d0 = dmax.
+    """
+
+    timestep: float = 1e-3
+    integrator: str = "RK4"
+    solref: tuple[float, float] = (2e-3, 1.0)
+    impedance: float = 0.9999
+    iterations: int = 20
+    tolerance: float = 1e-12
+    impratio: float = 1.0
+    noslip_iterations: int = 0
+
+
+def mjcf(machine: Mechanism, settings: Settings, friction: float | None = None) -> str:
+    """The model as XML text. friction None: the supporting foot is part of the world (grip); else
+    it moves in the plane and touches the ground at heel and toe with that coefficient.
+
+    MuJoCo has one coefficient of friction: static and kinetic are the same.
+    """
+    root = ElementTree.Element("mujoco", model="pasibot")
+    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="true")
+    _options(root, machine, settings, friction is not None)
+    world = ElementTree.SubElement(root, "worldbody")
+    foot = _body(world, machine, "1", np.zeros(2))
+    if friction is not None:
+        _ground(world, foot, machine, settings, friction)
+    elements = {"1": (foot, np.zeros(2))}
+    for body, parent, pin in TREE:
+        above, origin = elements[parent]
+        place = machine.pin(pin, body if body != "13" else parent)
+        element = _body(above, machine, body, place, origin)
+        if pin == SLOT:
+            slide = {"type": "slide", "axis": _vector(machine.slot)}
+            ElementTree.SubElement(element, "joint", {"name": f"slot{body}", **slide})
+        name = CRANK_JOINT if body == "8" else f"pin{body}"
+        ElementTree.SubElement(element, "joint", name=name, type="hinge", axis="0 -1 0")
+        elements[body] = element, place
+    equality = ElementTree.SubElement(root, "equality")
+    for one, other, pin in LOOPS:
+        anchor = machine.pin(pin, one) - elements[one][1]
+        pinned = {"body1": f"link{one}", "body2": f"link{other}", "anchor": _vector(anchor)}
+        ElementTree.SubElement(equality, "connect", {**pinned, **_softness(settings)})
+    actuator = ElementTree.SubElement(root, "actuator")
+    ElementTree.SubElement(actuator, "motor", name="motor", joint=CRANK_JOINT)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _options(
+    root: ElementTree.Element, machine: Mechanism, settings: Settings, contacts: bool
+) -> None:
+    """`contacts`: MJX 3.17 fails on elliptic cones in a model that has none."""
+    option = ElementTree.SubElement(
+        root,
+        "option",
+        timestep=_number(settings.timestep),
+        integrator=settings.integrator,
+        gravity=f"0 0 {_number(-machine.gravity)}",
+        cone="elliptic" if contacts else "pyramidal",
+        solver="Newton",
+        iterations=str(settings.iterations),
+        tolerance=_number(settings.tolerance),
+        impratio=_number(settings.impratio),
+        noslip_iterations=str(settings.noslip_iterations),
+    )
+    # refsafe would raise the time constants behind our back
+    ElementTree.SubElement(option, "flag", refsafe="disable", eulerdamp="disable")
+
+
+def _body(
+    above: ElementTree.Element,
+    machine: Mechanism,
+    body: str,
+    place: np.ndarray,
+    origin: np.ndarray | None = None,
+) -> ElementTree.Element:
+    """A body whose frame lies at `place`; the plane's inertia stands for all three."""
+    at = place if origin is None else place - origin
+    index = BODIES.index(body)
+    element = ElementTree.SubElement(above, "body", name=f"link{body}", pos=_vector(at))
+    ElementTree.SubElement(
+        element,
+        "inertial",
+        pos=_vector(machine.centre[index] - place),
+        mass=_number(machine.mass[index]),
+        diaginertia=" ".join([_number(machine.inertia[index])] * 3),
+    )
+    return element
+
+
+def _ground(
+    world: ElementTree.Element,
+    foot: ElementTree.Element,
+    machine: Mechanism,
+    settings: Settings,
+    friction: float,
+) -> None:
+    """A floor, and the foot free in the plane on two spheres."""
+    touch = {"condim": "3", "friction": f"{_number(friction)} 0 0", **_softness(settings)}
+    floor = {"type": "plane", "size": "10 10 1", "contype": "1", "conaffinity": "2"}
+    ElementTree.SubElement(world, "geom", {"name": "floor", **floor, **touch})
+    for name, kind, axis in (("x", "slide", "1 0 0"), ("z", "slide", "0 0 1")):
+        ElementTree.SubElement(foot, "joint", name=f"foot_{name}", type=kind, axis=axis)
+    ElementTree.SubElement(foot, "joint", name="foot_turn", type="hinge", axis="0 -1 0")
+    for name, edge in (("heel", -machine.heel), ("toe", machine.toe)):
+        place = _vector(np.array([edge, RADIUS]))
+        ball = {"type": "sphere", "size": _number(RADIUS), "mass": "0"}
+        ball |= {"contype": "2", "conaffinity": "1", "pos": place}
+        ElementTree.SubElement(foot, "geom", {"name": name, **ball, **touch})
+
+
+def _softness(settings: Settings) -> dict[str, str]:
+    impedance = _number(settings.impedance)
+    return {
+        "solref": " ".join(map(_number, settings.solref)),
+        "solimp": f"{impedance} {impedance} 0.001 0.5 2",
+    }
+
+
+def _vector(plane: np.ndarray) -> str:
+    return f"{_number(plane[0])} 0 {_number(plane[1])}"
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

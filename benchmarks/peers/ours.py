@@ -1,0 +1,182 @@
+"""stickslip itself: `step` with tables for M, P, Y and event-split Runge-Kutta steps, compiled.
+
+Two ways of running it are measured. As it comes: one `vmap` over the batch. And as the CPU likes it
+best: XLA_FLAGS holds HOIST, which compiles a whole loop into one function instead of a hundred
+small kernels a step, and the batch is cut into blocks that fit the nearest cache (`lax.map` with
+`batch_size`). HOIST is read when JAX starts its backend, so the first way has its own process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.peers.cases import (
+    DURATION,
+    SAMPLES,
+    SPREAD,
+    TORQUE,
+    Case,
+    Measured,
+    error_of,
+    reference,
+    timed,
+)
+from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, Table, prepare, step
+
+NAME = "stickslip"
+PLAIN = "stickslip, plain"
+HOIST = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000"
+BATCH = 4096
+BLOCK = 64
+IN_A_ROW = 256
+"""Walks that a call of batch 1 takes one after another, so that the call itself weighs nothing."""
+PER_SAMPLE = (1, 2, 3, 4, 6, 8, 9, 12, 16, 20, 24, 32, 48)
+"""Steps between two samples, tried from coarse to fine."""
+IN_BATCHES = (1, 2, 3, 4, 6, 8, 9, 12, 20, 32)
+CONFIGURATIONS = ((np.float32, Table(128, 3)), (np.float64, Table(32, 7)))
+BATCHES = ((BATCH, 1), (BATCH // 2, 2))
+"""Members of a call, and calls at once, a thread each: XLA hardly uses a second core by itself."""
+
+
+class Program:
+    """A whole walk, compiled once for every step size: `batch` of them by vmap, in blocks of
+    `block` where that is given; a batch of 1 is IN_A_ROW walks one after another."""
+
+    def __init__(self, case: Case, table: Table, dtype: Any, batch: int, block: int | None):
+        begun = time.perf_counter()
+        params = BipedParams.from_bars(dtype=dtype)
+        model = jax.jit(partial(prepare, fidelity=table))(params)
+        self.dtype, self.batch, self.table = dtype, batch, table
+
+        def walk(torque, dt, count):
+            def move(_, state):
+                return step(model, case.scene, state, torque, dt, integrator=RK4Split())[0]
+
+            def sample(state, _):
+                state = jax.lax.fori_loop(0, count, move, state)
+                return state, state.crank_angle
+
+            return jax.lax.scan(sample, _at_rest(dtype), length=SAMPLES)[1]
+
+        def walks(torques, *size):
+            one = partial(walk, dt=size[0], count=size[1])
+            at_once = None if batch == 1 else block or batch
+            return jax.lax.map(one, torques, batch_size=at_once)
+
+        torques = np.full(IN_A_ROW, TORQUE)
+        if batch > 1:  # in no order: neighbours in a block do not switch together
+            torques = np.linspace(*SPREAD, batch)
+            np.random.default_rng(0).shuffle(torques[1:-1])
+        self.torques = jnp.asarray(torques, dtype)
+        self.compiled = jax.jit(walks).lower(self.torques, *self.size_of(1)).compile()
+        self.build = time.perf_counter() - begun
+
+    def size_of(self, per_sample: int):
+        """Length [s] and number of the steps between two samples, on the device."""
+        length = DURATION / (SAMPLES * per_sample)
+        return jnp.asarray(length, self.dtype), jnp.asarray(per_sample, jnp.int32)
+
+    def run(self, per_sample: int, threads: int = 1) -> jax.Array:
+        """Crank angles; with several threads each runs the whole program once."""
+        size = self.size_of(per_sample)
+        found: list[Any] = [None] * threads
+
+        def one(index: int) -> None:
+            found[index] = jax.block_until_ready(self.compiled(self.torques, *size))
+
+        if threads == 1:
+            one(0)
+            return found[0]
+        workers = [threading.Thread(target=one, args=(i,)) for i in range(threads)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        return found[0]
+
+
+def measure(case: Case, quick: bool) -> Iterator[Measured]:
+    """One walk at every step size, then a batch on one call and on two threads of half of it."""
+    for dtype, table in CONFIGURATIONS:
+        single = Program(case, table, dtype, 1, None)
+        for per_sample in PER_SAMPLE:
+            yield _measure(NAME, case, single, per_sample, quick)
+    for dtype, table in CONFIGURATIONS:
+        for batch, threads in BATCHES[1:] if quick else BATCHES:
+            program = Program(case, table, dtype, batch, BLOCK)
+            for per_sample in IN_BATCHES:
+                yield _measure(NAME, case, program, per_sample, quick, threads)
+
+
+def measure_plain(case: Case, quick: bool) -> Iterator[Measured]:
+    """The default float32 table with XLA as it comes, in a process without HOIST."""
+    command = [sys.executable, "-m", "benchmarks.peers.ours", case.name, str(int(quick))]
+    flags = os.environ.get("XLA_FLAGS", "").replace(HOIST, "").strip()
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "XLA_FLAGS": flags},
+    )
+    for line in done.stdout.splitlines():
+        yield Measured(**json.loads(line))
+
+
+def plain(case: Case, quick: bool) -> Iterator[Measured]:
+    """What `measure_plain` runs: one walk, and a batch by vmap alone."""
+    for batch, tried in ((1, PER_SAMPLE[:9]), (BATCH, (2, 4, 9))):
+        program = Program(case, Table(), np.float32, batch, None)
+        for per_sample in tried:
+            yield _measure(PLAIN, case, program, per_sample, quick)
+
+
+def _measure(
+    name: str, case: Case, program: Program, per_sample: int, quick: bool, threads: int = 1
+) -> Measured:
+    angles = np.asarray(program.run(per_sample, threads))
+    members = [0, -1]
+    asked = SPREAD if program.batch > 1 else (TORQUE, TORQUE)
+    error = error_of(angles[members], reference(case, asked))
+    taken = timed(lambda: program.run(per_sample, threads), 5 if quick else 10, 1.0)
+    table, length = program.table, 1e3 * DURATION / (SAMPLES * per_sample)
+    return Measured(
+        program=name,
+        case=case.name,
+        setting=(
+            f"{np.dtype(program.dtype).name}, table {table.pieces}x{table.degree}, {length:.3g} ms"
+        ),
+        batch=threads * program.batch,
+        threads=threads,
+        error=error,
+        **taken.rates(threads * len(angles) * DURATION),
+        build=program.build,
+    )
+
+
+def _at_rest(dtype: Any) -> BipedState:
+    values = {name: jnp.asarray(value, dtype) for name, value in vars(BipedState()).items()}
+    return BipedState(**{**values, "steps": jnp.zeros((), jnp.int32)})
+
+
+if __name__ == "__main__":
+    from benchmarks.peers.cases import CASES
+
+    jax.config.update("jax_enable_x64", True)
+    wanted = next(case for case in CASES if case.name == sys.argv[1])
+    for measured in plain(wanted, sys.argv[2] == "1"):
+        print(json.dumps(measured.row()), flush=True)

@@ -1,0 +1,194 @@
+"""Runs the cases: errors against the references, time, compile time, memory."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from benchmarks.tradeoff.cases import Case, cases, code
+from benchmarks.tradeoff.errors import (
+    Reference,
+    errors_of,
+    event_errors,
+    events_of,
+    long_walk_check,
+    reference_of,
+)
+from benchmarks.tradeoff.program import (
+    built,
+    model_of,
+    on_threads,
+    roll,
+    roll_batch,
+    seconds_of,
+    spread,
+    table_bytes,
+    traced,
+)
+from benchmarks.tradeoff.scenes import PERIOD, WALKS, Walk
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+CORES = 2
+"""A batch is split over this many threads."""
+CHECK = "long walk beside a quadrature [rad]"
+PATIENCE = 0.1
+"""About how long a timed run of a batch takes [s]; it is repeated three times."""
+
+
+def measure(
+    quick: bool, say: Callable[[str], None], keep: Callable[[dict[str, Any]], None]
+) -> dict[str, Any]:
+    """All of it: the references' own checks, a row for every point, one for every program.
+
+    say: told of every step. keep: given what there is after every case.
+    """
+    listed = cases(quick)
+    references = references_of({name for case in listed for name in case.walks}, say)
+    check = None
+    if "long" in references:
+        check = long_walk_check(WALKS["long"], references["long"])
+    rows: list[dict[str, Any]] = []
+    programs: list[dict[str, Any]] = []
+    found = {"checks": {CHECK: check}, "rows": rows, "programs": programs}
+    begun = time.perf_counter()
+    for index, case in enumerate(listed):
+        say(
+            f"[{index + 1}/{len(listed)}, {time.perf_counter() - begun:.0f} s] "
+            f"{code(case.fidelity)} {code(case.integrator)} {case.dtype}"
+        )
+        for structure in dict.fromkeys(WALKS[name].structure for name in case.walks):
+            walks = [WALKS[n] for n in case.walks if WALKS[n].structure == structure]
+            new, program = of_structure(case, walks, references)
+            rows += new
+            programs.append(program)
+            say(_line(structure, new, program))
+        keep(found)
+    return found
+
+
+def references_of(names: Iterable[str], say: Callable[[str], None]) -> dict[str, Reference]:
+    """The reference of every walk; ValueError for one that leaves the model."""
+    found = {}
+    for name in (name for name in WALKS if name in set(names)):
+        begun = time.perf_counter()
+        found[name] = reference_of(WALKS[name])
+        if found[name].status > 1:
+            raise ValueError(f"the walk {name!r} ends with status {found[name].status}")
+        say(f"reference of {name}: {time.perf_counter() - begun:.0f} s")
+    return found
+
+
+def of_structure(
+    case: Case, walks: list[Walk], references: dict[str, Reference]
+) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Every walk on one kind of floor with every step size: rows, and the programs' sizes."""
+    with jax.enable_x64(case.dtype == "float64"), jax.numpy_dtype_promotion("strict"):
+        model = model_of(case.fidelity, case.dtype)
+        rows, singles = _singles(case, model, walks, references)
+        batch = _batches(case, model, walks, references, rows)
+    program = {
+        "structure": walks[0].structure,
+        **names_of(case),
+        "coefficient_bytes": table_bytes(model),
+        "compile_1": singles.seconds,
+        "bytes_1": singles.bytes,
+        "batch": None if batch is None else case.batch,
+        "compile_batch": None if batch is None else batch.seconds,
+        "bytes_batch": None if batch is None else CORES * batch.bytes,
+    }
+    return rows, program
+
+
+def names_of(case: Case) -> dict[str, str]:
+    """What was chosen, as code."""
+    return {
+        "fidelity": code(case.fidelity),
+        "integrator": code(case.integrator),
+        "dtype": case.dtype,
+    }
+
+
+def _singles(case: Case, model, walks: list[Walk], references):
+    """One environment at a time: errors and the first cost."""
+    rows = []
+    shapes = (*_given(case, model, walks[0]), *traced(case.dtype, PERIOD, 1, 1, 1))
+    program, recording = built(roll, case.integrator, *shapes), None
+    if walks[0].structure in case.events:
+        recording = built(roll, replace(case.integrator, record_events=True), *shapes)
+    for walk in walks:
+        given = _given(case, model, walk)
+        for count in case.counts_on(walk.name):
+            dt = PERIOD / count
+            numbers = traced(case.dtype, dt, count, walk.periods, walk.stride)
+            run = partial(program.call, *given, *numbers)
+            rolled = jax.block_until_ready(run())
+            processor, wall = seconds_of(run, 1 if walk.name == "long" else 5)
+            row = {
+                "scene": walk.name,
+                **names_of(case),
+                "dt": dt,
+                "cost_1": processor / walk.duration,
+                "wall_1": wall / walk.duration,
+            }
+            row |= errors_of(walk, rolled, references[walk.name])
+            if recording is not None and row["angle_error"] is not None:
+                events = events_of(recording.call(*given, *numbers))
+                row |= event_errors(events, references[walk.name])
+            rows.append(row)
+    return rows, program
+
+
+def _given(case: Case, model, walk: Walk) -> tuple:
+    return model, walk.scene(case.dtype), walk.law(case.dtype), walk.start(case.dtype)
+
+
+def _batches(case: Case, model, walks: list[Walk], references, rows: list[dict[str, Any]]):
+    """The second cost, into the rows of the short walks."""
+    program = None
+    for walk in walks:
+        if walk.name not in case.batched:
+            continue
+        samples, each = references[walk.name].samples, case.batch // CORES
+        states = spread(walk, samples, each, case.dtype)
+        given = (model, walk.scene(case.dtype), walk.law(case.dtype), states)
+        if program is None:
+            program = built(roll_batch, case.integrator, *given, *traced(case.dtype, PERIOD, 1, 1))
+        for row in (row for row in rows if row["scene"] == walk.name):
+            count = round(PERIOD / row["dt"])
+            row |= _cost_of_batch(program.call, given, case.dtype, row["dt"], count, each)
+    return program
+
+
+def _cost_of_batch(call, given, dtype: str, dt: float, count: int, each: int):
+    """Seconds for each simulated second and environment; the share still walking."""
+
+    def run(periods: int):
+        one = partial(call, *given, *traced(dtype, dt, count, periods))
+        return on_threads([one] * CORES)
+
+    once, _ = seconds_of(lambda: run(1), 1)
+    periods = int(np.clip(CORES * PATIENCE / once, 1, 50))
+    _, status = run(periods)[0]
+    processor, wall = seconds_of(lambda: run(periods), 3)
+    simulated = CORES * each * periods * PERIOD
+    return {
+        "cost_4096": processor / CORES / simulated,
+        "wall_4096": wall / simulated,
+        "batch_measured": CORES * each,
+        "running": float(np.mean(np.asarray(status) <= 1)),
+    }
+
+
+def _line(structure: str, rows: list[dict[str, Any]], program: dict[str, Any]) -> str:
+    shown = ", ".join(
+        "left the model" if row["angle_error"] is None else f"{row['angle_error']:.0e}"
+        for row in rows
+    )
+    return f"    {structure}: compiled in {program['compile_1']:.1f} s; errors [rad/s] {shown}"

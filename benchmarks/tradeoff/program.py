@@ -1,0 +1,235 @@
+"""The compiled walks: one at a time with samples kept, and batches for their speed alone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.tradeoff.scenes import PERIOD, ROWS, Walk
+from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState, prepare, step
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.dynamics.biped.fidelity import Fidelity
+    from stickslip.dynamics.biped.integrators import Integrator
+
+EVENTS = 256
+"""The most events of a walk that are kept."""
+
+
+class Samples(NamedTuple):
+    """A walk at the ends of its control periods, one row each; work and distance from the start."""
+
+    phase: Any
+    steps: Any
+    crank_rate: Any
+    foot_position: Any
+    foot_velocity: Any
+    friction_force: Any
+    normal_force: Any
+    mode: Any
+    work: Any
+    slide_distance: Any
+
+
+class Rolled(NamedTuple):
+    """What a walk came to."""
+
+    samples: Samples
+    status: Any
+    switches: Any
+    events: Any
+    """Times, kinds and number, or None where they are not recorded."""
+
+
+class Compiled(NamedTuple):
+    """A program and what it cost to build."""
+
+    call: Callable[..., Any]
+    seconds: float
+    bytes: int
+    """Working memory, arguments and results of one call."""
+
+
+def model_of(fidelity: Fidelity, dtype: str) -> BipedModel:
+    """The default robot in this fidelity and precision, ready for stepping."""
+    params = BipedParams.from_bars(dtype=jnp.dtype(dtype))
+    return jax.block_until_ready(jax.jit(partial(prepare, fidelity=fidelity))(params))
+
+
+def table_bytes(model: BipedModel) -> int:
+    """Memory of the inertia functions' coefficients."""
+    return sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves(model.inertia))
+
+
+def _control(law, state: BipedState):
+    gain, wanted = law
+    return gain * (wanted - state.crank_rate)
+
+
+def roll(integrator: Integrator, model, scene, law, state, dt, count, periods, stride) -> Rolled:
+    """One walk of `periods` control periods, `count` steps of `dt` each; both counts traced.
+
+    Compiled once for every step size and duration. Samples are those of every `stride`th period.
+    """
+    dtype = jnp.result_type(dt)
+    none = jnp.zeros((), jnp.int32)
+    rows = [jnp.zeros(ROWS, jnp.int32 if i in (1, 7) else dtype) for i in range(10)]
+    log = None
+    if integrator.record_events:
+        log = (jnp.zeros(EVENTS, dtype), jnp.zeros(EVENTS, jnp.int32), none)
+    sums = (jnp.zeros((), dtype), jnp.zeros((), dtype), none, none)
+
+    def substep(torque, carry):
+        state, _, (work, distance, status, switches), log = carry
+        after, contact = step(model, scene, state, torque, dt, integrator=integrator)
+        running = status <= 1
+        after = jax.tree.map(lambda new, old: jnp.where(running, new, old), after, state)
+        sums = (
+            work + jnp.where(running, contact.work, 0.0),
+            distance + jnp.where(running, contact.slide_distance, 0.0),
+            jnp.maximum(status, contact.status),
+            switches + jnp.where(running, contact.switches, 0),
+        )
+        if log is not None:
+            log = _append(log, contact.events, running)
+        forces = (contact.friction_force, contact.normal_force, contact.mode)
+        return after, forces, sums, log
+
+    def period(index, carry):
+        state, forces, sums, log, rows = carry
+        torque = _control(law, state)
+        again = partial(substep, torque)
+        state, forces, sums, log = jax.lax.fori_loop(
+            0, count, lambda _, now: again(now), (state, forces, sums, log)
+        )
+        row = Samples(
+            state.phase,
+            state.steps,
+            state.crank_rate,
+            state.foot_position,
+            state.foot_velocity,
+            forces[0],
+            forces[1],
+            forces[2],
+            sums[0],
+            sums[1],
+        )
+        place = jnp.where((index + 1) % stride == 0, (index + 1) // stride - 1, ROWS)
+        rows = [
+            column.at[place].set(value, mode="drop")
+            for column, value in zip(rows, row, strict=True)
+        ]
+        return state, forces, sums, log, rows
+
+    forces = (jnp.zeros((), dtype), jnp.zeros((), dtype), none)
+    carry = (state, forces, sums, log, rows)
+    _, _, sums, log, rows = jax.lax.fori_loop(0, periods, period, carry)
+    return Rolled(Samples(*rows), sums[2], sums[3], log)
+
+
+def _append(log, events, running):
+    times, kinds, count = log
+    used = (events.kinds != 0) & running
+    places = jnp.where(used, count + jnp.cumsum(used, dtype=count.dtype) - 1, EVENTS)
+    return (
+        times.at[places].set(events.times, mode="drop"),
+        kinds.at[places].set(events.kinds, mode="drop"),
+        count + jnp.sum(used, dtype=count.dtype),
+    )
+
+
+def roll_batch(integrator: Integrator, model, scene, law, states, dt, count, periods) -> Any:
+    """A batch of walks, nothing kept but where they end and how."""
+
+    def one(state, torque):
+        after, contact = step(model, scene, state, torque, dt, integrator=integrator)
+        return after, contact.status
+
+    def substep(torques, carry):
+        states, status = carry
+        after, new = jax.vmap(one)(states, torques)
+        running = status <= 1
+        after = jax.tree.map(lambda a, b: jnp.where(running, a, b), after, states)
+        return after, jnp.maximum(status, new)
+
+    def period(_, carry):
+        torques = _control(law, carry[0])
+        return jax.lax.fori_loop(0, count, lambda _, now: substep(torques, now), carry)
+
+    status = jnp.zeros(states.phase.shape, jnp.int32)
+    return jax.lax.fori_loop(0, periods, period, (states, status))
+
+
+def built(function: Callable[..., Any], integrator: Integrator, *arguments) -> Compiled:
+    """Compile `function` for these arguments' shapes; seconds from Python to machine code."""
+    begun = time.perf_counter()
+    call = jax.jit(partial(function, integrator)).lower(*arguments).compile()
+    seconds = time.perf_counter() - begun
+    memory = call.memory_analysis()
+    used = ("temp_size_in_bytes", "argument_size_in_bytes", "output_size_in_bytes")
+    return Compiled(call, seconds, sum(int(getattr(memory, name)) for name in used))
+
+
+def traced(dtype: str, dt: float, *counts: int) -> tuple:
+    """Step size and counts as arrays, so that one program serves all of them."""
+    return jnp.asarray(dt, dtype), *(jnp.asarray(count, jnp.int32) for count in counts)
+
+
+def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
+    """Processor time and wall time of a run [s]: medians of several, blocking on all outputs.
+
+    The processor time is of all threads together. It does not grow when others want the processor.
+    """
+    taken = []
+    for _ in range(repeats):
+        begun, used = time.perf_counter(), time.process_time()
+        jax.block_until_ready(run())
+        taken.append((time.process_time() - used, time.perf_counter() - begun))
+    processor, wall = np.median(taken, axis=0).tolist()
+    return processor, wall
+
+
+def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
+    """Run each in a thread of its own; their results."""
+    results: list[Any] = [None] * len(runs)
+
+    def work(index: int) -> None:
+        results[index] = jax.block_until_ready(runs[index]())
+
+    workers = [threading.Thread(target=work, args=(i,)) for i in range(len(runs))]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    return results
+
+
+def spread(walk: Walk, reference: Samples, batch: int, dtype: str) -> BipedState:
+    """Initial states of a batch: the reference's own samples, crank rates apart by up to 1 %."""
+    picked = np.arange(batch) % walk.samples
+    nudge = 1 + 0.01 * np.random.default_rng(0).uniform(-1, 1, batch)
+
+    def column(values):
+        return jnp.asarray(np.asarray(values)[picked], dtype)
+
+    return BipedState(
+        phase=column(reference.phase),
+        steps=jnp.asarray(np.asarray(reference.steps)[picked], jnp.int32),
+        crank_rate=column(reference.crank_rate) * jnp.asarray(nudge, dtype),
+        foot_position=column(reference.foot_position),
+        foot_velocity=column(reference.foot_velocity),
+        time=jnp.zeros(batch, dtype),
+    )
+
+
+def steps_per_period(dt: float) -> int:
+    """How many steps of `dt` [s] a control period takes."""
+    return max(1, round(PERIOD / dt))

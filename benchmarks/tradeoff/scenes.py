@@ -1,0 +1,136 @@
+"""The walks on which everything is measured: floor, start, torque law, duration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import SUPPORT_START, BipedState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PERIOD = 0.02
+"""The torque is held for this long [s]; every step size divides it."""
+ROWS = 512
+"""The most samples of a walk that are kept."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk in periods of PERIOD: torque = gain (wanted_rate - crank rate) at each one's start.
+
+    rate: at the start [rad/s]; phase there [rad]. gain [N m s], wanted_rate [rad/s]: 0 and 0 for a
+    walk without a motor. duration [s]. stride: periods between the samples that are compared.
+    """
+
+    name: str
+    floor: Callable[[], Scene]
+    structure: str
+    rate: float
+    gain: float
+    wanted_rate: float
+    duration: float
+    phase: float = SUPPORT_START
+    stride: int = 1
+    about: str = ""
+
+    @property
+    def periods(self) -> int:
+        """How many control periods it lasts."""
+        return round(self.duration / PERIOD)
+
+    @property
+    def samples(self) -> int:
+        """How many of them are compared with the reference."""
+        return self.periods // self.stride
+
+    def law(self, dtype: str) -> tuple:
+        """What the torque depends on, as arrays."""
+        return tuple(jnp.asarray(value, dtype) for value in (self.gain, self.wanted_rate))
+
+    def scene(self, dtype: str) -> Scene:
+        """The floor, its numbers in the working precision; no zero-moment point is computed."""
+        import jax
+
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self.floor())
+
+    def start(self, dtype: str) -> BipedState:
+        """The initial state, as arrays."""
+        zero = jnp.zeros((), dtype)
+        return BipedState(
+            phase=jnp.asarray(self.phase, dtype),
+            steps=jnp.zeros((), jnp.int32),
+            crank_rate=jnp.asarray(self.rate, dtype),
+            foot_position=zero,
+            foot_velocity=zero,
+            time=zero,
+        )
+
+
+def _grip() -> Scene:
+    return Scene.grip(outputs="state")
+
+
+WALKS = {
+    walk.name: walk
+    for walk in (
+        Walk(
+            "smooth",
+            _grip,
+            "grip",
+            rate=3.0,
+            gain=1.0,
+            wanted_rate=4.0,
+            duration=2.0,
+            about="a floor that holds, 2 s of walking at about 4 rad/s",
+        ),
+        Walk(
+            "stick-slip",
+            lambda: Scene.uniform(0.06, 0.05, outputs="state"),
+            "uniform",
+            rate=4.0,
+            gain=0.5,
+            wanted_rate=5.0,
+            duration=2.0,
+            about="mu_s 0.06, mu_k 0.05, 2 s at about 5 rad/s",
+        ),
+        Walk(
+            "lift-off",
+            lambda: Scene.uniform(0.4, 0.3, outputs="state"),
+            "uniform",
+            rate=8.4,
+            gain=1.0,
+            wanted_rate=9.0,
+            duration=2.0,
+            about="mu_s 0.4, mu_k 0.3, 2 s at about 9 rad/s: the ground's force falls to a sixth",
+        ),
+        Walk(
+            "ice",
+            lambda: Scene.patches([0.23, 0.475], [0.5, 0.05, 0.5], outputs="state"),
+            "patches",
+            rate=3.0,
+            gain=1.0,
+            wanted_rate=4.0,
+            duration=4.0,
+            about="mu 0.5 with a patch of 0.05 from 0.23 m to 0.475 m, 4 s at about 4 rad/s",
+        ),
+        Walk(
+            "long",
+            _grip,
+            "grip",
+            rate=4.5,
+            gain=0.0,
+            wanted_rate=0.0,
+            duration=400.0,
+            phase=np.pi,
+            stride=40,
+            about="a floor that holds, no motor and so no loss: 1011 steps in 400 s",
+        ),
+    )
+}
+"""By name. "smooth", "stick-slip" and "ice" stand for the floors Grip, Uniform and Patches."""
