@@ -61,6 +61,7 @@ def test_both_precisions_name_the_same_ends(float64):
     assert np.mean(same) > 0.98
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("integrator", UNSPLIT)
 def test_unsplit_integrators_end_named_and_finite_too(integrator):
     assert_named_and_sound(marched("float32", integrator))

@@ -14,6 +14,8 @@ from stickslip.dynamics.biped import BipedModel, BipedParams, kinematics
 from tests.dynamics.helpers import default_model, default_params, model_of
 from tests.dynamics.test_extremes_friction import long_footed
 
+pytestmark = pytest.mark.long
+
 BINARY = [
     (1.0, 1.0, 1.0),
     *[(4.0**k, 2.0**j, 1.0) for k in (-5, 0, 5) for j in (-20, 0, 20) if k or j],

@@ -68,6 +68,7 @@ def joint_forces(robots, given):
     return jax.vmap(one)(robots, given)
 
 
+@pytest.mark.long
 def test_joint_forces_of_a_motion_are_those_of_the_inverse_system(float64):
     robots, given = random_robots(), random_instants()
     want = every_system(robots, given)["inverse"].joint_forces

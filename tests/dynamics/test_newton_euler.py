@@ -150,7 +150,7 @@ def test_every_body_moves_as_its_forces_say(system, float64):
     got = every_system(robots, given)[system]
     motion = robots, given["theta"], given["crank_rate"]
     motion += got.crank_acceleration, got.foot_acceleration
-    h = 1e-4
+    h = 5e-5
     before, now, after = (along_motion(*motion, time) for time in (-h, 0.0, h))
     acceleration = np.asarray(after[0] - 2 * now[0] + before[0]) / h**2
     b, n, a = np.unwrap(np.stack([before[1], now[1], after[1]]), axis=0)

@@ -19,6 +19,8 @@ from tests.dynamics.joint_helpers import (
     slips,
 )
 
+pytestmark = pytest.mark.long
+
 SCALES = [(1.0, 1.0), (1e-3, 1e-6), (1e3, 1e6), (1e-3, 1e6), (1e3, 1e-6)]
 
 
