@@ -30,7 +30,15 @@ class Status(IntEnum):
     NO_EXCHANGE = 8
     """Support cannot be handed over without an impact: the linkage is not symmetric."""
     NOT_CONVERGED = 9
-    """The adaptive integrator used up its steps; the state is where it had got to."""
+    """An adaptive method used up its steps; the numbers are where it had got to."""
+    HOLLOW_GROUND = 10
+    """The ground is hollower than a wheel: it would touch at another point, too."""
+    ROLLOVER = 11
+    """The UGV: the ground would have to pull at a wheel, normal force <= 0."""
+    GROUNDED = 12
+    """The UGV: the body or a leg touches the ground."""
+    WHEEL_SLIP = 13
+    """The UGV: a wheel needs more friction than mu times its normal force."""
 
     @property
     def terminal(self) -> bool:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 # None stands for everything that pyproject.toml declares.
 FRONT = "stickslip"
 RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
-    "dynamics": ("dynamics", set(), {"jax", "numpy"}),
+    "dynamics": ("dynamics", set(), {"jax", "numpy", "scipy"}),
     "optim": ("optim", {"dynamics"}, {"jax", "numpy", "cvxpy", "scipy"}),
     "envs": ("envs", {"dynamics", "optim"}, None),
     "agents": ("agents", {"dynamics", "optim", "envs"}, None),

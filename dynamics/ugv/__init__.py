@@ -1,0 +1,41 @@
+"""The UGV: a quasi-static half vehicle of a body, two legs and two driven wheels (MODEL 2).
+
+Frames: world x forwards, y up; the body's frame has its origin at the rear hinge and x along the
+body. Leg angles [rad]: 90 degrees is straight down, more is outwards. All functions take arrays of
+any shape, and jit, vmap and differentiate.
+"""
+
+from stickslip.dynamics.ugv.equilibrium import (
+    Equilibrium,
+    Forces,
+    balance,
+    equilibrium,
+    ground_forces,
+    leg_torques,
+)
+from stickslip.dynamics.ugv.odometer import Odometer
+from stickslip.dynamics.ugv.params import UGVParams
+from stickslip.dynamics.ugv.pose import Pose, place, pose
+from stickslip.dynamics.ugv.pose_solver import PoseSolver
+from stickslip.dynamics.ugv.rolling import wheel_turns
+from stickslip.dynamics.ugv.track import TRACKS, Track
+from stickslip.dynamics.ugv.wheel import Contact
+
+__all__ = [
+    "TRACKS",
+    "Contact",
+    "Equilibrium",
+    "Forces",
+    "Odometer",
+    "Pose",
+    "PoseSolver",
+    "Track",
+    "UGVParams",
+    "balance",
+    "equilibrium",
+    "ground_forces",
+    "leg_torques",
+    "place",
+    "pose",
+    "wheel_turns",
+]

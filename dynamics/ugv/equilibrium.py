@@ -1,0 +1,178 @@
+"""The forces that hold the UGV still: eqs. (40)-(43) reduced to two unknowns."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.checks import require_choice, require_number
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv.params import UGVParams
+from stickslip.dynamics.ugv.pose import Pose, place
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
+from stickslip.dynamics.ugv.systems import SYSTEMS, solve_system
+from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.wheel import cross, dot
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+
+class Forces(NamedTuple):
+    """What the ground exerts on the wheels [N]: F along it forwards, N out of it."""
+
+    F_rear: Float[Array, ...]
+    N_rear: Float[Array, ...]
+    F_front: Float[Array, ...]
+    N_front: Float[Array, ...]
+
+
+class Equilibrium(NamedTuple):
+    """Forces [N], wheel torque and leg torques [N m], margins [N] and the pose they belong to."""
+
+    F_rear: Float[Array, ...]
+    N_rear: Float[Array, ...]
+    F_front: Float[Array, ...]
+    N_front: Float[Array, ...]
+    torque: Float[Array, ...]
+    """M on each wheel, anticlockwise positive: driving forwards is negative."""
+    grip_rear: Float[Array, ...]
+    """Friction left at the rear wheel, mu N - |F|; negative: it slips."""
+    grip_front: Float[Array, ...]
+    leg_torques: Float[Array, "... 2"]
+    """Of the leg actuators, rear and front; positive drives the leg outwards."""
+    clearance: Float[Array, ...]
+    """The pose's [m]."""
+    status: Int[Array, ...]
+    """The pose's, or ROLLOVER, GROUNDED, WHEEL_SLIP, NO_SOLUTION."""
+    pose: Pose
+
+    @property
+    def forces(self) -> Forces:
+        """The four ground forces."""
+        return Forces(self.F_rear, self.N_rear, self.F_front, self.N_front)
+
+
+def equilibrium(
+    params: UGVParams,
+    track: Track,
+    x_front: Float[Array, ...],
+    leg_angles: Float[Array, "... 2"],
+    friction: Numeric = 0.8,
+    *,
+    solver: PoseSolver = NEWTON,
+    system: str = "closed",
+) -> Equilibrium:
+    """Forces and torques that hold the vehicle still, both wheels with the same torque (eq. 43).
+
+    x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
+    friction: mu between wheels and ground [-]. system: "closed", "five" (eq. 43, slips mended) or
+    "nine" (eqs. 40-42), which agree; the closed form is the fast one. solver: see PoseSolver.
+
+    Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
+    losses in the legs. Differentiable in every number.
+    """
+    params.validate()
+    require_number("x_front", x_front, low=-jnp.inf, accepted="finite numbers [m]")
+    require_number("friction", friction, low=0.0, accepted="numbers >= 0")
+    require_choice("system", system, SYSTEMS)
+    params.check_leg_angles(leg_angles)
+    return _equilibrium(params, track, x_front, leg_angles, friction, solver, system)
+
+
+@partial(jax.jit, static_argnums=(5, 6))
+def _equilibrium(params, track, x_front, leg_angles, friction, solver, system):
+    return balance(params, place(params, track, x_front, leg_angles, solver), friction, system)
+
+
+def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "closed"):
+    """`equilibrium` of a pose, without checks, for use inside a trace."""
+    if system == "closed":
+        forces = ground_forces(params, placed)
+        torque = -forces.F_rear * params.wheel_radius
+    else:
+        F_rear, N_rear, F_front, N_front, torque = solve_system(params, placed, system)
+        forces = Forces(F_rear, N_rear, F_front, N_front)
+    grip_rear = friction * forces.N_rear - jnp.abs(forces.F_rear)
+    grip_front = friction * forces.N_front - jnp.abs(forces.F_front)
+    status = placed.status
+    for bad, what in (
+        (~jnp.isfinite(sum(forces)), Status.NO_SOLUTION),
+        (jnp.minimum(forces.N_rear, forces.N_front) <= 0, Status.ROLLOVER),
+        (placed.clearance <= 0, Status.GROUNDED),
+        (jnp.minimum(grip_rear, grip_front) < 0, Status.WHEEL_SLIP),
+    ):
+        status = jnp.where((status == Status.OK) & bad, what, status)
+    return Equilibrium(
+        *forces,
+        torque=torque,
+        grip_rear=grip_rear,
+        grip_front=grip_front,
+        leg_torques=leg_torques(params, placed, forces),
+        clearance=placed.clearance,
+        status=status.astype(jnp.int32),
+        pose=placed,
+    )
+
+
+def ground_forces(params: UGVParams, placed: Pose, difference: Numeric = 0.0) -> Forces:
+    """The forces with F_front - F_rear = difference [N] (eq. 42; 0: the same torque at each wheel).
+
+    With a motor at each wheel the three equations of the whole vehicle leave one force free; this
+    is that family, linear in `difference`. Moments about the rear contact and forces along the
+    ground there leave two equations in F_front and N_front:
+
+        F (1 + cos D) - N sin D = W sin b_r + difference,   F (d x t_f) + N (d x n_f) = G
+
+    D = b_f - b_r, d from rear to front contact, G the weights' moment about the rear contact.
+    """
+    rear, front = placed.rear, placed.front
+    W = params.weight
+    cos = dot(rear.tangent, front.tangent)
+    sin = cross(rear.tangent, front.tangent)
+    between = front.point - rear.point
+    lever_F = cross(between, front.tangent)
+    lever_N = dot(between, front.tangent)
+    G = weight_moment(params, placed, rear.point[..., 0])
+    along = W * rear.tangent[..., 1] + difference
+    det = (1 + cos) * lever_N + sin * lever_F
+    F_front = (along * lever_N + sin * G) / det
+    N_front = ((1 + cos) * G - along * lever_F) / det
+    N_rear = W * rear.tangent[..., 0] - F_front * sin - N_front * cos
+    return Forces(F_front - difference, N_rear, F_front, N_front)
+
+
+def weight_moment(params: UGVParams, placed: Pose, x):
+    """Clockwise moment of the five weights about a point at x [N m]."""
+    wheels = placed.rear.centre[..., 0] + placed.front.centre[..., 0] - 2 * x
+    legs = placed.rear_leg[..., 0] + placed.front_leg[..., 0] - 2 * x
+    body = placed.body[..., 0] - x
+    mass = params.wheel_mass * wheels + params.leg_mass * legs + params.body_mass * body
+    return mass * params.gravity
+
+
+def leg_torques(params: UGVParams, placed: Pose, forces: Forces):
+    """Torques of the leg actuators [..., 2], rear and front [N m], positive outwards.
+
+    The moment about its hinge of all that acts on a leg and its wheel from outside, balanced. By
+    virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work.
+    """
+    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, forces[:2])
+    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, forces[2:])
+    # The rear leg swings outwards clockwise, the front one anticlockwise.
+    return jnp.stack([rear, -front], -1)
+
+
+def _moment(params: UGVParams, wheel, leg, hinge, forces):
+    """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
+    F, N = forces
+    force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal
+    weights = (
+        params.wheel_mass * (wheel.centre[..., 0] - hinge[..., 0])
+        + params.leg_mass * (leg[..., 0] - hinge[..., 0])
+    ) * params.gravity
+    return cross(wheel.point - hinge, force) - weights

@@ -1,0 +1,113 @@
+"""Parameters of the UGV: a half vehicle of a body, two legs and two driven wheels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.numeric import Numeric
+
+POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
+MASSES = ("wheel_mass", "body_mass", "leg_mass")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class UGVParams:
+    """The half vehicle of the chapter's Fig. 20, SI units; masses of one side.
+
+    body_length: hinge to hinge, L [m]. leg_length: hinge to wheel centre, l [m]. wheel_radius: r
+    [m]. wheel_mass, leg_mass: of each wheel and each leg; body_mass [kg]. gravity [m/s^2].
+    leg_angle_min, leg_angle_max: range of both leg angles [rad], 90 degrees straight down, more is
+    outwards. Centres of mass are at the middles. L, l and the masses are the chapter's; radius,
+    range and centres are not in it (MODEL 2).
+
+    Every field may be an array with leading batch axes and be mapped over with vmap.
+    """
+
+    body_length: Numeric = 0.83
+    leg_length: Numeric = 0.35
+    wheel_radius: Numeric = 0.28
+    wheel_mass: Numeric = 50.0
+    body_mass: Numeric = 300.0
+    leg_mass: Numeric = 20.0
+    gravity: Numeric = 9.81
+    leg_angle_min: Numeric = np.pi / 6
+    leg_angle_max: Numeric = 5 * np.pi / 6
+
+    def __post_init__(self):
+        if all(isinstance(getattr(self, field.name), (int, float)) for field in fields(self)):
+            self.validate()
+
+    @property
+    def weight(self):
+        """Weight of the whole half vehicle [N]."""
+        return (2 * self.wheel_mass + 2 * self.leg_mass + self.body_mass) * self.gravity
+
+    def validate(self) -> UGVParams:
+        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        for name in POSITIVE:
+            require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
+        for name in MASSES:
+            require_number(name, getattr(self, name), low=0.0, accepted="numbers >= 0, not all 0")
+        for name in ("leg_angle_min", "leg_angle_max"):
+            require_number(name, getattr(self, name), low=0.0, accepted="angles from 0 to pi [rad]")
+        if is_concrete(self):
+            self._check_together()
+        return self
+
+    def _check_together(self):
+        if np.any(np.asarray(self.weight) <= 0):
+            raise ValueError(
+                "wheel_mass, body_mass and leg_mass are all 0; accepted: at least one > 0"
+            )
+        low, high = np.asarray(self.leg_angle_min), np.asarray(self.leg_angle_max)
+        if np.any(low > high) or np.any(high > np.pi):
+            raise ValueError(
+                f"leg_angle_min = {low}, leg_angle_max = {high} is not accepted; "
+                "accepted: 0 <= leg_angle_min <= leg_angle_max <= pi [rad]"
+            )
+        folded = 2 * np.asarray(self.leg_length) * np.cos(low)
+        if np.any(np.asarray(self.body_length) <= folded):
+            raise ValueError(
+                f"body_length = {self.body_length} is not accepted; accepted: more than the legs "
+                f"folded to leg_angle_min take, 2 leg_length cos(leg_angle_min) = {folded} m"
+            )
+
+    def check_leg_angles(self, leg_angles) -> None:
+        """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
+        if np.shape(leg_angles)[-1:] != (2,):
+            raise ValueError(
+                f"leg_angles has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
+            )
+        if not is_concrete(leg_angles, self):
+            return
+        values = np.asarray(leg_angles, dtype=float)
+        # A range is given in one precision and angles in another: a rounding outside is inside.
+        slack = 1e-6
+        low = np.expand_dims(np.asarray(self.leg_angle_min, dtype=float), -1)
+        high = np.expand_dims(np.asarray(self.leg_angle_max, dtype=float), -1)
+        good = (values >= low - slack) & (values <= high + slack)
+        if not np.all(good):
+            raise ValueError(
+                f"leg_angles = {float(values[~good].flat[0]):.6g} rad is not accepted; accepted: "
+                f"{float(np.min(low)):.6g} to {float(np.max(high)):.6g} rad "
+                "(leg_angle_min to leg_angle_max)"
+            )
+
+
+def legs(params: UGVParams, leg_angles):
+    """Wheel centres in the body's frame (MODEL 2): rear and front, [..., 2] each [m].
+
+    The frame has its origin at the rear hinge and x along the body; leg_angles [..., 2] [rad].
+    """
+    rear, front = leg_angles[..., 0], leg_angles[..., 1]
+    l, L = params.leg_length, params.body_length
+    return (
+        jnp.stack([l * jnp.cos(rear), -l * jnp.sin(rear)], -1),
+        jnp.stack([L - l * jnp.cos(front), -l * jnp.sin(front)], -1),
+    )

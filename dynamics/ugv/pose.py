@@ -1,0 +1,161 @@
+"""Where the UGV stands: the rear contact from the front one (eqs. 38 and 39), and all centres."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv.params import UGVParams, legs
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed, locate
+from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.wheel import Contact, contact, cross, dot, penetration
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+
+class Pose(NamedTuple):
+    """The half vehicle on the track; points [..., 2] in the world frame [m], y up, x forwards."""
+
+    rear: Contact
+    front: Contact
+    wheelbase: Float[Array, ...]
+    """R: between the wheel centres [m] (eq. 39)."""
+    pitch: Float[Array, ...]
+    """Angle of the body above the horizontal, nose up positive [rad]."""
+    rear_hinge: Float[Array, "... 2"]
+    front_hinge: Float[Array, "... 2"]
+    body: Float[Array, "... 2"]
+    """Centre of mass of the body; of the legs below."""
+    rear_leg: Float[Array, "... 2"]
+    front_leg: Float[Array, "... 2"]
+    clearance: Float[Array, ...]
+    """Least height of body and legs, as lines from hinge to hinge and wheel, above the ground [m],
+    measured vertically at points along them."""
+    status: Int[Array, ...]
+    """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
+
+    def potential_energy(self, params: UGVParams):
+        """Of all five bodies above y = 0 [J]."""
+        wheels = params.wheel_mass * (self.rear.centre[..., 1] + self.front.centre[..., 1])
+        legs = params.leg_mass * (self.rear_leg[..., 1] + self.front_leg[..., 1])
+        return (wheels + legs + params.body_mass * self.body[..., 1]) * params.gravity
+
+
+def pose(
+    params: UGVParams,
+    track: Track,
+    x_front: Float[Array, ...],
+    leg_angles: Float[Array, "... 2"],
+    *,
+    solver: PoseSolver = NEWTON,
+) -> Pose:
+    """Place the vehicle with its front wheel touching at x_front (eqs. 38, 39; MODEL 2).
+
+    x_front: [...] [m]. leg_angles: [..., 2], rear and front [rad]. solver: how the rear wheel is
+    found, and what is checked. The rear contact lies behind the front one, where the path of the
+    wheel's centre meets the circle of radius R about the front centre, in a bracket that always
+    holds such a point. Differentiable in every number (implicit function theorem).
+
+    Raises ValueError for angles outside the range or numbers that are not finite, before tracing.
+    Neglected: the wheels' width, and that they might touch each other.
+    """
+    params.validate()
+    require_number("x_front", x_front, low=-jnp.inf, accepted="finite numbers [m]")
+    params.check_leg_angles(leg_angles)
+    return _place(params, track, x_front, leg_angles, solver)
+
+
+def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
+    """`pose` without checks, for use inside a trace."""
+    dtype = float_type(params, track, x_front, leg_angles)
+    x_front, leg_angles = jnp.asarray(x_front, dtype), jnp.asarray(leg_angles, dtype)
+    shape = jnp.broadcast_shapes(x_front.shape, leg_angles.shape[:-1])
+    x_front = jnp.broadcast_to(x_front, shape)
+    leg_angles = jnp.broadcast_to(leg_angles, (*shape, 2))
+
+    rear_wheel, front_wheel = legs(params, leg_angles)
+    chord = front_wheel - rear_wheel
+    R = jnp.sqrt(dot(chord, chord))
+    front = contact(track, x_front, params.wheel_radius)
+    x_rear, gap = locate(track, params.wheel_radius, front, R, solver)
+    rear = contact(track, x_rear, params.wheel_radius)
+
+    # The body's axis: the chord in the body's frame is turned into the chord in the world.
+    world = front.centre - rear.centre
+    cos, sin = dot(chord, world), cross(chord, world)
+    norm = jnp.sqrt(cos**2 + sin**2)
+    along = jnp.stack([cos, sin], -1) / norm[..., None]
+
+    def in_world(point):
+        return rear.centre + turned(point - rear_wheel, along)
+
+    zero = jnp.zeros_like(R)
+    hinge = jnp.stack([zero + params.body_length, zero], -1)
+    rear_hinge, front_hinge = in_world(jnp.zeros_like(hinge)), in_world(hinge)
+    placed = Pose(
+        rear=rear,
+        front=front,
+        wheelbase=R,
+        pitch=jnp.arctan2(sin, cos),
+        rear_hinge=rear_hinge,
+        front_hinge=front_hinge,
+        body=(rear_hinge + front_hinge) / 2,
+        rear_leg=(rear_hinge + rear.centre) / 2,
+        front_leg=(front_hinge + front.centre) / 2,
+        clearance=zero,
+        status=zero.astype(int),
+    )
+    placed = placed._replace(clearance=clearance(track, placed, solver.samples))
+    return placed._replace(status=_status(params, track, placed, gap, solver))
+
+
+_place = jax.jit(place, static_argnums=4)
+
+
+def clearance(track: Track, placed: Pose, samples: int):
+    """Least height of body and legs above the ground [m], at `samples` points of each third."""
+    if samples == 0:
+        return jnp.full_like(placed.wheelbase, jnp.inf)
+    part = (jnp.arange(samples, dtype=placed.wheelbase.dtype) + 0.5) / samples
+    ends = [placed.rear.centre, placed.rear_hinge, placed.front_hinge, placed.front.centre]
+    least = jnp.full_like(placed.wheelbase, jnp.inf)
+    for a, b in pairwise(ends):
+        points = a[..., None, :] + part[:, None] * (b - a)[..., None, :]
+        height = points[..., 1] - track.height(points[..., 0])
+        least = jnp.minimum(least, jnp.min(height, axis=-1))
+    return least
+
+
+def turned(vector, along):
+    """The vector in the world, given in a frame whose x axis is the unit vector `along`."""
+    x, y = vector[..., 0], vector[..., 1]
+    cos, sin = along[..., 0], along[..., 1]
+    return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
+
+
+def _status(params, track, placed: Pose, gap, solver):
+    """The first of the pose's failures that applies."""
+    dtype = placed.wheelbase.dtype
+    eps = jnp.finfo(dtype).eps
+    r = params.wheel_radius
+    size = jnp.abs(placed.front.centre).max(-1) + placed.wheelbase + r
+    status = jnp.where(jnp.abs(gap) > solver.accepted_gap(dtype) * size, Status.NOT_CONVERGED, 0)
+    hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
+    if solver.samples:
+        depth = jnp.maximum(
+            penetration(track, placed.rear, r, solver.samples),
+            penetration(track, placed.front, r, solver.samples),
+        )
+        hollow |= depth > depth_allowed(size)
+    status = jnp.where(hollow & (status == 0), Status.HOLLOW_GROUND, status)
+    vanished = placed.wheelbase <= 16 * eps * params.body_length
+    status = jnp.where(vanished, Status.NO_SOLUTION, status)
+    numbers = placed.wheelbase + placed.pitch + placed.rear.x + size
+    return jnp.where(jnp.isfinite(numbers), status, Status.NON_FINITE).astype(jnp.int32)

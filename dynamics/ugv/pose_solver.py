@@ -1,0 +1,170 @@
+"""Finding the rear contact: where the wheel's path meets the circle about the front wheel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.wheel import Contact, contact, dot, penetration
+
+METHODS = ("newton", "scan")
+MOST_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class PoseSolver:
+    """How the rear contact is found; static, so that only what is asked for is compiled.
+
+    method: "newton", Newton's method kept inside a bracket, for ground that is nowhere hollower
+    than the wheel (else the status says HOLLOW_GROUND); or "scan", which looks at `candidates`
+    intervals of the bracket for crossings and takes the nearest one behind the front wheel where
+    the wheel clears the ground, so that ditches and steps sharper than the wheel are passed, too.
+    tolerance: relative error of the wheelbase at which the iteration stops; None: rounding. One
+    Newton step follows in any case. iterations: a fixed number of them instead, unrolled; faster
+    for batches on ground that is known to be gentle.
+    samples: points of each wheel, the body and each leg at which the ground is looked up for
+    HOLLOW_GROUND and the clearance; 0 leaves both out (clearance is then infinite).
+    candidates: intervals for "scan".
+    """
+
+    method: str = "newton"
+    tolerance: float | None = None
+    iterations: int | None = None
+    samples: int = 16
+    candidates: int = 64
+
+    def __post_init__(self):
+        require_choice("method", self.method, METHODS)
+        if self.tolerance is not None and not 0 < self.tolerance <= 0.1:
+            raise ValueError(
+                f"tolerance = {self.tolerance} is not accepted; accepted: None, or 0 < it <= 0.1"
+            )
+        for name, low in (("iterations", 1), ("samples", 0), ("candidates", 2)):
+            value = getattr(self, name)
+            if value is None and name == "iterations":
+                continue
+            if not isinstance(value, int) or value < low:
+                raise ValueError(f"{name} = {value!r} is not accepted; accepted: integers >= {low}")
+        if self.method == "scan" and self.samples == 0:
+            raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
+
+    def stop_gap(self, dtype) -> float:
+        """Relative error of the wheelbase at which an adaptive iteration stops."""
+        return max(self.tolerance or 0.0, 4 * float(jnp.finfo(dtype).eps))
+
+    def accepted_gap(self, dtype) -> float:
+        """Error relative to the vehicle's size and place above which a pose is NOT_CONVERGED."""
+        return max(self.tolerance or 0.0, 64 * float(jnp.finfo(dtype).eps))
+
+
+NEWTON = PoseSolver()
+"""The default."""
+
+
+def locate(track: Track, radius, front: Contact, wheelbase, solver: PoseSolver):
+    """The rear contact [m] and by how much the wheelbase is missed there [m].
+
+    The distance between the centres is at least the wheelbase R at x = s_f - R - r and 0 at the
+    front contact, so a crossing lies between. Derivatives: the last Newton step is differentiated,
+    with the point before it held fixed, which is the implicit function theorem.
+    """
+    low = front.centre[..., 0] - wheelbase - radius
+    find = _newton if solver.method == "newton" else _scan
+    x = jax.lax.stop_gradient(
+        find(*jax.lax.stop_gradient((track, radius, front, wheelbase, low)), solver)
+    )
+    gap, rate = miss(track, radius, front.centre, wheelbase, x)
+    step = jnp.where(rate == 0, 0, gap / jnp.where(rate == 0, 1, rate))
+    polished = x - jnp.clip(step, -radius, radius)
+    return polished, miss(track, radius, front.centre, wheelbase, polished)[0]
+
+
+def miss(track: Track, radius, centre, wheelbase, x):
+    """By how much the wheel at x is farther than the wheelbase from `centre` [m] (eq. 39), and the
+    slope of that in x."""
+    rear = contact(track, x, radius)
+    between = rear.centre - centre
+    distance = jnp.sqrt(dot(between, between))
+    safe = jnp.where(distance > 0, distance, 1)
+    # The centre moves by tangent * stretch for each metre of ground, which is tangent_x of x.
+    rate = dot(between, rear.tangent) * rear.stretch / rear.tangent[..., 0] / safe
+    return distance - wheelbase, rate
+
+
+def _newton(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
+    """Newton's method from the chord along the front tangent, halving where it would not do."""
+    high = front.x
+    guess = jnp.clip(front.x - wheelbase * front.tangent[..., 0], low, high)
+    if solver.iterations is None:
+        return _refine(track, radius, front.centre, wheelbase, (low, high), guess, solver)
+    for _ in range(solver.iterations):
+        guess, low, high, _ = _narrowed(track, radius, front.centre, wheelbase, guess, low, high)
+    return guess
+
+
+def _narrowed(track, radius, centre, wheelbase, x, far, near):
+    """Newton's point if it lies in the bracket, else its middle; the bracket; the miss at x."""
+    gap, rate = miss(track, radius, centre, wheelbase, x)
+    far, near = jnp.where(gap > 0, x, far), jnp.where(gap > 0, near, x)
+    newton = x - gap / rate
+    inside = (newton - far) * (newton - near) <= 0
+    return jnp.where(inside, newton, (far + near) / 2), far, near, gap
+
+
+def _refine(track, radius, centre, wheelbase, bracket, guess, solver: PoseSolver):
+    """Narrow the bracket (missing by more than 0, by less) until the wheelbase is met.
+
+    Where Newton's method does not at least halve the miss, the next point is the middle.
+    """
+    stop = solver.stop_gap(wheelbase.dtype) * (wheelbase + jnp.abs(centre[..., 0]))
+
+    def more(carry):
+        count, (*_, done) = carry
+        return (count < MOST_ITERATIONS) & ~jnp.all(done)
+
+    def narrow(carry):
+        count, (x, far, near, before, done) = carry
+        following, far, near, gap = _narrowed(track, radius, centre, wheelbase, x, far, near)
+        slow = jnp.abs(gap) > before / 2
+        following = jnp.where(slow, (far + near) / 2, following)
+        done |= (jnp.abs(gap) <= stop) | (jnp.abs(far - near) <= stop / 8)
+        before = jnp.where(slow, jnp.inf, jnp.abs(gap))
+        return count + 1, (jnp.where(done, x, following), far, near, before, done)
+
+    done = jnp.zeros(jnp.shape(guess), bool)
+    start = (guess, *bracket, jnp.full_like(guess, jnp.inf), done)
+    return jax.lax.while_loop(more, narrow, (0, start))[1][0]
+
+
+def _scan(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
+    """The nearest crossing behind the front wheel where the wheel clears the ground.
+
+    Every interval in which the miss changes sign is refined. Where the ground enters the wheel at
+    all of them, the nearest is returned, and the status tells.
+    """
+    n = solver.candidates
+    part = jnp.arange(n + 1, dtype=wheelbase.dtype) / n
+    knots = low[..., None] + part * (front.x - low)[..., None]
+    centre, R = front.centre[..., None, :], wheelbase[..., None]
+    gap = miss(track, radius, centre, R, knots)[0]
+    left, right = knots[..., :-1], knots[..., 1:]
+    crossing = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
+    falls = gap[..., :-1] > 0
+    bracket = jnp.where(falls, left, right), jnp.where(falls, right, left)
+    x = _refine(track, radius, centre, R, bracket, (left + right) / 2, solver)
+    rear = contact(track, x, radius)
+    size = jnp.abs(centre).max(-1) + R + radius
+    deep = depth_allowed(size)
+    clear = (penetration(track, rear, radius, solver.samples) <= deep) & (rear.stretch > 0)
+    nearest = jnp.max(jnp.where(crossing, x, low[..., None]), axis=-1)
+    best = jnp.max(jnp.where(crossing & clear, x, -jnp.inf), axis=-1)
+    return jnp.where(jnp.isfinite(best), best, nearest)
+
+
+def depth_allowed(size):
+    """How far the ground may seem to enter a wheel by rounding [m], at coordinates of `size`."""
+    return 256 * jnp.finfo(size.dtype).eps * size

@@ -1,0 +1,35 @@
+"""How far the wheels have turned: what the motors' work is counted in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import jax.numpy as jnp
+
+from stickslip.dynamics.ugv.odometer import Odometer
+from stickslip.dynamics.ugv.params import UGVParams
+from stickslip.dynamics.ugv.pose import Pose
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+
+def wheel_turns(
+    params: UGVParams, odometer: Odometer, placed: Pose, leg_angles: Float[Array, "... 2"]
+) -> Float[Array, "... 2"]:
+    """Angles of the rear and the front wheel relative to their legs [..., 2] [rad].
+
+    Anticlockwise positive, so driving forwards they fall. Only differences mean something. A wheel
+    that rolls without slip has turned by beta - S / r in the world: its centre goes along the
+    ground's arc length S less r times the change of slope angle. From that the leg's angle is
+    taken, pitch - phi_r or pitch + phi_f. With the motors' torque M on each wheel,
+
+        M d(turn_rear + turn_front) + leg torques . d(leg angles) = d(potential energy)
+
+    for every displacement along the track and of the legs (virtual work, MODEL 2).
+    """
+    turns = []
+    for wheel, leg in ((placed.rear, -leg_angles[..., 0]), (placed.front, leg_angles[..., 1])):
+        rolled = wheel.slope_angle - odometer.distance(wheel.x) / params.wheel_radius
+        turns.append(rolled - placed.pitch - leg)
+    return jnp.stack(turns, -1)

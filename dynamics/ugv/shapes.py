@@ -1,0 +1,265 @@
+"""Ground profiles in closed form, and any function of the user's.
+
+A shape is a frozen pytree with a method `profile(x) -> (height, slope, second derivative)`. Its
+class is tree structure, hence static under jit; its fields are numbers and may be traced, batched
+and differentiated. All of them are defined for every x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.numeric import Numeric, float_type
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    Profile = tuple[Float[Array, "..."], Float[Array, "..."], Float[Array, "..."]]
+
+
+class Shape(Protocol):
+    """What a track is made of."""
+
+    def profile(self, x: Numeric) -> Profile:
+        """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
+        ...
+
+
+def as_floats(*values: Numeric) -> list[jax.Array]:
+    """The values as arrays of their one floating type; integers and Python numbers adapt."""
+    dtype = float_type(values, 0.0)
+    return [jnp.asarray(value, dtype) for value in values]
+
+
+def require_numbers(shape: Shape) -> None:
+    """Raise ValueError unless every field is finite, and > 0 where the class says so."""
+    positive = getattr(shape, "POSITIVE", ())
+    for name in (item.name for item in fields(shape)):  # pyright: ignore[reportArgumentType]
+        if name in positive:
+            accepted = "a finite length > 0 [m]"
+            require_number(name, getattr(shape, name), low=0.0, strict=True, accepted=accepted)
+        else:
+            require_number(name, getattr(shape, name), low=-np.inf, accepted="a finite number")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Flat:
+    """Level ground, y = 0."""
+
+    def profile(self, x: Numeric) -> Profile:
+        """Zeros."""
+        (x,) = as_floats(x)
+        zero = jnp.zeros_like(x)
+        return zero, zero, zero
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Incline:
+    """One endless straight, y = slope x. slope = tan(angle) [-]."""
+
+    slope: Numeric
+
+    def profile(self, x: Numeric) -> Profile:
+        """y = slope x."""
+        x, m = as_floats(x, self.slope)
+        height = m * x
+        return height, jnp.broadcast_to(m, height.shape), jnp.zeros_like(height)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Bump:
+    """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
+
+    height: Numeric
+    centre: Numeric
+    width: Numeric
+
+    POSITIVE: ClassVar = ("width",)
+
+    def profile(self, x: Numeric) -> Profile:
+        """With z = (x - centre) / width: y, -2 z y / width, (4 z^2 - 2) y / width^2."""
+        x, h, c, w = as_floats(x, self.height, self.centre, self.width)
+        z = (x - c) / w
+        y = h * jnp.exp(-z * z)
+        return y, -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Sinusoid:
+    """y = amplitude sin(2 pi x / wavelength); both in [m]."""
+
+    amplitude: Numeric
+    wavelength: Numeric
+
+    POSITIVE: ClassVar = ("wavelength",)
+
+    def profile(self, x: Numeric) -> Profile:
+        """y, amplitude k cos(k x), -k^2 y with k = 2 pi / wavelength."""
+        x, a, wavelength = as_floats(x, self.amplitude, self.wavelength)
+        k = 2 * np.pi / wavelength
+        y = a * jnp.sin(k * x)
+        return y, a * k * jnp.cos(k * x), -k * k * y
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Ramp:
+    """A straight of one slope between two levels, y = 0 before it.
+
+    slope: of the straight [-]; position: middle of the lower joint [m]; length: from there
+    to the middle of the upper joint [m], so the rise is slope length; joint: length [m] over
+    which the slope changes, as 3 u^2 - 2 u^3: twice continuously differentiable, level and
+    straight exactly outside the joints. Joints longer than `length` overlap, and the slope stays
+    below `slope`.
+    """
+
+    slope: Numeric
+    position: Numeric
+    length: Numeric
+    joint: Numeric
+
+    POSITIVE: ClassVar = ("length", "joint")
+
+    def profile(self, x: Numeric) -> Profile:
+        """Rise of the slope at one joint, less that at the other, integrated in closed form."""
+        values = (x, self.slope, self.position, self.length, self.joint)
+        x, m, begin, length, joint = as_floats(*values)
+        up, down = (_bend(x - at, joint) for at in (begin, begin + length))
+        y, dy, d2y = (m * (a - b) for a, b in zip(up, down, strict=True))
+        return y, dy, d2y
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Step:
+    """A smoothed step from y = 0 up to y = height [m].
+
+    position: its middle [m]; length: that of the rise [m]. The rise is the quintic
+    10 u^3 - 15 u^4 + 6 u^5: twice continuously differentiable as the wheel's offset curve wants
+    it, and exactly level outside, which a tanh never is. Steepest 1.875 height / length; the second
+    derivative reaches 5.77 height / length^2, which hollows the foot of the step more than a
+    wheel of radius r can follow where that exceeds about 1 / r.
+    """
+
+    height: Numeric
+    position: Numeric
+    length: Numeric
+
+    POSITIVE: ClassVar = ("length",)
+
+    def profile(self, x: Numeric) -> Profile:
+        """height S(u), u = (x - position) / length + 1/2."""
+        x, h, at, length = as_floats(x, self.height, self.position, self.length)
+        y, dy, d2y = _quintic_rise(x - at, length)
+        return h * y, h * dy, h * d2y
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Ditch:
+    """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
+
+    depth [m]; position: its middle [m]; width: between the middles of its sides [m]; side: length
+    of each side [m], a quintic as in Step. Sides longer than `width` overlap, and the ditch stays
+    shallower than `depth`.
+    """
+
+    depth: Numeric
+    position: Numeric
+    width: Numeric
+    side: Numeric
+
+    POSITIVE: ClassVar = ("width", "side")
+
+    def profile(self, x: Numeric) -> Profile:
+        """One step down and one up."""
+        values = (x, self.depth, self.position, self.width, self.side)
+        x, depth, middle, width, side = as_floats(*values)
+        near, far = (_quintic_rise(x - middle + k * width, side) for k in (0.5, -0.5))
+        y, dy, d2y = (depth * (b - a) for a, b in zip(near, far, strict=True))
+        return y, dy, d2y
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Function:
+    """A profile given as a function, scalar to scalar, in jax.numpy; static, so it must hash.
+
+    Slope and second derivative by forward differentiation, in one evaluation. Every other function
+    object compiles anew; numbers that it closes over are constants of the compiled program.
+    """
+
+    function: Callable = field(metadata={"static": True})
+
+    def profile(self, x: Numeric) -> Profile:
+        """The function and its first two derivatives at each x."""
+        (x,) = as_floats(x)
+        y, dy, d2y = jnp.vectorize(self._at)(x)
+        return y, dy, d2y
+
+    def _at(self, x: jax.Array) -> Profile:
+        one = jnp.ones_like(x)
+
+        def value(x):
+            return jnp.asarray(self.function(x), x.dtype)
+
+        def with_slope(x):
+            return jax.jvp(value, (x,), (one,))
+
+        (y, dy), (_, d2y) = jax.jvp(with_slope, (x,), (one,))
+        return y, dy, d2y
+
+
+def require_function(function: Any, points: np.ndarray) -> None:
+    """Raise ValueError unless `function` can be a profile, as far as a few points tell."""
+    accepted = "a hashable function of one number x [m] to one number y [m], in jax.numpy"
+    if not callable(function):
+        raise ValueError(f"function = {function!r} cannot be called; accepted: {accepted}")
+    try:
+        hash(function)
+    except TypeError as error:
+        raise ValueError(f"function = {function!r} has no hash; accepted: {accepted}") from error
+    for point in points:
+        try:
+            with jax.ensure_compile_time_eval():
+                value: Any = function(jnp.asarray(point, float))
+                shape = jnp.shape(value)
+                found = Function(function).profile(point) if shape == () else ()
+        except (TypeError, ValueError) as error:  # NumPy or math on a traced number, for one
+            reason = str(error).partition("\n")[0]
+            raise ValueError(
+                f"function({point:g}) fails: {reason}; accepted: {accepted}"
+            ) from error
+        if shape != ():
+            raise ValueError(f"function({point:g}) has shape {shape}; accepted: {accepted}")
+        names = ("height", "slope", "second derivative")
+        for name, number in zip(names, found, strict=True):
+            if is_concrete(number) and not np.isfinite(np.asarray(number)):
+                raise ValueError(
+                    f"the {name} of function at x = {point:g} is {float(number)}; accepted: finite"
+                )
+
+
+def _bend(z, joint):
+    """Integral of a slope rising from 0 to 1 over `joint` about z = 0: value, slope, second."""
+    u = jnp.clip(z / joint + 0.5, 0.0, 1.0)
+    past = jnp.maximum(z - joint / 2, 0.0)
+    return joint * u**3 * (1 - u / 2) + past, u * u * (3 - 2 * u), 6 * u * (1 - u) / joint
+
+
+def _quintic_rise(z, length):
+    """From 0 to 1 over `length` about z = 0: value, slope, second derivative."""
+    u = jnp.clip(z / length + 0.5, 0.0, 1.0)
+    value = u**3 * (10 - u * (15 - 6 * u))
+    return value, 30 * (u * (1 - u)) ** 2 / length, 60 * u * (1 - u) * (1 - 2 * u) / length**2

@@ -1,0 +1,96 @@
+"""The chapter's own systems: nine equations (40)-(42) and five (43), as matrices.
+
+MODEL 2 says which slips of the pen are mended: the legs' and the body's weight in the second
+subsystem is (m_w + 2 m_l + m_b) g, and the right side of the fourth of (43) is (C2E)_x m_w g.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+
+from stickslip.dynamics.ugv.params import UGVParams
+from stickslip.dynamics.ugv.pose import Pose
+from stickslip.dynamics.ugv.wheel import cross
+
+SYSTEMS = ("closed", "five", "nine")
+
+
+def solve_system(params: UGVParams, placed: Pose, system: str):
+    """F_rear, N_rear, F_front, N_front, torque from the five or the nine equations."""
+    rows, right = (five if system == "five" else nine)(params, placed)
+    solution = jnp.linalg.solve(rows, right[..., None])[..., 0]
+    order = (0, 1, 2, 3, 4) if system == "five" else (0, 1, 2, 3, 8)
+    return tuple(solution[..., i] for i in order)
+
+
+def nine(params: UGVParams, placed: Pose):
+    """Eqs. (40)-(42): [..., 9, 9] and [..., 9].
+
+    Unknowns: F_r, N_r, F_f, N_f, F_lw (x, y; rear leg on rear wheel), F_wl (x, y; front wheel on
+    front leg), M.
+    """
+    r, g = params.wheel_radius, params.gravity
+    rear, front = placed.rear, placed.front
+    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
+    C2, carried = second_subsystem(params, placed)
+    C3, mass = whole(params, placed)
+    T2, E2 = rear.point - C2, front.centre - C2
+    T3, D3 = rear.point - C3, front.point - C3
+    tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
+    rows = [
+        [tr[..., 0], nr[..., 0], zero, zero, one, zero, zero, zero, zero],
+        [tr[..., 1], nr[..., 1], zero, zero, zero, one, zero, zero, zero],
+        [zero + r, zero, zero, zero, zero, zero, zero, zero, one],
+        [tr[..., 0], nr[..., 0], zero, zero, zero, zero, one, zero, zero],
+        [tr[..., 1], nr[..., 1], zero, zero, zero, zero, zero, one, zero],
+        [cross(T2, tr), cross(T2, nr), zero, zero, zero, zero, -E2[..., 1], E2[..., 0], -one],
+        [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], zero, zero, zero, zero, zero],
+        [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], zero, zero, zero, zero, zero],
+        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), zero, zero, zero, zero, zero],
+    ]
+    wheel = zero + params.wheel_mass * g
+    right = [zero, wheel, zero, zero, zero + carried * g, zero, zero, zero + mass * g, zero]
+    return _matrix(rows), jnp.stack(right, -1)
+
+
+def five(params: UGVParams, placed: Pose):
+    """Eq. (43), with F_f among its unknowns F_r, N_r, F_f, N_f, M: [..., 5, 5] and [..., 5]."""
+    r, g = params.wheel_radius, params.gravity
+    rear, front = placed.rear, placed.front
+    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
+    C2, _ = second_subsystem(params, placed)
+    C3, mass = whole(params, placed)
+    T2, E2 = rear.point - C2, front.centre - C2
+    T3, D3 = rear.point - C3, front.point - C3
+    tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
+    rows = [
+        [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], zero],
+        [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], zero],
+        [zero + r, zero, zero, zero, one],
+        [cross(T2, tr), cross(T2, nr), cross(E2, tf), cross(E2, nf), -one],
+        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), zero],
+    ]
+    right = [zero, zero + mass * g, zero, E2[..., 0] * params.wheel_mass * g, zero]
+    return _matrix(rows), jnp.stack(right, -1)
+
+
+def second_subsystem(params: UGVParams, placed: Pose):
+    """Centre of mass [..., 2] and mass of rear wheel, legs and body (C2 of Fig. 23)."""
+    mass = params.wheel_mass + 2 * params.leg_mass + params.body_mass
+    moment = (
+        params.wheel_mass * placed.rear.centre
+        + params.leg_mass * (placed.rear_leg + placed.front_leg)
+        + params.body_mass * placed.body
+    )
+    return moment / mass, mass
+
+
+def whole(params: UGVParams, placed: Pose):
+    """Centre of mass [..., 2] and mass of the whole half vehicle (C3)."""
+    carried, mass = second_subsystem(params, placed)
+    total = mass + params.wheel_mass
+    return (mass * carried + params.wheel_mass * placed.front.centre) / total, total
+
+
+def _matrix(rows):
+    return jnp.stack([jnp.stack(jnp.broadcast_arrays(*row), -1) for row in rows], -2)

@@ -1,0 +1,227 @@
+"""The ground that the UGV drives over: a profile y = f(x), and where a drive begins and ends."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_choice, require_number
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
+from stickslip.dynamics.ugv.shapes import (
+    Bump,
+    Ditch,
+    Flat,
+    Function,
+    Incline,
+    Ramp,
+    Shape,
+    Sinusoid,
+    Step,
+    require_function,
+    require_numbers,
+)
+from stickslip.dynamics.ugv.spline import hermite_table, spline_through
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.ugv.shapes import Profile
+
+TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
+"""The named tracks: each is a constructor of Track, also reached by Track.named."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Track:
+    """A ground profile, x forwards and y up [m].
+
+    shape: the profile; its kind is static under jit, its numbers are not. start, end: where a
+    drive along it begins and ends by default [m]. The ground goes on beyond them: the closed forms
+    and functions are defined everywhere; splines and tables (from_points, rough, resampled) go on
+    straight past their last knots with the slope there, which leaves the natural spline twice
+    continuously differentiable and the others once.
+    """
+
+    shape: Shape
+    start: Numeric
+    end: Numeric
+
+    def profile(self, x: Float[Array, "..."]) -> Profile:
+        """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
+        return self.shape.profile(x)
+
+    def height(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+        """f(x) [m]."""
+        return self.profile(x)[0]
+
+    def slope(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+        """f'(x) [-], the tangent of the ground's angle."""
+        return self.profile(x)[1]
+
+    @classmethod
+    def from_function(cls, function: Callable, start: Numeric = 0.0, end: Numeric = 10.0) -> Track:
+        """y = function(x): one number to one number, in jax.numpy, twice differentiable.
+
+        The function is kept as it is, static and hashable; slope and second derivative come from
+        differentiating it. Five points from start to end are tried: ValueError where it fails
+        or is not finite.
+        """
+        track = _placed(Function(function), start, end)
+        if is_concrete(start, end):
+            first, last = (float(np.ravel(np.asarray(v))[0]) for v in (start, end))
+            require_function(function, np.linspace(first, last, 5))
+        return track
+
+    @classmethod
+    def from_points(cls, x: Numeric, y: Numeric, interpolation: str = "cubic") -> Track:
+        """A curve through concrete points, x strictly increasing [m], two or more.
+
+        interpolation: "cubic", the natural spline, twice continuously differentiable; "pchip" and
+        "makima", once, without or with little overshoot; "linear", with kinks, at which the slope
+        is that of the piece on the right. Points of even spacing are looked up by arithmetic,
+        others by bisection. ValueError for points that will not do.
+        """
+        shape = spline_through(x, y, interpolation)
+        return cls(shape, float(np.asarray(x, float)[0]), float(np.asarray(x, float)[-1]))
+
+    @classmethod
+    def named(cls, name: str, **numbers) -> Track:
+        """One of TRACKS by its name, with its constructor's arguments."""
+        require_choice("name", name, TRACKS)
+        build = getattr(cls, name)
+        known = list(inspect.signature(build).parameters)
+        for given in numbers:
+            if given not in known:
+                raise ValueError(f"{name!r} has no {given!r}; accepted: {', '.join(known)}")
+        return build(**numbers)
+
+    @classmethod
+    def flat(cls, start: Numeric = 0.0, end: Numeric = 8.0) -> Track:
+        """Level ground, y = 0."""
+        return _placed(Flat(), start, end)
+
+    @classmethod
+    def incline(cls, slope: Numeric = 0.3, start: Numeric = 0.0, end: Numeric = 8.0) -> Track:
+        """One endless slope [-] through the origin."""
+        return _placed(Incline(slope), start, end)
+
+    @classmethod
+    def bump(
+        cls,
+        height: Numeric = 0.1,
+        centre: Numeric = 4.0,
+        width: Numeric = 1.0,
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 8.0,
+    ) -> Track:
+        """The chapter's soft bump, height exp(-((x - centre) / width)^2); see Bump."""
+        return _placed(Bump(height, centre, width), start, end)
+
+    @classmethod
+    def sinusoid(
+        cls,
+        amplitude: Numeric = 0.05,
+        wavelength: Numeric = 2.0,
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 8.0,
+    ) -> Track:
+        """amplitude sin(2 pi x / wavelength), without end; see Sinusoid."""
+        return _placed(Sinusoid(amplitude, wavelength), start, end)
+
+    @classmethod
+    def ramp(
+        cls,
+        slope: Numeric = 0.3,
+        position: Numeric = 2.0,
+        length: Numeric = 4.0,
+        joint: Numeric = 1.0,
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 8.0,
+    ) -> Track:
+        """A straight of `slope` between two levels, with smooth joints; see Ramp."""
+        return _placed(Ramp(slope, position, length, joint), start, end)
+
+    @classmethod
+    def step(
+        cls,
+        height: Numeric = 0.1,
+        position: Numeric = 4.0,
+        length: Numeric = 0.5,
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 8.0,
+    ) -> Track:
+        """A smoothed step; see Step. By default its foot's least radius is 0.45 m."""
+        return _placed(Step(height, position, length), start, end)
+
+    @classmethod
+    def ditch(
+        cls,
+        depth: Numeric = 0.1,
+        position: Numeric = 4.0,
+        width: Numeric = 1.0,
+        side: Numeric = 0.5,
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 8.0,
+    ) -> Track:
+        """A smoothed ditch; see Ditch."""
+        return _placed(Ditch(depth, position, width, side), start, end)
+
+    @classmethod
+    def rough(
+        cls,
+        key: int | Array = 0,
+        iso_class: str = "C",
+        *,
+        start: Numeric = 0.0,
+        end: Numeric = 20.0,
+        margin: Numeric = 2.0,
+        **options,
+    ) -> Track:
+        """Random ground of an ISO 8608 class, "A" (very good road) to "H".
+
+        key: a JAX key, or a seed. margin: how far the ground goes on beyond start and end [m]
+        before it is straight. Options: band, waves and pieces, as in rough_shape, which also takes
+        the roughness as a number, for draws inside jit.
+        """
+        if isinstance(key, int | np.integer):
+            key = jax.random.key(int(key))
+        level = class_roughness(iso_class)
+        require_number("margin", margin, low=0.0, accepted="a finite length >= 0 [m]")
+        shape = rough_shape(key, level, start - margin, end + margin, **options)
+        return _placed(shape, start, end)
+
+    def resampled(self, start: Numeric, end: Numeric, pieces: int) -> Track:
+        """The same ground from start to end [m] as a table of quintics: one price for any shape.
+
+        How exact it is: hermite_table. Past the ends it goes on straight, so enclose the drive and
+        the vehicle's length. The track's own start and end are kept.
+        """
+        return replace(self, shape=hermite_table(self.profile, start, end, pieces))
+
+    def astype(self, dtype) -> Track:
+        """The same track with every number as an array of `dtype`."""
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
+
+
+def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:
+    """A track whose numbers have been checked."""
+    if not isinstance(shape, Function):
+        require_numbers(shape)
+    for name, value in (("start", start), ("end", end)):
+        require_number(name, value, low=-np.inf, accepted="a finite position [m]")
+    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
+        raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
+    return Track(shape, start, end)

@@ -1,0 +1,132 @@
+"""The way along the ground is its arc length, and grows at the rate that the slope says."""
+
+import re
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from stickslip.dynamics.ugv.odometer import Odometer
+from stickslip.dynamics.ugv.track import Track
+
+PLACES = np.asarray([0.0, 0.013, 1.1, 3.3, 4.17, 5.5, 7.99, 8.0])
+JOINTS = (1.5, 2.5, 3.25, 3.75, 4.25, 4.75, 5.5, 6.5)
+
+
+def reference(track, x):
+    """The arc length from 0 by adaptive quadrature, joints of the closed forms told to it."""
+    rate = jax.jit(lambda u: jnp.sqrt(1 + track.slope(u) ** 2))
+    inner = [joint for joint in JOINTS if min(x, 0) < joint < max(x, 0)]
+    return quad(
+        lambda u: float(rate(u)),
+        0.0,
+        x,
+        epsabs=1e-13,
+        epsrel=1e-13,
+        limit=500,
+        points=inner or None,
+    )[0]
+
+
+@jax.jit
+def distances(odometer, x):
+    return odometer.distance(x)
+
+
+@pytest.mark.parametrize("name", ["bump", "sinusoid", "ramp", "step", "ditch", "rough"])
+def test_distance_is_the_arc_length(name, float64):
+    track = Track.named(name)
+    odometer = Odometer.along(track, 0.0, 8.0)
+    exact = [reference(track, x) for x in PLACES]
+    np.testing.assert_allclose(distances(odometer, jnp.asarray(PLACES)), exact, atol=2e-12)
+
+
+def test_distance_along_a_straight_is_exact_anywhere(dtype):
+    odometer = Odometer.along(Track.incline(0.75), 1.0, 3.0, cells=7)
+    x = jnp.asarray([-100.0, 0.0, 1.0, 2.2, 3.0, 3.5, 250.0], dtype)
+    found = odometer.distance(x.reshape(7, 1))
+    assert found.dtype == dtype
+    np.testing.assert_allclose(found.ravel(), 1.25 * (x - 1.0), rtol=4 * jnp.finfo(dtype).eps)
+
+
+def test_beyond_the_ends_the_error_is_as_stated(float64):
+    track = Track.sinusoid()
+    odometer = Odometer.along(track)
+    for x, error in ((8.5, 2e-10), (-0.5, 2e-10), (9.0, 4e-7), (-1.0, 4e-7)):
+        found = float(odometer.distance(jnp.asarray(x)))
+        assert abs(found - reference(track, x)) < error
+
+
+def test_on_a_spline_whose_knots_are_cells_edges_distance_is_exact(float64):
+    """Straight pieces: a polyline, whose length is that of its parts."""
+    x = np.linspace(0.0, 8.0, 33)
+    y = np.random.default_rng(0).normal(0.0, 0.1, 33)
+    track = Track.from_points(x, y, "linear")
+    found = distances(Odometer.along(track, cells=32), jnp.asarray(x))
+    exact = np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
+    np.testing.assert_allclose(found, exact, rtol=1e-14)
+
+
+def test_distance_grows_as_the_slope_says(float64):
+    """dS/dx = sqrt(1 + f'^2), at cells' edges and beyond the ends too, and d2S/dx2 follows."""
+    track = Track.sinusoid(0.3)
+    odometer = Odometer.along(track, cells=8)  # so coarse that the rule's own slope is off
+    x = jnp.asarray([-1.0, 0.0, 0.3, 1.0, 4.77, 8.0, 9.5])
+    _, slope, second = track.profile(x)
+    rate = np.sqrt(1 + slope**2)
+    for differentiate in (jax.grad, jax.jacfwd):
+        first = differentiate(odometer.distance)
+        np.testing.assert_allclose(jax.jit(jax.vmap(first))(x), rate, rtol=1e-14)
+        np.testing.assert_allclose(
+            jax.jit(jax.vmap(differentiate(first)))(x), slope * second / rate, atol=1e-13
+        )
+
+
+def test_distance_follows_the_tracks_numbers_under_jit_vmap_and_grad(float64):
+    @jax.jit
+    def length(amplitude, x):
+        return Odometer.along(Track.sinusoid(amplitude, 3.0), 0.0, 8.0, cells=64).distance(x)
+
+    amplitudes, x, h = jnp.asarray([0.1, 0.2, 0.4]), jnp.asarray(6.3), 1e-5
+    lengths = jax.vmap(length, in_axes=(0, None))(amplitudes, x)
+    exact = [reference(Track.sinusoid(a, 3.0), 6.3) for a in (0.1, 0.2, 0.4)]
+    np.testing.assert_allclose(lengths, exact, rtol=1e-12)
+    difference = [(length(a + h, x) - length(a - h, x)) / (2 * h) for a in amplitudes]
+    for differentiate in (jax.grad, jax.jacfwd):
+        found = jax.jit(jax.vmap(differentiate(length), in_axes=(0, None)))(amplitudes, x)
+        np.testing.assert_allclose(found, difference, rtol=1e-8)
+    tracks = jax.vmap(lambda a: Track.sinusoid(a, 3.0).astype(float))(amplitudes)
+    odometers = jax.jit(jax.vmap(Odometer.along))(tracks)
+    np.testing.assert_allclose(jax.vmap(lambda o: o.distance(x))(odometers), lengths, rtol=1e-12)
+
+
+def test_single_precision_keeps_its_digits():
+    """After 20 m: the sum of 256 cells costs no more than rounding the distance itself does."""
+    x = np.linspace(-1.0, 21.0, 500).astype(np.float32)
+    single = distances(Odometer.along(Track.rough(2)), jnp.asarray(x))
+    with jax.enable_x64(True):
+        double = distances(Odometer.along(Track.rough(2)), jnp.asarray(x, float))
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, double, atol=2 * np.spacing(np.float32(20.0)))
+
+
+def test_a_function_is_measured_too(dtype):
+    track = Track.from_function(lambda x: 2 * jnp.cosh(x / 2), 0.0, 4.0)  # a catenary
+    x = jnp.asarray([0.5, 2.0, 4.0], dtype)
+    found = jax.jit(Odometer.along(track).distance)(x)
+    np.testing.assert_allclose(found, 2 * np.sinh(np.asarray(x) / 2), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"cells": 0}, "cells = 0; accepted: an integer >= 1"),
+        ({"cells": 2.5}, "cells = 2.5; accepted: an integer >= 1"),
+        ({"start": 8.0}, "start = 8.0, end = 8.0; accepted: start < end"),
+    ],
+)
+def test_ends_and_cells_that_will_not_do_are_refused(options, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        Odometer.along(Track.flat(), **options)

@@ -1,0 +1,397 @@
+"""Every kind of track gives its own derivatives, keeps its smoothness and refuses nonsense."""
+
+import re
+from dataclasses import fields, replace
+from itertools import pairwise
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv.roughness import (
+    CLASSES,
+    band_variance,
+    class_roughness,
+    rough_shape,
+    rough_waves,
+)
+from stickslip.dynamics.ugv.spline import INTERPOLATIONS
+from stickslip.dynamics.ugv.track import TRACKS, Track
+
+RNG = np.random.default_rng(5)
+POINTS_X = np.cumsum(RNG.uniform(0.2, 0.7, 20))
+POINTS_Y = RNG.normal(0.0, 0.05, 20)
+EVEN_X = np.linspace(-1.0, 9.0, 41)
+
+
+def hills(x):
+    return 0.1 * jnp.sin(1.3 * x) + 0.02 * x**2 / (1 + x**2)
+
+
+MAKERS = {name: getattr(Track, name) for name in TRACKS}
+MAKERS["function"] = lambda: Track.from_function(hills)
+MAKERS["table"] = lambda: Track.sinusoid().resampled(-1.0, 9.0, 50)
+for kind in INTERPOLATIONS:
+    MAKERS[f"{kind} points"] = lambda kind=kind: Track.from_points(POINTS_X, POINTS_Y, kind)
+MAKERS["even points"] = lambda: Track.from_points(EVEN_X, np.sin(EVEN_X))
+
+each_kind = pytest.mark.parametrize("kind", MAKERS)
+
+
+@jax.jit
+def profile(track, x):
+    return track.profile(x)
+
+
+def somewhere(count=200):
+    return jnp.asarray(np.random.default_rng(1).uniform(-3.0, 12.0, count))
+
+
+@each_kind
+def test_slope_and_second_derivative_are_those_of_the_height(kind, float64):
+    track, x, h = MAKERS[kind](), somewhere(), 1e-5
+    _, slope, second = profile(track, x)
+    ahead, behind = profile(track, x + h), profile(track, x - h)
+    np.testing.assert_allclose((ahead[0] - behind[0]) / (2 * h), slope, atol=2e-8)
+    np.testing.assert_allclose((ahead[1] - behind[1]) / (2 * h), second, atol=3e-6)
+    gradients = jax.jit(jax.vmap(lambda x: (jax.grad(track.height)(x), jax.grad(track.slope)(x))))
+    np.testing.assert_allclose(gradients(x)[0], slope, atol=1e-13)
+    np.testing.assert_allclose(gradients(x)[1], second, atol=1e-12)
+
+
+@each_kind
+def test_profile_is_elementwise_and_in_the_floats_it_is_given(kind, dtype):
+    track = MAKERS[kind]()
+    x = jnp.linspace(-3.0, 12.0, 24, dtype=dtype)
+    whole, mapped = profile(track, x), jax.jit(jax.vmap(track.profile))
+    for shaped in (profile(track, x.reshape(2, 3, 4)), mapped(x.reshape(6, 4))):
+        for one, other in zip(shaped, whole, strict=True):
+            assert one.dtype == dtype
+            np.testing.assert_allclose(one.ravel(), other, rtol=1e-5, atol=1e-6)
+    assert [part.shape for part in profile(track, x[3])] == [(), (), ()]
+    assert [part.shape for part in track.profile(2)] == [(), (), ()]
+    assert track.height(x).dtype == track.slope(x).dtype == dtype
+
+
+@each_kind
+def test_single_precision_is_close_to_double(kind):
+    x = np.random.default_rng(2).uniform(-3.0, 12.0, 500).astype(np.float32)
+    single = MAKERS[kind]().profile(jnp.asarray(x))
+    with jax.enable_x64(True):
+        double = MAKERS[kind]().profile(jnp.asarray(x, float))
+    for one, other, error in zip(single, double, (3e-6, 3e-6, 3e-4), strict=True):
+        np.testing.assert_allclose(one, other, atol=error)
+
+
+@each_kind
+def test_numbers_may_be_traced_batched_and_differentiated(kind, float64):
+    """A batch is each of its members; derivatives are those of differences."""
+    track, x = MAKERS[kind](), somewhere(7)
+    leaves, tree = jax.tree.flatten(track.astype(float))
+    factors = jnp.asarray([0.9, 1.0, 1.1])
+    batch = jax.tree.unflatten(
+        tree, [f * jnp.ones_like(factors) if f.ndim == 0 else jnp.stack([f] * 3) for f in leaves]
+    )
+    changed = _scaled(batch, factors)
+    many = jax.vmap(profile, in_axes=(0, None))(changed, x)
+    for i, factor in enumerate(factors):
+        one = profile(_scaled(track, factor), x)
+        for a, b in zip(many, one, strict=True):
+            np.testing.assert_allclose(a[i], b, atol=1e-13)
+    total = lambda factor: sum(jnp.sum(part) for part in profile(_scaled(track, factor), x))  # noqa: E731
+    h = 1e-6
+    slope = (total(1 + h) - total(1 - h)) / (2 * h)
+    np.testing.assert_allclose(jax.grad(total)(1.0), slope, rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(jax.jacfwd(total)(1.0), slope, rtol=1e-6, atol=1e-7)
+
+
+def _scaled(track, factor):
+    """The track with each number of its shape but the knots scaled."""
+    names = [f.name for f in fields(track.shape) if not f.metadata.get("static")]
+    values = {n: jnp.asarray(getattr(track.shape, n), float) for n in names if n != "knots"}
+    axes = {n: (1,) * (v.ndim - jnp.ndim(factor)) for n, v in values.items()}
+    changed = {n: v * jnp.reshape(factor, jnp.shape(factor) + axes[n]) for n, v in values.items()}
+    return replace(track, shape=replace(track.shape, **changed))
+
+
+@pytest.mark.parametrize(
+    ("kind", "order"),
+    [("cubic points", 2), ("even points", 2), ("table", 2), ("rough", 2), ("pchip points", 1),
+     ("makima points", 1), ("linear points", 0), ("ramp", 2), ("step", 2), ("ditch", 2)],
+)  # fmt: skip
+def test_pieces_join_smoothly(kind, order, float64):
+    """Nothing jumps up to the stated derivative, at the knots and past the ends."""
+    track = MAKERS[kind]()
+    shape = track.shape
+    if hasattr(shape, "knots"):
+        inner = shape.knots if kind in ("cubic points", "even points") else shape.knots[1:-1]
+        ends = shape.knots[jnp.asarray([0, -1])]
+    else:
+        inner = ends = jnp.asarray([1.5, 2.5, 3.25, 3.75, 4.25, 4.75, 5.5, 6.5])
+    at = lambda x: (np.asarray(part) for part in profile(track, x))  # noqa: E731
+    for places, smooth in ((inner, order), (ends, min(order, 1))):
+        jumps = [np.abs(a - b) for a, b in zip(at(places + 1e-9), at(places - 1e-9), strict=True)]
+        for jump in jumps[: smooth + 1]:
+            assert np.max(jump) < 1e-6
+
+
+def test_points_are_met_and_the_ends_go_on_straight(dtype):
+    for kind in INTERPOLATIONS:
+        track = Track.from_points(POINTS_X, POINTS_Y, kind)
+        np.testing.assert_allclose(track.height(jnp.asarray(POINTS_X, dtype)), POINTS_Y, atol=1e-6)
+        for end, way in ((POINTS_X[0], -1.0), (POINTS_X[-1], 1.0)):
+            out = jnp.asarray(end + way * np.asarray([0.5, 3.0, 40.0]), dtype)
+            height, slope, second = track.profile(out)
+            m = track.slope(jnp.asarray(end, dtype))
+            np.testing.assert_allclose(slope, m, rtol=1e-5)
+            y = track.height(jnp.asarray(end, dtype))
+            np.testing.assert_allclose(height, y + m * (out - end), rtol=1e-5, atol=1e-5)
+            np.testing.assert_array_equal(second, 0.0)
+
+
+def test_the_cubic_through_samples_converges_with_the_fourth_power(float64):
+    errors = []
+    for count in (41, 81):
+        knots = np.linspace(0.0, 4 * np.pi, count)  # y'' = 0 at both ends, as the spline has it
+        x = np.linspace(0.0, 4 * np.pi, 5000)
+        track = Track.from_points(knots, np.sin(knots))
+        errors.append(np.max(np.abs(track.height(jnp.asarray(x)) - np.sin(x))))
+    assert 14 < errors[0] / errors[1] < 18
+
+
+def test_even_and_uneven_lookups_agree(float64):
+    track, x = Track.from_points(EVEN_X, np.sin(EVEN_X)), somewhere(2000)
+    assert track.shape.even
+    searched = replace(track, shape=replace(track.shape, even=False))
+    for a, b in zip(profile(track, x), profile(searched, x), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-13)
+
+
+def test_a_million_points(float64):
+    x = np.linspace(0.0, 1000.0, 10**6)
+    rng = np.random.default_rng(0)
+    uneven = np.sort(rng.uniform(0.0, 1000.0, 10**6))
+    uneven = uneven[np.append(True, np.diff(uneven) > 1e-6)]
+    asked = jnp.asarray(rng.uniform(1.0, 999.0, 1000))
+    exact = 0.05 * np.sin(np.pi * np.asarray(asked))
+    for knots in (x, uneven):
+        track = Track.from_points(knots, 0.05 * np.sin(np.pi * knots))
+        np.testing.assert_allclose(profile(track, asked)[0], exact, atol=1e-10)
+    with jax.enable_x64(False):
+        track = Track.from_points(x, 0.05 * np.sin(np.pi * x))
+        asked = jnp.asarray(rng.uniform(0.0, 1000.0, 1000), jnp.float32)
+        single = np.asarray(profile(track, asked)[0])
+    rounded = 0.05 * np.pi * 3.1e-5  # a knot at 1000 m, times the slope
+    np.testing.assert_allclose(
+        single, 0.05 * np.sin(np.pi * np.asarray(asked, float)), atol=1.1 * rounded
+    )
+
+
+def test_a_table_of_quintics_converges_with_the_sixth_power(float64):
+    track, x = Track.sinusoid(), jnp.linspace(0.0, 8.0, 4001)
+    exact, errors = track.profile(x), {}
+    for pieces in (20, 40):
+        found = track.resampled(0.0, 8.0, pieces).profile(x)
+        errors[pieces] = [np.max(np.abs(a - b)) for a, b in zip(found, exact, strict=True)]
+    bound = (8 / 20) ** 6 * 0.05 * np.pi**6 / 46080
+    assert 0.9 * bound < errors[20][0] < 1.001 * bound
+    for k, power in enumerate((6, 5, 4)):
+        np.testing.assert_allclose(errors[20][k] / errors[40][k], 2.0**power, rtol=0.1)
+
+
+def test_named_grounds_have_the_shapes_they_say(float64):
+    at = lambda track, *x: [float(v) for v in track.height(jnp.asarray(x))]  # noqa: E731
+    assert at(Track.flat(), -3.0, 4.0) == [0.0, 0.0]
+    np.testing.assert_allclose(at(Track.incline(-0.2), 3.0), -0.6)
+    np.testing.assert_allclose(at(Track.bump(), 4.0, 5.0), [0.1, 0.1 / np.e])
+    np.testing.assert_allclose(at(Track.sinusoid(), 0.5, 1.5), [0.05, -0.05])
+    np.testing.assert_allclose(at(Track.ramp(), 1.0, 4.0, 6.5, 50.0), [0, 0.6, 1.2, 1.2])
+    np.testing.assert_allclose(Track.ramp().slope(jnp.asarray([2.5, 4.0, 5.5])), 0.3)
+    np.testing.assert_allclose(at(Track.step(), 3.75, 4.0, 4.25), [0, 0.05, 0.1], atol=1e-15)
+    np.testing.assert_allclose(
+        at(Track.ditch(), 3.2, 3.5, 3.75, 4.25, 5.0), [0, -0.05, -0.1, -0.1, 0], atol=1e-15
+    )
+
+
+def test_the_steepest_and_most_bent_places_of_a_step_are_as_stated(float64):
+    _, slope, second = Track.step(0.2, 0.0, 0.7).profile(jnp.linspace(-0.5, 0.5, 100001))
+    np.testing.assert_allclose(np.max(slope), 1.875 * 0.2 / 0.7, rtol=1e-7)
+    np.testing.assert_allclose(np.max(second), 10 / np.sqrt(3) * 0.2 / 0.49, rtol=1e-7)
+    _, slope, second = Track.step().profile(jnp.linspace(3.5, 4.5, 10001))
+    bent = second > 0
+    radius = (1 + slope[bent] ** 2) ** 1.5 / second[bent]
+    np.testing.assert_allclose(np.min(radius), 0.45, atol=1e-3)
+
+
+def test_a_function_of_a_constant_and_of_integers_is_a_profile(dtype):
+    x = jnp.linspace(0.0, 1.0, 3, dtype=dtype)
+    for constant in (lambda x: 2, lambda x: 2.0):
+        height, slope, second = Track.from_function(constant).profile(x)
+        np.testing.assert_array_equal(height, 2.0)
+        np.testing.assert_array_equal([slope, second], 0.0)
+        assert height.dtype == dtype
+
+
+# Rough ground
+
+
+def test_rough_ground_has_the_variance_and_spectrum_of_its_class(float64):
+    """Mean squares over 4000 grounds, of height and derivatives, against the band's integrals."""
+    level, band = class_roughness("D"), (0.05, 1.0)
+    keys = jax.random.split(jax.random.key(3), 4000)
+    draw = jax.jit(jax.vmap(lambda key: rough_waves(key, level).profile(jnp.asarray(1.7))))
+    height, slope, second = (np.asarray(part) for part in draw(keys))
+    sigma = np.sqrt(2 / 4000)  # of the mean square of a nearly normal variable
+    in_slope = level * 0.01 * (2 * np.pi) ** 2 * (band[1] - band[0])
+    in_second = level * 0.01 * (2 * np.pi) ** 4 * (band[1] ** 3 - band[0] ** 3) / 3
+    for drawn, integral in (
+        (height, band_variance(level, band)), (slope, in_slope), (second, in_second)
+    ):  # fmt: skip
+        assert abs(np.mean(drawn)) < 4 * np.sqrt(integral / 4000)
+        assert abs(np.mean(drawn**2) / integral - 1) < 4 * sigma + 1e-3
+
+
+def test_amplitudes_hold_the_variance_of_any_part_of_the_band(float64):
+    """At 1 / 20 and at 1 cycle/m, not only in sum: G falls with the square of the frequency."""
+    waves = rough_waves(jax.random.key(0), 1.0, waves=950)
+    power, n = np.asarray(waves.amplitudes) ** 2 / 2, np.asarray(waves.frequencies)
+    np.testing.assert_allclose(power / 0.001, (n / 0.1) ** -2, rtol=1e-12)
+    np.testing.assert_allclose(power.sum(), band_variance(1.0), rtol=1e-12)
+    np.testing.assert_allclose(power[n < 0.1].sum(), 0.01 * (20 - 10), rtol=1e-9)
+
+
+def test_classes_are_a_factor_of_four_apart(float64):
+    assert class_roughness("A") == 16e-6
+    x = jnp.linspace(0.0, 20.0, 50)
+    grounds = [np.asarray(Track.rough(7, name).height(x)) for name in CLASSES]
+    for smooth, rough in pairwise(grounds):
+        np.testing.assert_allclose(rough, 2 * smooth, rtol=1e-9, atol=1e-15)
+
+
+def test_a_seed_is_a_key_and_one_ground_in_both_precisions():
+    x = np.linspace(0.0, 20.0, 64)
+    grounds = []
+    for wide in (False, True):
+        with jax.enable_x64(wide):
+            at = jnp.asarray(x, float)
+            grounds.append(np.asarray(Track.rough(11).height(at)))
+            np.testing.assert_array_equal(Track.rough(jax.random.key(11)).height(at), grounds[-1])
+            assert np.max(np.abs(Track.rough(12).height(at) - grounds[-1])) > 1e-3
+    np.testing.assert_allclose(*grounds, atol=1e-6)
+
+
+def test_rough_ground_is_drawn_inside_jit(dtype):
+    """Key, roughness and ends traced; the table is as good as the waves to the stated errors."""
+    x = jnp.linspace(0.0, 20.0, 1000, dtype=dtype)
+
+    @jax.jit
+    def draw(key, roughness, start, end):
+        shape = rough_shape(key, roughness, start, end, pieces=192)
+        return shape.profile(x), rough_waves(key, roughness).profile(x)
+
+    numbers = (jnp.asarray(v, dtype) for v in (class_roughness("C"), -2.0, 22.0))
+    table, waves = draw(jax.random.key(4), *numbers)
+    for one, other, error in zip(table, waves, (5e-8, 4e-7, 2e-5), strict=True):
+        assert one.dtype == dtype
+        np.testing.assert_allclose(one, other, atol=error)
+
+
+# Refusals
+
+
+def refused(*parts):
+    return pytest.raises(ValueError, match=".*".join(map(re.escape, parts)))
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "parts"),
+    [
+        ([0, 1, 1, 2], [0, 0, 0, 0], ("x[2] = 1.0 repeats x[1] = 1.0", "strictly increasing")),
+        ([0, 2, 1], [0, 0, 0], ("x[2] = 1.0 is less than x[1] = 2.0", "strictly increasing")),
+        ([0, np.nan, 2], [0, 0, 0], ("x[1] = nan", "finite")),
+        ([0, 1, 2], [0, 0, np.inf], ("y[2] = inf", "finite")),
+        ([0, 1, 2], [0, 0], ("x has 3 points and y 2", "as many")),
+        ([0], [0], ("x has shape (1,)", "at least 2 points")),
+        ([], [], ("x has shape (0,)", "at least 2 points")),
+        ([[0, 1], [2, 3]], [0, 1], ("x has shape (2, 2)", "one axis")),
+        (["a", "b"], [0, 1], ("x are no numbers", "accepted")),
+        ([1000.0, 1000.00001], [0, 0], ("are one number in float32", "jax_enable_x64")),
+        ([0, 1e-30], [0, 1e10], ("overflows float32", "farther apart")),
+    ],
+)
+def test_points_that_make_no_track_are_refused(x, y, parts):
+    for kind in INTERPOLATIONS:
+        with refused(*parts):
+            Track.from_points(x, y, kind)
+
+
+def test_traced_points_are_refused_but_two_points_are_a_line():
+    with refused("traced", "concrete points"):
+        jax.jit(lambda y: Track.from_points(np.arange(3.0), y).height(0.5))(jnp.zeros(3))
+    for kind in INTERPOLATIONS:
+        line = Track.from_points([0.0, 2.0], [1.0, 2.0], kind)
+        np.testing.assert_allclose(
+            line.height(jnp.asarray([-2.0, 1.0, 4.0])), [0, 1.5, 3], atol=1e-6
+        )
+
+
+@pytest.mark.parametrize(
+    ("function", "parts"),
+    [
+        (3.0, ("function = 3.0 cannot be called", "accepted")),
+        (lambda x: jnp.stack([x, x]), ("function(0) has shape (2,)", "one number")),
+        (lambda x: 1 / (x - 5), ("height of function at x = 5 is inf", "finite")),
+        (lambda x: jnp.sqrt(x), ("slope of function at x = 0 is inf", "finite")),
+        (lambda x: x**1.5, ("second derivative of function at x = 0", "finite")),
+        (lambda x, y: x, ("function(0) fails", "one number")),
+        (lambda x: np.sin(x), ("function(0) fails", "jax.numpy")),
+        (lambda x: "high", ("function(0) fails", "jax.numpy")),
+    ],
+)
+def test_functions_that_make_no_track_are_refused(function, parts):
+    with refused(*parts):
+        Track.from_function(function)
+
+
+def test_a_function_without_hash_is_refused():
+    class Unhashable:
+        __hash__ = None
+
+        def __call__(self, x):
+            return x
+
+    with refused("has no hash", "hashable"):
+        Track.from_function(Unhashable())
+
+
+@pytest.mark.parametrize(
+    ("make", "parts"),
+    [
+        (lambda: Track.named("hill"), ("name = 'hill'", "'bump'")),
+        (lambda: Track.named("bump", depth=1.0), ("no 'depth'", "height, centre, width")),
+        (lambda: Track.bump(width=0.0), ("width = 0.0", "length > 0")),
+        (lambda: Track.step(height=np.nan), ("height = nan", "finite")),
+        (lambda: Track.flat(start=3.0, end=3.0), ("start = 3.0, end = 3.0", "start < end")),
+        (lambda: Track.from_function(hills, end=np.inf), ("end = inf", "finite")),
+        (lambda: Track.rough(0, "J"), ("iso_class = 'J'", "'H'")),
+        (lambda: Track.rough(0, margin=-1.0), ("margin = -1.0", ">= 0")),
+        (lambda: Track.rough(0, band=(1.0, 0.1)), ("band = (1.0, 0.1)", "low < high")),
+        (lambda: Track.rough(0, waves=0), ("waves = 0", ">= 1")),
+        (lambda: rough_shape(jax.random.key(0), -1.0), ("roughness = -1.0", ">= 0")),
+        (lambda: Track.flat().resampled(0.0, 1.0, 2.5), ("pieces = 2.5", "integer >= 1")),
+        (lambda: Track.flat().resampled(1.0, 0.0, 5), ("start = 1.0, end = 0.0", "start < end")),
+        (lambda: Track.from_points([0, 1], [0, 1], "spline"), ("= 'spline'", "'pchip'")),
+    ],
+)  # fmt: skip
+def test_numbers_that_make_no_track_are_refused(make, parts):
+    with refused(*parts):
+        make()
+
+
+def test_named_builds_what_the_constructor_builds(float64):
+    x = somewhere(20)
+    for name in TRACKS:
+        one, other = Track.named(name, end=9.0), getattr(Track, name)(end=9.0)
+        np.testing.assert_array_equal(one.height(x), other.height(x))
+        assert float(one.end) == 9.0

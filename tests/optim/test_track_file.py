@@ -1,0 +1,128 @@
+"""Tracks come out of files as they were written, and what is no track is refused with its place."""
+
+import re
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.optim.track_file import EARTH_RADIUS, read_track
+
+TABLES = {
+    "comma": "0,0.0\n1,0.5\n3,0.25\n",
+    "semicolon": "0;0.0\n1;0.5\n3;0.25\n",
+    "tab": "0\t0.0\n1\t0.5\n3\t0.25\n",
+    "blanks": "  0   0.0\n 1  0.5\n 3 0.25",
+    "header": "x,y\n0,0.0\n1,0.5\n3,0.25\n",
+    "named columns": "Elevation;grade;Distance\n0.0;a;0\n0.5;b;1\n0.25;c;3\n",
+    "quoted header": '"s","height"\r\n0,0.0\r\n1,0.5\r\n3,0.25\r\n',
+    "comments": "# surveyed\n\nx y\n0 0.0\n# a stone\n1 5e-1\n\n3 .25\n",
+    "byte order mark": "\ufeffx,y\n0,0.0\n1,0.5\n3,0.25\n",
+}
+
+
+def write(folder, text, name="track.csv"):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def gpx(*points, prologue="", ns=' xmlns="http://www.topografix.com/GPX/1/1"'):
+    nodes = "".join(
+        f'<trkpt lat="{lat}" lon="{lon}"><time>x</time><ele>{ele}</ele></trkpt>'
+        for lat, lon, ele in points
+    )
+    first = f'<?xml version="1.0" encoding="UTF-8"?>{prologue}'
+    return f"{first}<gpx{ns}><trk><trkseg>{nodes}</trkseg></trk></gpx>"
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_every_way_of_writing_a_table_gives_the_same_track(kind, tmp_path, float64):
+    track = read_track(write(tmp_path, TABLES[kind]), "linear")
+    assert (track.start, track.end) == (0.0, 3.0)
+    found = track.height(jnp.asarray([0.0, 0.5, 1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(found, [0.0, 0.25, 0.5, 0.375, 0.25], rtol=1e-14)
+
+
+def test_what_numpy_writes_is_read_to_the_last_digit(tmp_path, float64):
+    x = np.cumsum(np.random.default_rng(0).uniform(0.1, 1.0, 1000))
+    path = tmp_path / "track.csv"
+    np.savetxt(path, np.stack([x, np.sin(x)], axis=1), fmt="%.17g", delimiter=",", header="x,y")
+    np.testing.assert_array_equal(read_track(str(path)).height(jnp.asarray(x[:-1])), np.sin(x[:-1]))
+
+
+@pytest.mark.parametrize("ns", ["", ' xmlns="http://www.topografix.com/GPX/1/1"'])
+def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, float64):
+    """A degree along a meridian, one along the parallel of 60 degrees by the law of cosines."""
+    degree = np.radians(1.0)
+    points = [(59, 10, 100), (60, 10, 160), (60, 11, 130.5)]
+    track = read_track(write(tmp_path, gpx(*points, ns=ns), "Ride.GPX"), "linear")
+    east = np.arccos(0.75 + 0.25 * np.cos(degree))
+    x = EARTH_RADIUS * np.asarray([0.0, degree, degree + east])
+    np.testing.assert_allclose(track.end, x[-1], rtol=1e-12)
+    np.testing.assert_allclose(track.height(jnp.asarray(x)), [100, 160, 130.5], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("", ("track.csv: no points", "two columns")),
+        ("# nothing\n\n", ("track.csv: no points",)),
+        ("x,y\n", ("track.csv: 0 points",)),
+        ("1,2\n", ("track.csv: 1 points",)),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", ("track.csv: byte 0 is no UTF-8 text", "two columns")),
+        (b"0,0\n1,\x001\n", ("track.csv: not a text file",)),
+        ("0,0,0\n1,1,1\n", ("track.csv:1: 3 columns instead of 2",)),
+        ("x,y\n0,0\n\n1\n", ("track.csv:4: 1 columns instead of 2",)),
+        ("0,0\n1,1,1\n", ("track.csv:2: 3 columns instead of 2",)),
+        ("0,0\n1,high\n", ("track.csv:2: 'high' is no number", "finite numbers")),
+        ("0,0\n1,1_0\n", ("track.csv:2: '1_0' is no number",)),
+        ("0,0\n1,\n", ("track.csv:2: '' is no number",)),
+        ("0;0\n1;0,5\n", ("track.csv:2: '0,5' is no number", "decimal points")),
+        ("0,0\nx,y\n", ("track.csv:2: 'x' is no number",)),
+        ("0,0\n1,nan\n2,0\n", ("track.csv:2: y = nan", "finite")),
+        ("0,0\ninf,1\n", ("track.csv:2: x = inf", "finite")),
+        ("x,y\n0,0\n# a stone\n2,1\n2,1\n", ("track.csv:5: x = 2.0 after 2.0 does not increase",)),
+        ("0,0\n2,1\n1,1\n", ("track.csv:3: x = 1.0 after 2.0 does not increase", "increasing")),
+        ("lat,lon\n0,0\n1,1\n", ("track.csv:1: header 'lat,lon'", "distance", "elevation")),
+        ("x,s,y\n0,0,0\n1,1,1\n", ("track.csv:1: header 'x,s,y'",)),
+        ("0,0\n1e-40,1\n", ("track.csv: ", "overflows float32")),
+    ],
+)  # fmt: skip
+def test_a_table_that_is_no_track_is_refused_with_its_line(text, parts, tmp_path):
+    with pytest.raises(ValueError, match=".*".join(map(re.escape, parts))):
+        read_track(write(tmp_path, text))
+
+
+GOOD = [(59, 10, 100), (60, 10, 160)]
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("", ("track.gpx: no XML", "GPX track")),
+        ("x,y\n0,0\n1,1\n", ("track.gpx: no XML",)),
+        (gpx(*GOOD)[:-9], ("track.gpx: no XML",)),
+        (gpx(), ("track.gpx: 0 points",)),
+        (gpx(*GOOD[:1]), ("track.gpx: 1 points",)),
+        (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: x = 0.0 after 0.0",)),
+        (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2: ele = None",)),
+        (gpx(GOOD[0], (60, 10, "nan")), ("track.gpx: track point 2: ele = 'nan'",)),
+        (gpx(GOOD[0], (95, 10, 0)), ("track.gpx: track point 2: lat = 95.0",)),
+        (gpx(("x", 10, 0), GOOD[0]), ("track.gpx: track point 1: lat = 'x'", "lat, lon [deg]")),
+        (gpx(*GOOD, prologue='<!DOCTYPE g [<!ENTITY a "b">]>'), ("declares a document type",)),
+        (gpx(*GOOD).encode("utf-16"), ("is no UTF-8 text",)),
+    ],
+)
+def test_an_elevation_profile_that_is_no_track_is_refused(text, parts, tmp_path):
+    with pytest.raises(ValueError, match=".*".join(map(re.escape, parts))):
+        read_track(write(tmp_path, text, "track.gpx"))
+
+
+def test_files_that_cannot_be_opened_are_os_errors_that_name_them(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"none\.csv"):
+        read_track(tmp_path / "none.csv")
+    with pytest.raises(OSError, match=re.escape(str(tmp_path))):
+        read_track(tmp_path)
+    with pytest.raises(ValueError, match="interpolation = 'wavy'"):
+        read_track(write(tmp_path, TABLES["comma"]), "wavy")
