@@ -12,6 +12,7 @@ condition numbers over the turn, and time per solve.
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -266,9 +267,18 @@ def main(arguments: list[str] | None = None) -> None:
     jax.config.update("jax_enable_x64", True)
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results/joints.json"))
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=list(PARTS),
+        default=list(PARTS),
+        help="measure these parts; the file keeps its others, each with its commit",
+    )
     options = parser.parse_args(arguments)
     found: dict[str, Any] = provenance()
+    earlier = json.loads(options.out.read_text(encoding="utf-8")) if options.out.exists() else {}
+    found["parts"] = dict(earlier.get("parts", {}))
+    found |= {name: earlier[name] for name in PARTS if name in earlier}
     for name in options.only:
         print(f"\n{name}: worst (median)" if name in WITH_MEDIANS else f"\n{name}")
         rows = []
@@ -277,6 +287,7 @@ def main(arguments: list[str] | None = None) -> None:
             print(f"{name}: {len(rows)} rows", end="\r", flush=True)
         print(markdown(rows), flush=True)
         found[name] = rows
+        found["parts"][name] = {key: found[key] for key in ("commit", "measured")}
         write_json(found, options.out)
     print(f"\nwritten to {options.out}")
 
