@@ -36,8 +36,8 @@ class Pose(NamedTuple):
     rear_leg: Float[Array, "... 2"]
     front_leg: Float[Array, "... 2"]
     clearance: Float[Array, ...]
-    """Least height of body and legs, as lines from hinge to hinge and wheel, above the ground [m],
-    measured vertically at points along them."""
+    """Least height above the ground [m], measured vertically at points of the body, a line from
+    hinge to hinge, and of the legs as far as they stand out of the wheels."""
     status: Int[Array, ...]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
 
@@ -84,7 +84,7 @@ def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
     chord = front_wheel - rear_wheel
     R = jnp.sqrt(dot(chord, chord))
     front = contact(track, x_front, params.wheel_radius)
-    x_rear, gap = locate(track, params.wheel_radius, front, R, solver)
+    x_rear, gap, rate = locate(track, params.wheel_radius, front, R, solver)
     rear = contact(track, x_rear, params.wheel_radius)
 
     # The body's axis: the chord in the body's frame is turned into the chord in the world.
@@ -112,23 +112,25 @@ def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
         clearance=zero,
         status=zero.astype(int),
     )
-    placed = placed._replace(clearance=clearance(track, placed, solver.samples))
-    return placed._replace(status=_status(params, track, placed, gap, solver))
+    placed = placed._replace(clearance=clearance(params, track, placed, solver.samples))
+    return placed._replace(status=_status(params, track, placed, (gap, rate), solver))
 
 
 _place = jax.jit(place, static_argnums=4)
 
 
-def clearance(track: Track, placed: Pose, samples: int):
-    """Least height of body and legs above the ground [m], at `samples` points of each third."""
+def clearance(params: UGVParams, track: Track, placed: Pose, samples: int):
+    """Least height above the ground of the body and of what the wheels leave of the legs [m]."""
     if samples == 0:
         return jnp.full_like(placed.wheelbase, jnp.inf)
     part = (jnp.arange(samples, dtype=placed.wheelbase.dtype) + 0.5) / samples
-    ends = [placed.rear.centre, placed.rear_hinge, placed.front_hinge, placed.front.centre]
+    bare = jnp.maximum(1 - params.wheel_radius / params.leg_length, 0)
+    rear = placed.rear_hinge + bare * (placed.rear.centre - placed.rear_hinge)
+    front = placed.front_hinge + bare * (placed.front.centre - placed.front_hinge)
     least = jnp.full_like(placed.wheelbase, jnp.inf)
-    for a, b in pairwise(ends):
-        points = a[..., None, :] + part[:, None] * (b - a)[..., None, :]
-        height = points[..., 1] - track.height(points[..., 0])
+    for a, b in pairwise([rear, placed.rear_hinge, placed.front_hinge, front]):
+        (x, y), (along, up) = ((v[..., :1], v[..., 1:]) for v in (a, b - a))
+        height = y + part * up - track.height(x + part * along)
         least = jnp.minimum(least, jnp.min(height, axis=-1))
     return least
 
@@ -140,13 +142,16 @@ def turned(vector, along):
     return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
 
 
-def _status(params, track, placed: Pose, gap, solver):
+def _status(params, track, placed: Pose, missed, solver):
     """The first of the pose's failures that applies."""
     dtype = placed.wheelbase.dtype
     eps = jnp.finfo(dtype).eps
     r = params.wheel_radius
     size = jnp.abs(placed.front.centre).max(-1) + placed.wheelbase + r
-    status = jnp.where(jnp.abs(gap) > solver.accepted_gap(dtype) * size, Status.NOT_CONVERGED, 0)
+    gap, rate = missed
+    # At a sharp edge the last digit of x moves the wheel by far more than that.
+    accepted = solver.accepted_gap(dtype) * size * jnp.maximum(jnp.abs(rate), 1)
+    status = jnp.where(jnp.abs(gap) > accepted, Status.NOT_CONVERGED, Status.OK)
     hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
     if solver.samples:
         depth = jnp.maximum(

@@ -66,7 +66,7 @@ NEWTON = PoseSolver()
 
 
 def locate(track: Track, radius, front: Contact, wheelbase, solver: PoseSolver):
-    """The rear contact [m] and by how much the wheelbase is missed there [m].
+    """The rear contact [m], by how much the wheelbase is missed there [m] and its slope in x [-].
 
     The distance between the centres is at least the wheelbase R at x = s_f - R - r and 0 at the
     front contact, so a crossing lies between. Derivatives: the last Newton step is differentiated,
@@ -80,7 +80,7 @@ def locate(track: Track, radius, front: Contact, wheelbase, solver: PoseSolver):
     gap, rate = miss(track, radius, front.centre, wheelbase, x)
     step = jnp.where(rate == 0, 0, gap / jnp.where(rate == 0, 1, rate))
     polished = x - jnp.clip(step, -radius, radius)
-    return polished, miss(track, radius, front.centre, wheelbase, polished)[0]
+    return polished, *miss(track, radius, front.centre, wheelbase, polished)
 
 
 def miss(track: Track, radius, centre, wheelbase, x):

@@ -11,6 +11,9 @@ from stickslip.dynamics.ugv.track import Track
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
+NARROWINGS = 6
+"""Of the interval in which the ground may come nearest to a wheel's centre."""
+
 
 class Contact(NamedTuple):
     """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
@@ -53,17 +56,46 @@ def contact(track: Track, x: Float[Array, ...], radius) -> Contact:
 
 
 def penetration(track: Track, wheel: Contact, radius, samples: int):
-    """How deep the ground reaches into the wheel [m], at `samples` points below it; >= 0.
+    """How deep the ground reaches into the wheel [m], >= 0: zero where it touches at one point.
 
-    Zero for a wheel that touches at one point. Ground narrower than 2 radius / samples may hide.
+    The distance from the wheel's centre to the ground is looked up below `samples` points of the
+    rim, and between two of them that enclose a minimum, the nearest such pair beside the contact,
+    it is narrowed down. Ground narrower than about 2 radius / samples may hide.
     """
-    part = (jnp.arange(samples, dtype=wheel.x.dtype) + 0.5) / samples
-    angle = jnp.pi * part
-    across, down = -jnp.cos(angle), jnp.sin(angle)
+    part = (jnp.arange(samples, dtype=wheel.x.dtype) + 0.01) / (samples - 0.98)
+    centre = wheel.centre[..., None, :]
     radius = jnp.asarray(radius, wheel.x.dtype)[..., None]
-    x = wheel.centre[..., :1] + radius * across
-    rim = wheel.centre[..., 1:] - radius * down
-    return jnp.maximum(jnp.max((track.height(x) - rim) * down, axis=-1), 0)
+    x = centre[..., 0] - radius * jnp.cos(jnp.pi * part)
+    distance, growth = _from_centre(track, centre, x)
+    deepest = jnp.min(distance, axis=-1)
+
+    # Falls at the left, grows at the right: a minimum between. The contact is one of them.
+    touching = (x[..., :-1] <= wheel.x[..., None]) & (wheel.x[..., None] <= x[..., 1:])
+    encloses = (growth[..., :-1] < 0) & (growth[..., 1:] > 0) & ~touching
+    value = jnp.minimum(distance[..., :-1], distance[..., 1:])
+    value = jnp.where(encloses, value, jnp.inf)
+    chosen = encloses & (value == jnp.min(value, axis=-1, keepdims=True))
+    low = jnp.max(jnp.where(chosen, x[..., :-1], -jnp.inf), axis=-1)
+    found = jnp.isfinite(low)
+    low = jnp.where(found, low, wheel.x)  # else look at the contact in vain
+    high = jnp.where(found, jnp.max(jnp.where(chosen, x[..., 1:], -jnp.inf), axis=-1), wheel.x)
+    g_low, g_high = (_from_centre(track, wheel.centre, end)[1] for end in (low, high))
+    for _ in range(NARROWINGS):
+        at = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
+        margin = (high - low) / 8
+        at = jnp.clip(at, low + margin, high - margin)
+        distance, growth = _from_centre(track, wheel.centre, at)
+        deepest = jnp.minimum(deepest, distance)
+        low, g_low = jnp.where(growth < 0, at, low), jnp.where(growth < 0, growth, g_low)
+        high, g_high = jnp.where(growth < 0, high, at), jnp.where(growth < 0, g_high, growth)
+    return jnp.maximum(radius[..., 0] - deepest, 0)
+
+
+def _from_centre(track: Track, centre, x):
+    """Distance of the ground at x from the wheel's centre [m], and half the slope of its square."""
+    f, df, _ = track.profile(x)
+    across, up = x - centre[..., 0], f - centre[..., 1]
+    return jnp.sqrt(across**2 + up**2), across + up * df
 
 
 def dot(a, b):

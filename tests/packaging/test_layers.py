@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 FRONT = "stickslip"
 RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
     "dynamics": ("dynamics", set(), {"jax", "numpy", "scipy"}),
-    "optim": ("optim", {"dynamics"}, {"jax", "numpy", "cvxpy", "scipy"}),
+    "optim": ("optim", {"dynamics"}, {"jax", "numpy", "cvxpy", "scipy", "cma", "tqdm"}),
     "envs": ("envs", {"dynamics", "optim"}, None),
     "agents": ("agents", {"dynamics", "optim", "envs"}, None),
     FRONT: ("src/stickslip", {"dynamics", "optim", "envs", "agents"}, None),
@@ -37,6 +37,7 @@ def declared_packages() -> set[str]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     lines = [*project["dependencies"], *extras["train"], *extras["viz"], *extras["bench"]]
+    lines += extras["optim"]
     names = {re.split(r"[\[<>=!~; ]", line, maxsplit=1)[0] for line in lines}
     return {IMPORT_NAMES.get(name, name) for name in names} | IMPLIED
 

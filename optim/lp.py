@@ -1,0 +1,179 @@
+"""The best path over the grid as a flow, a linear program in cvxpy whose dual certifies it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+
+from stickslip.optim.dp import angles_at, best_paths, require_one_kind
+from stickslip.optim.layered_graph import LayeredGraph, build_graph
+from stickslip.optim.posture_grid import build_grid
+from stickslip.optim.result import OptimStatus, Result
+
+if TYPE_CHECKING:
+    from stickslip.optim.posture_grid import PostureGrid
+    from stickslip.optim.problem import PostureProblem
+
+SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
+"""What cvxpy may solve a linear program with, the first that is installed by default."""
+GAP = 1e-6
+"""Relative gap between value and bound up to which the path counts as proved optimal."""
+SLACK = 1e-12
+"""Relative rounding of a station's cost, which two programs may compute differently."""
+WHOLE = 1e-6
+"""By how much a flow may miss 0 or 1."""
+STATUSES = {
+    cp.OPTIMAL: OptimStatus.OPTIMAL,
+    cp.OPTIMAL_INACCURATE: OptimStatus.INACCURATE,
+    cp.USER_LIMIT: OptimStatus.LIMIT,
+}
+"""What cvxpy's statuses mean here; all others are FAILED. The flow is known to be feasible."""
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A solved linear program: the flow on each edge, a proved bound, and how it ended."""
+
+    edges: np.ndarray | None
+    bound: float | None
+    status: OptimStatus
+    message: str
+
+
+def solve_lp(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    angles: int | tuple[int, int] = 11,
+    most_edges: int = 2_000_000,
+    solver: str | None = None,
+) -> Result:
+    """dp's optimum as a flow of 1 through the graph of admissible stations and moves.
+
+    minimise sum of c_e f_e, f >= 0, as much out of each node as into it. The matrix is totally
+    unimodular, so a basic solution is a path. With y the dual values as potentials of the nodes,
+    every path costs y_end - y_start plus the reduced costs c_e - (y_head - y_tail) of its edges;
+    one edge of each step is on it, so y_end - y_start + sum over steps of the least reduced cost
+    there is below every path's cost whatever y is: that is computed in NumPy from y alone and is
+    the lower bound, the solver trusted in nothing.
+
+    Worst-station criteria: v is dp's value, and a station costs 1 where its cost is v or more and
+    K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
+    at least as bad as v (less a rounding, which the bound is lowered by).
+
+    angles: as in dp. most_edges: ValueError for a graph with more. solver: one of SOLVERS.
+    evaluations: stations. details: grid, edges, solver.
+    """
+    began = time.perf_counter()
+    require_one_kind(problem.criterion)
+    solver = _solver(solver)
+    grid = build_grid(problem, angles, method="lp", progress=progress)
+    common: dict[str, Any] = {
+        "method": "lp",
+        "began": began,
+        "evaluations": grid.evaluations,
+        "bound_of": grid.what,
+    }
+    threshold, slack = None, 0.0
+    if problem.criterion.kind == "max":
+        paths = best_paths(grid)
+        if paths.nodes is None:
+            return _infeasible(paths.reason, common)
+        threshold = float(np.min(paths.values[-1]))
+        slack = SLACK * (1 + abs(threshold))
+    graph = build_graph(grid, threshold, slack, most_edges)
+    if graph.empty:
+        return _infeasible(best_paths(grid).reason, common)
+    flow = solve_flow(graph, solver)
+    details = {"grid": grid.shape, "edges": len(graph.tail), "solver": solver}
+    common |= {"details": details}
+    if flow.edges is None:
+        return Result.without_point(status=flow.status, message=flow.message, **common)
+    bound = flow.bound
+    if threshold is not None:
+        bound = threshold - slack if bound is not None and bound > 0.5 else None
+    return _result(problem, grid, graph, flow, bound, common)
+
+
+def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
+    """The linear program; statuses are mapped, and solver errors are FAILED."""
+    edges, nodes = len(graph.tail), graph.nodes
+    numbers = np.arange(edges)
+    signs = np.concatenate([np.ones(edges), -np.ones(edges)])
+    where = (np.concatenate([graph.tail, graph.head]), np.tile(numbers, 2))
+    balance = sp.csr_array((signs, where), shape=(nodes, edges))
+    supply = np.zeros(nodes)
+    supply[graph.source], supply[graph.sink] = 1, -1
+    f = cp.Variable(edges, nonneg=True)
+    conserved: Any = balance @ f == supply
+    program = cp.Problem(cp.Minimize(graph.cost @ f), [conserved])
+    try:
+        with warnings.catch_warnings():
+            # "Solution may be inaccurate": the status says so, and is passed on.
+            warnings.simplefilter("ignore", UserWarning)
+            program.solve(solver=solver)
+    except cp.SolverError as error:
+        return Flow(None, None, OptimStatus.FAILED, f"{solver}: {error}")
+    status = STATUSES.get(program.status, OptimStatus.FAILED)
+    message = f"{solver} ended with status {program.status}"
+    if f.value is None:
+        return Flow(None, None, OptimStatus.FAILED, message)
+    bound = None
+    if conserved.dual_value is not None:
+        # Which sign the solver's interface gives the dual is not relied on: either is a bound.
+        bound = max(proved_bound(graph, y) for y in (conserved.dual_value, -conserved.dual_value))
+    return Flow(np.asarray(f.value), bound, status, message)
+
+
+def proved_bound(graph: LayeredGraph, y: np.ndarray) -> float:
+    """A lower bound of every path's cost from any potentials y of the nodes (see solve_lp)."""
+    reduced = graph.cost - (y[graph.head] - y[graph.tail])
+    least = np.minimum.reduceat(reduced, graph.begins)
+    bound = y[graph.sink] - y[graph.source] + np.sum(least)
+    # What the sums above may have lost: a rounding of each addend.
+    size = np.max(np.abs(y)) + np.max(np.abs(graph.cost))
+    return float(bound - 4 * np.finfo(float).eps * size * (len(least) + 1))
+
+
+def _result(
+    problem: PostureProblem,
+    grid: PostureGrid,
+    graph: LayeredGraph,
+    flow: Flow,
+    bound: float | None,
+    common: dict[str, Any],
+) -> Result:
+    """The path that the flow takes, and what the bound says of it."""
+    chosen, spread = (None, 0.0) if flow.edges is None else graph.path(flow.edges)
+    if chosen is None:
+        message = f"{flow.message}; the flow is no path"
+        status = OptimStatus.FAILED
+        return Result.without_point(status=status, message=message, lower_bound=bound, **common)
+    x = angles_at(grid, chosen)
+    value = problem.objective(x.reshape(-1))
+    status, message = flow.status, grid.stuck or flow.message
+    if bound is None or value - bound > GAP * (1 + abs(value)):
+        status = OptimStatus.INACCURATE if status is OptimStatus.OPTIMAL else status
+        message = f"{flow.message}; value {value!r}, proved bound {bound!r}"
+    elif spread > WHOLE:
+        status, message = OptimStatus.INACCURATE, f"{flow.message}; off whole numbers by {spread}"
+    return Result.at(problem, x, status=status, lower_bound=bound, message=message, **common)
+
+
+def _infeasible(reason: str, common: dict[str, Any]) -> Result:
+    return Result.without_point(status=OptimStatus.INFEASIBLE, message=reason, **common)
+
+
+def _solver(name: str | None) -> str:
+    installed = [known for known in SOLVERS if known in cp.installed_solvers()]
+    if name is None:
+        return installed[0]
+    if name not in installed:
+        raise ValueError(f"solver = {name!r}; accepted: {', '.join(installed)}")
+    return name

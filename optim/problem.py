@@ -1,0 +1,274 @@
+"""The UGV's posture problem: which leg angles to drive over a track with, as plain arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.optim import posture as traced
+from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.posture import Posture
+from stickslip.optim.station import Station
+from stickslip.optim.waypoints import check_problem, longest_wheelbase, waypoints_along
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+FEASIBLE = 1e-6
+"""By how much a scaled constraint, or an angle's bound [rad], may be missed."""
+
+
+@dataclass(frozen=True)
+class PostureProblem:
+    """Leg angles at each waypoint that are best by a criterion, under constraints.
+
+    params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
+    [m], increasing, two or more. criterion: a name of CRITERIA, a Criterion or a Weighted.
+    friction: mu [-], a number or one for each waypoint. leg_rate: how far each leg may turn for
+    each metre that the front wheel goes [rad/m]; None: any move. min_normal: least normal force of
+    each wheel [N]. min_grip: least mu N - |F| of each wheel [N]. min_clearance: of body and legs
+    above the ground [m]. start_angles, end_angles: the first and the last pair where they are
+    given, rear and front [rad]. solver: how poses are found.
+
+    The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
+    computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
+    legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
+    >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
+    """
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
+
+    def __post_init__(self):
+        object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
+        for name, value in check_problem(self).items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def along(
+        cls,
+        track: Track,
+        criterion: str | Criterion | Weighted = "wheel_energy",
+        params: UGVParams | None = None,
+        spacing: float = 0.1,
+        start: float | None = None,
+        end: float | None = None,
+        **options: Any,
+    ) -> PostureProblem:
+        """Waypoints along a track, evenly spaced by at most `spacing` [m].
+
+        start, end: the front wheel's first and last place [m]; by default the first one is so far
+        in that the rear wheel stays on the track in every posture, and the last one is the track's
+        end. options: the other fields. ValueError for a track that is too short.
+        """
+        params = UGVParams() if params is None else params
+        return cls(params, track, waypoints_along(track, params, spacing, start, end),
+                   criterion, **options)  # fmt: skip
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Least and greatest angles [rad]; the same where an end is given."""
+        low = np.full(self.n, self.params.leg_angle_min, dtype=float)
+        high = np.full(self.n, self.params.leg_angle_max, dtype=float)
+        if self.start_angles is not None:
+            low[:2] = high[:2] = self.start_angles
+        if self.end_angles is not None:
+            low[-2:] = high[-2:] = self.end_angles
+        return low, high
+
+    @cached_property
+    def posture(self) -> Posture:
+        """The same problem as a pytree of float64 numbers, for functions that are traced."""
+        first = float(self.x[0]) - longest_wheelbase(self.params)
+        first -= 2 * float(self.params.wheel_radius)
+        with jax.enable_x64(True):
+            track = jax.tree.map(_number, self.track)
+            odometer = _odometer(track, _number(first), self.x[-1])
+            return Posture(
+                params=jax.tree.map(_number, self.params),
+                track=track,
+                odometer=jax.tree.map(_number, odometer),
+                x=_number(self.x),
+                friction=_number(np.broadcast_to(self.friction, self.x.shape)),
+                leg_rate=None if self.leg_rate is None else _number(self.leg_rate),
+                min_normal=_number(self.min_normal),
+                min_grip=_number(self.min_grip),
+                min_clearance=_number(self.min_clearance),
+                criterion=jax.tree.map(_number, self.criterion),
+                solver=self.solver,
+            )
+
+    @cached_property
+    def _shared(self) -> Posture:
+        """The posture for what is the same by every criterion, so that all share one program."""
+        return replace(self.posture, criterion=None)
+
+    def objective_of(self, angles):
+        """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
+        return self.posture.objective(angles)
+
+    def terms_of(self, angles):
+        """The criterion's smooth terms of angles [K, 2], for tracing: [K-1, m] or [K, m]."""
+        return self.posture.terms(angles)
+
+    def constraints_of(self, angles):
+        """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
+        return self.posture.constraints(self.posture.stations(angles), angles)
+
+    def objective(self, x: Float[np.ndarray, "n"]) -> float:
+        """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
+        with jax.enable_x64(True):
+            found = traced.stations(self._shared, self.angles(x))
+            return float(traced.value(self.posture.criterion, found))
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
+        with jax.enable_x64(True):
+            found = traced.stations_and_slopes(self._shared, self.angles(x))
+            return np.array(traced.gradient(self.posture.criterion, *found)).reshape(-1)
+
+    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """The values of a batch; compiled once for each power of two that B rounds up to."""
+        angles = self._batch(X)
+        count = len(angles)
+        if count == 0:
+            return np.zeros(0)
+        more = (1 << (count - 1).bit_length()) - count
+        padded = np.concatenate([angles, np.broadcast_to(angles[-1], (more, *angles.shape[1:]))])
+        with jax.enable_x64(True):
+            found = traced.stations(self._shared, padded)
+            return np.array(traced.values(self.posture.criterion, found))[:count]
+
+    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+        """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
+        angles = self.angles(x)
+        with jax.enable_x64(True):
+            held = traced.stations(self._shared, angles)
+            found = jax.tree.map(np.asarray, traced.constraints(self._shared, held, angles))
+        return np.concatenate([found[name].reshape(-1) for name in self.constraint_names])
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
+        with jax.enable_x64(True):
+            held = traced.stations_and_slopes(self._shared, self.angles(x))
+            found = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, *held))
+        rows = np.zeros((sum(self._sizes.values()), self.n))
+        K, groups = len(self.x), self.constraint_groups
+        for name, of in found.items():
+            m = of.shape[1]
+            block = rows[groups[name]].reshape(K, m, K, 2)
+            block[np.arange(K), :, np.arange(K)] = of
+        if self.leg_rate is not None:
+            block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, self.n)
+            per_angle = 1 / (self.leg_rate * np.diff(self.x))
+            for step in range(K - 1):
+                for leg in range(2):
+                    for row, sign in enumerate((-1, 1)):
+                        block[step, row, leg, 2 * step + leg] = -sign * per_angle[step]
+                        block[step, row, leg, 2 * step + 2 + leg] = sign * per_angle[step]
+        return rows
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The groups of `constraints`, in their order; Posture.margins says what they are."""
+        return tuple(self._sizes)
+
+    @cached_property
+    def constraint_groups(self) -> dict[str, slice]:
+        """Where each group lies in `constraints`."""
+        ends = np.cumsum(list(self._sizes.values()))
+        return {
+            name: slice(int(end) - size, int(end))
+            for (name, size), end in zip(self._sizes.items(), ends, strict=True)
+        }
+
+    @cached_property
+    def _sizes(self) -> dict[str, int]:
+        K = len(self.x)
+        sizes = {"grip": 4 * K, "normal": 2 * K}
+        sizes |= {"clearance": K} if self.solver.samples else {}
+        sizes |= {"pose": K}
+        return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
+
+    def residuals(self, x: Float[np.ndarray, "n"]) -> dict[str, float]:
+        """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
+
+        leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
+        [m], pose: how many waypoints have no pose. Infinite where numbers are not finite.
+        """
+        angles = self.angles(x)
+        held = self.stations(x)
+        low, high = float(self.params.leg_angle_min), float(self.params.leg_angle_max)
+        missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}
+        for name, at, given in (
+            ("start_angles", 0, self.start_angles),
+            ("end_angles", -1, self.end_angles),
+        ):
+            if given is not None:
+                missed[name] = [np.abs(angles[at] - given)]
+        if self.leg_rate is not None:
+            rate = np.abs(np.diff(angles, axis=0)) / np.diff(self.x)[:, None]
+            missed["leg_rate"] = [rate - self.leg_rate]
+        missed["grip"] = [self.min_grip - held.grip]
+        missed["normal"] = [self.min_normal - held.N_rear, self.min_normal - held.N_front]
+        if self.solver.samples:
+            missed["clearance"] = [self.min_clearance - held.clearance]
+        worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
+        worst["pose"] = float(np.sum(~np.asarray(held.placed)))
+        return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
+
+    def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
+        """Whether no scaled constraint and no bound [rad] is missed by more than `tolerance`."""
+        flat = self.angles(x).reshape(-1)
+        low, high = self.bounds
+        within = np.all((flat >= low - tolerance) & (flat <= high + tolerance))
+        return bool(within and np.all(self.constraints(x) >= -tolerance))
+
+    def stations(self, x: Float[np.ndarray, "n"]) -> Station:
+        """The stations of a drive, as NumPy arrays [K]."""
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, traced.stations(self._shared, self.angles(x)))
+
+    def angles(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "K 2"]:
+        """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
+        return self._batch(np.asarray(x, dtype=float)[None])[0]
+
+    def _batch(self, X) -> np.ndarray:
+        array = np.asarray(X, dtype=float)
+        if array.ndim != 2 or array.shape[1] != self.n:
+            shape = array.shape[1:]
+            raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")
+        if not np.all(np.isfinite(array)):
+            raise ValueError(f"x = {array[~np.isfinite(array)][0]}; accepted: finite numbers [rad]")
+        return array.reshape(-1, len(self.x), 2)
+
+
+def _number(value: Any) -> Any:
+    """A leaf in double precision."""
+    return np.asarray(value, dtype=np.float64)
+
+
+@jax.jit
+def _odometer(track: Track, start, end) -> Odometer:
+    return Odometer.along(track, start, end)

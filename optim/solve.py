@@ -1,0 +1,53 @@
+"""One door to all methods: `solve(problem, method, **options)`."""
+
+from __future__ import annotations
+
+import inspect
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from stickslip.dynamics.checks import require_choice
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.result import Result
+
+METHODS: dict[str, str] = {
+    "grid": "every pair of angles at each waypoint, the best one chosen point by point",
+    "dp": "dynamic programming over the grid: the best path of all, proved",
+    "lp": "the same as a flow in cvxpy: its dual certifies the value",
+    "scp": "sequential convex programming in cvxpy, from a feasible path",
+    "gradient": "nonlinear programming by scipy on exact derivatives",
+    "cma": "evolution by the package cma, where it is installed",
+}
+"""The methods by name. Each is the function solve_<name> of the module stickslip.optim.<name>."""
+
+
+def solve(
+    problem: PostureProblem, method: str = "dp", *, progress: bool = False, **options: Any
+) -> Result:
+    """Solve a problem by one of METHODS.
+
+    progress: a bar on standard error, where tqdm is installed. options: the method's own, see its
+    function's docstring; ValueError lists them where one is unknown.
+    """
+    require_choice("method", method, tuple(METHODS))
+    function = _function(method)
+    known = accepted_options(function)
+    for name in options:
+        if name not in known:
+            shown = ", ".join(known) or "none"
+            raise ValueError(f"option {name!r} is unknown to {method!r}; accepted: {shown}")
+    return function(problem, progress=progress, **options)
+
+
+def accepted_options(function: Callable) -> tuple[str, ...]:
+    """The keyword-only parameters of a method's function, without progress."""
+    found = inspect.signature(function).parameters.values()
+    return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name != "progress")
+
+
+def _function(method: str) -> Callable[..., Result]:
+    return getattr(import_module(f"stickslip.optim.{method}"), f"solve_{method}")

@@ -1,0 +1,95 @@
+"""Where methods that follow slopes or sample begin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import cvxpy as cp
+import numpy as np
+
+from stickslip.dynamics.checks import require_choice
+from stickslip.optim.linearise import Near
+from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.split_program import solve_quietly
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+    from stickslip.optim.problem import PostureProblem
+
+STARTS = ("dp", "grid", "middle")
+ANGLES = 31
+"""Angles of each leg of the grid that a start from "dp" or "grid" is looked for on."""
+
+
+def start_point(
+    problem: PostureProblem, start: Any, angles: Any = ANGLES, progress: bool = False
+) -> tuple[Float[np.ndarray, "n"], str]:
+    """A point to begin from, inside the bounds, and a sentence where it is not what was asked for.
+
+    start: "dp" or "grid", those methods' solutions with that many angles; "middle", the middle of
+    the legs' range everywhere; or a decision vector. Where the grid has no feasible path, or the
+    criterion is a weighted sum that dp does not take, it is the middle.
+    """
+    low, high = problem.bounds
+    if not isinstance(start, str):
+        return np.clip(problem.angles(start).reshape(-1), low, high), ""
+    require_choice("start", start, STARTS)
+    middle = (low + high) / 2
+    if start == "middle":
+        return middle, ""
+    from stickslip.optim.solve import solve
+
+    if start == "dp" and problem.criterion.kind == "mixed":
+        return middle, "began in the middle: dp takes no weighted sum with a worst station in it; "
+    found = solve(problem, start, progress=progress, angles=angles)
+    if found.x is None:
+        return middle, f"began in the middle, since {start} found nothing ({found.message}); "
+    return np.clip(found.x, low, high), ""
+
+
+def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
+    """x, or the point nearest to it within the bounds and the leg rates; None if there is none."""
+    angles = problem.angles(x)
+    low, high = (side.reshape(-1, 2) for side in problem.bounds)
+    most = np.inf if problem.leg_rate is None else problem.leg_rate * np.diff(problem.x)[:, None]
+    inside = np.all((angles >= low) & (angles <= high))
+    if inside and np.all(np.abs(np.diff(angles, axis=0)) <= most * (1 + 1e-9)):
+        return angles.reshape(-1)
+    near = cp.Variable(angles.shape)
+    constraints: list[cp.Constraint] = [near >= low, near <= high]
+    if problem.leg_rate is not None:
+        constraints.append(cp.abs(cp.diff(near, axis=0)) <= most * np.ones(2))
+    nearest = cp.Problem(cp.Minimize(cp.sum_squares(near - angles)), constraints)
+    if solve_quietly(nearest, cp.CLARABEL) is not OptimStatus.OPTIMAL:
+        return None
+    return np.clip(np.asarray(near.value), low, high).reshape(-1)
+
+
+def shortcomings(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
+    """Which constraints a point misses and by how much, in words; empty where it meets all."""
+    if problem.is_feasible(x):
+        return ""
+    missed = {name: by for name, by in problem.residuals(x).items() if by > 0}
+    return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in missed.items())
+
+
+def begin(
+    problem: PostureProblem, method: str, start: Any, angles: Any, progress: bool, began: float
+) -> tuple[Near, Float[np.ndarray, "n"], str] | Result:
+    """Where a method begins: the problem's linear models, a point within bounds and leg rates, and
+    start_point's sentence. Or the result, where there is no such point, or no pose at it."""
+    x, note = start_point(problem, start, angles, progress)
+    x = within_rates(problem, x)
+    if x is None:
+        return Result.without_point(
+            method=method, status=OptimStatus.INFEASIBLE, began=began, bound_of="all drives",
+            message="leg_rate lets no path lead from start_angles to end_angles in this range",
+        )  # fmt: skip
+    near = Near(problem)
+    if near(x).placed:
+        return near, x, note
+    message = f"{note}where it begins there is no pose, or no forces{shortcomings(problem, x)}"
+    return Result.at(
+        problem, x, method=method, status=OptimStatus.FAILED, began=began, message=message
+    )

@@ -1,0 +1,208 @@
+"""The best split of torque is the best of the one-parameter family, and its bound is proved."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import Track, UGVParams, ground_forces, pose
+from stickslip.dynamics.ugv.systems import five
+from stickslip.optim.result import OptimStatus
+from stickslip.optim.split_family import Family, Setting
+from stickslip.optim.torque_split import SPLIT_CRITERIA, TorqueSplit
+
+PARAMS = UGVParams()
+FRICTION = 0.6
+TURNS = (-1.0, -1.3)
+SLOPE = 0.3
+ANGLES = ((1.2, 1.9), (0.7, 1.1), (2.2, 2.0))
+
+
+def placed_on(track, x):
+    """A pose for each x and each of ANGLES, in float64: [x, angles]."""
+    with jax.enable_x64(True):
+        return pose(PARAMS, track, jnp.asarray(x)[:, None], jnp.asarray(ANGLES))
+
+
+@pytest.fixture(scope="module")
+def postures():
+    """On the bump, before, on and behind its top: [9]."""
+    return jax.tree.map(lambda v: v.reshape(9, *v.shape[2:]), placed_on(Track.bump(), [3.3, 4, 5]))
+
+
+@pytest.fixture(scope="module")
+def family(postures):
+    with jax.enable_x64(True):
+        return Family.of(PARAMS, postures)
+
+
+@pytest.fixture(scope="module")
+def sloping():
+    """On an endless slope, in the two of ANGLES that do not roll over there: [2]."""
+    with jax.enable_x64(True):
+        family = Family.of(PARAMS, placed_on(Track.incline(SLOPE), [3.0]))
+    return Family(*(part[0, ::2] for part in family))
+
+
+@pytest.fixture(scope="module")
+def scanned(postures):
+    """Forces of 200001 splits from -W to W for each posture: four arrays [splits, 9]."""
+    with jax.enable_x64(True):
+        difference = PARAMS.weight * jnp.linspace(-1, 1, 200001)[:, None]
+        return [np.asarray(force) for force in ground_forces(PARAMS, postures, difference)]
+
+
+def value_of(criterion, forces):
+    """The criterion written out once more, of any shape."""
+    F, N = np.stack([forces[0], forces[2]]), np.stack([forces[1], forces[3]])
+    M = -F * PARAMS.wheel_radius
+    turns = np.reshape(TURNS, (2, *([1] * (F.ndim - 1))))
+    with np.errstate(all="ignore"):
+        return {
+            "friction_demand": lambda: np.where(N.min(0) > 0, np.max(abs(F) / N, 0), np.inf),
+            "grip": lambda: -np.min(FRICTION * N - abs(F), 0),
+            "peak_torque": lambda: np.max(abs(M), 0),
+            "squared_torque": lambda: np.sum(M**2, 0),
+            "positive_power": lambda: np.sum(np.maximum(M * turns, 0), 0),
+            "normal_force": lambda: -np.min(N, 0),
+        }[criterion]()
+
+
+def held(forces):
+    """Whether grip and normal forces allow these splits."""
+    return (abs(forces[0]) <= FRICTION * forces[1]) & (abs(forces[2]) <= FRICTION * forces[3])
+
+
+def solved(criterion, family, friction=FRICTION):
+    turns = np.tile(TURNS, (len(family.equal), 1)) if criterion == "positive_power" else None
+    return TorqueSplit(criterion).along(PARAMS, family, friction, turns)
+
+
+@pytest.mark.parametrize("criterion", SPLIT_CRITERIA)
+def test_no_split_of_a_dense_scan_is_better_than_the_one_found_or_below_its_bound(
+    criterion, family, scanned
+):
+    everywhere = np.where(held(scanned), value_of(criterion, scanned), np.inf)
+    for split, values in zip(solved(criterion, family), everywhere.T, strict=True):
+        assert split.status is OptimStatus.OPTIMAL, split.message
+        np.testing.assert_allclose(split.value, value_of(criterion, split.forces), rtol=1e-9)
+        size = max(abs(split.value), 1.0 if criterion == "friction_demand" else 1e3)
+        assert np.min(values) >= split.lower_bound
+        assert np.min(values) <= split.value + 1e-4 * size
+        assert split.value - 1e-6 * size <= split.lower_bound <= split.value + 1e-12 * size
+
+
+@pytest.mark.parametrize("criterion", SPLIT_CRITERIA)
+def test_the_forces_found_hold_the_vehicle_and_keep_the_limits(criterion, postures, family):
+    with jax.enable_x64(True):
+        rows, right = (np.asarray(part) for part in five(PARAMS, postures))
+    for split, row, total in zip(solved(criterion, family), rows, right, strict=True):
+        balance = row[[0, 1, 4], :4] @ np.array(split.forces) - total[[0, 1, 4]]
+        np.testing.assert_allclose(balance, 0, atol=1e-8)
+        np.testing.assert_allclose(
+            split.torques, -np.array(split.forces[::2]) * PARAMS.wheel_radius
+        )
+        assert split.feasible
+        assert max(split.residuals.values()) < 1e-6
+        assert held(np.array(split.forces) * [1, 1 + 1e-9, 1, 1 + 1e-9])
+
+
+def test_on_a_slope_least_demand_is_its_tangent_and_least_torque_half_its_pull(sloping):
+    """Sums over both wheels: F = W sin b, N = W cos b, whatever the split."""
+    W, b = PARAMS.weight, np.arctan(SLOPE)
+    pull = W * np.sin(b) * PARAMS.wheel_radius
+    names = ("friction_demand", "peak_torque", "squared_torque")
+    for demand, peak, square in zip(*(solved(n, sloping, 1.0) for n in names), strict=True):
+        np.testing.assert_allclose(demand.value, SLOPE, rtol=1e-9)
+        np.testing.assert_allclose(peak.value, pull / 2, rtol=1e-9)
+        np.testing.assert_allclose(square.value, pull**2 / 2, rtol=1e-9)
+
+
+def test_level_ground_needs_no_friction():
+    with jax.enable_x64(True):
+        family = Family.of(PARAMS, placed_on(Track.flat(), [3.0]))
+    family = Family(*(part.reshape(3, 4) for part in family))
+    for name in ("friction_demand", "peak_torque", "squared_torque", "positive_power"):
+        for split in solved(name, family):
+            assert split.status is OptimStatus.OPTIMAL
+            np.testing.assert_allclose([split.value, split.lower_bound], 0, atol=1e-9)
+
+
+def test_problems_are_parametrised_once_and_forget_the_posture_before(family):
+    for criterion in SPLIT_CRITERIA:
+        solver = TorqueSplit(criterion)
+        assert solver.program.problem.is_dcp(dpp=True)
+        built = solver.program.problem
+        turns = TURNS if criterion == "positive_power" else None
+        one, two = (Family(family.equal[i], family.per_newton[i]) for i in (0, 7))
+        first, _, again = (solver.solve(PARAMS, f, FRICTION, turns) for f in (one, two, one))
+        assert solver.program.problem is built
+        np.testing.assert_allclose(again.value, first.value, rtol=1e-9, atol=1e-9)
+
+
+def test_what_cannot_be_is_said_to_be_and_why(sloping):
+    steep = Family(*(part[0] for part in sloping))
+    cases = [
+        (TorqueSplit("grip"), 0.2, ("grip at the rear wheel", "grip at the front wheel")),
+        (TorqueSplit("friction_demand"), 0.2, ("grip", "0.3")),
+        (
+            TorqueSplit("peak_torque", min_normal=0.6 * PARAMS.weight),
+            0.8,
+            ("normal force of the front wheel",),
+        ),
+        (TorqueSplit("grip", max_torque=10.0), 0.8, ("torque of the",)),
+    ]
+    for solver, friction, names in cases:
+        split = solver.solve(PARAMS, steep, friction)
+        assert split.status is OptimStatus.INFEASIBLE
+        assert not split.feasible
+        assert all(name in split.message for name in names), split.message
+        blamed = {name for name, excess in split.residuals.items() if excess > 0}
+        assert any(name in split.message or name.startswith("grip") for name in blamed)
+
+
+def test_a_split_without_proof_is_not_called_optimal(family, monkeypatch):
+    solver = TorqueSplit("peak_torque")
+    one = Family(family.equal[0], family.per_newton[0])
+    found = solver.program.solve
+
+    def worse(*numbers):
+        outcome = found(*numbers)
+        return outcome._replace(value=outcome.value + 1e-3)
+
+    monkeypatch.setattr(solver.program, "solve", worse)
+    assert solver.solve(PARAMS, one).status is OptimStatus.INACCURATE
+
+
+def test_the_bound_holds_whatever_the_solver_returns_as_duals(family):
+    one = Family(family.equal[4], family.per_newton[4])
+    solver = TorqueSplit("peak_torque")
+    unit = PARAMS.weight * PARAMS.wheel_radius
+    best = solver.solve(PARAMS, one, FRICTION).value / unit
+    setting = Setting(one, PARAMS.weight, FRICTION, None, 0.0, None)
+    numbers = setting.terms("peak_torque"), setting.limits(), 3 * best
+    rng = np.random.default_rng(3)
+    bounds = []
+    for _ in range(50):
+        for constraint in solver.program.problem.constraints:
+            dual = constraint.dual_variables[0]
+            dual.save_value(rng.uniform(-1, 1, dual.shape))
+        bounds.append(solver.program._bound(*numbers))
+    assert max(bounds) <= best * (1 + 1e-12)
+    assert np.ptp(bounds) > 0
+
+
+def test_bad_values_are_refused_by_name(family):
+    one = Family(family.equal[0], family.per_newton[0])
+    for make, words in (
+        (lambda: TorqueSplit("speed"), "'friction_demand'"),
+        (lambda: TorqueSplit("grip", min_normal=-1.0), "min_normal"),
+        (lambda: TorqueSplit("grip").solve(PARAMS, one, None), "friction"),
+        (lambda: TorqueSplit("grip").solve(PARAMS, one, -0.1), "friction"),
+        (lambda: TorqueSplit("grip").solve(PARAMS, family), "one posture"),
+        (lambda: TorqueSplit("positive_power").solve(PARAMS, one), "turns"),
+        (lambda: TorqueSplit("grip").solve(PARAMS, one, 0.8, TURNS), "turns"),
+        (lambda: TorqueSplit("grip").along(PARAMS, one), "accepted"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            make()
