@@ -11,7 +11,7 @@ from stickslip.dynamics.ugv.track import Track
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-NARROWINGS = 6
+NARROWINGS = 10
 """Of the interval in which the ground may come nearest to a wheel's centre."""
 
 
@@ -69,26 +69,43 @@ def penetration(track: Track, wheel: Contact, radius, samples: int):
     distance, growth = _from_centre(track, centre, x)
     deepest = jnp.min(distance, axis=-1)
 
-    # Falls at the left, grows at the right: a minimum between. The contact is one of them.
+    # A minimum lies between two points where the distance falls at the left and grows at the
+    # right, or where it ends lower than it began though it grows at both (an edge), or higher
+    # though it falls at both. The contact is one of them.
     touching = (x[..., :-1] <= wheel.x[..., None]) & (wheel.x[..., None] <= x[..., 1:])
-    encloses = (growth[..., :-1] < 0) & (growth[..., 1:] > 0) & ~touching
-    value = jnp.minimum(distance[..., :-1], distance[..., 1:])
-    value = jnp.where(encloses, value, jnp.inf)
+    left, right = (distance[..., :-1], growth[..., :-1]), (distance[..., 1:], growth[..., 1:])
+    encloses = _encloses(*left, *right) & ~touching
+    value = jnp.where(encloses, jnp.minimum(left[0], right[0]), jnp.inf)
     chosen = encloses & (value == jnp.min(value, axis=-1, keepdims=True))
     low = jnp.max(jnp.where(chosen, x[..., :-1], -jnp.inf), axis=-1)
     found = jnp.isfinite(low)
     low = jnp.where(found, low, wheel.x)  # else look at the contact in vain
     high = jnp.where(found, jnp.max(jnp.where(chosen, x[..., 1:], -jnp.inf), axis=-1), wheel.x)
-    g_low, g_high = (_from_centre(track, wheel.centre, end)[1] for end in (low, high))
+    d_low, g_low = _from_centre(track, wheel.centre, low)
+    _, g_high = _from_centre(track, wheel.centre, high)
     for _ in range(NARROWINGS):
-        at = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
+        secant = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
         margin = (high - low) / 8
+        at = jnp.where((g_low < 0) & (g_high > 0), secant, (low + high) / 2)
         at = jnp.clip(at, low + margin, high - margin)
-        distance, growth = _from_centre(track, wheel.centre, at)
-        deepest = jnp.minimum(deepest, distance)
-        low, g_low = jnp.where(growth < 0, at, low), jnp.where(growth < 0, growth, g_low)
-        high, g_high = jnp.where(growth < 0, high, at), jnp.where(growth < 0, g_high, growth)
+        d, g = _from_centre(track, wheel.centre, at)
+        deepest = jnp.minimum(deepest, d)
+        before = _encloses(d_low, g_low, d, g)
+        high, g_high = jnp.where(before, at, high), jnp.where(before, g, g_high)
+        low, d_low, g_low = (
+            jnp.where(before, old, new) for old, new in ((low, at), (d_low, d), (g_low, g))
+        )
     return jnp.maximum(radius[..., 0] - deepest, 0)
+
+
+def _encloses(d_left, g_left, d_right, g_right):
+    """Whether a minimum of the distance lies between two points, by values and slopes there."""
+    falls, grows = g_left < 0, g_right > 0
+    return (
+        (falls & grows)
+        | (~falls & grows & (d_right < d_left))
+        | (falls & ~grows & (d_right > d_left))
+    )
 
 
 def _from_centre(track: Track, centre, x):
