@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.config import TrainConfig, flags_given, from_flags
 from stickslip.agents.controllers import CONTROLLERS, controller_by_name
+from stickslip.agents.machines import config_kind, machine_of
 from stickslip.agents.policy import load_policy, read_metadata
 from stickslip.agents.train_task import from_anywhere, make_scene
+from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
 from stickslip.envs.biped import BipedEnv
 
 if TYPE_CHECKING:
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Controller
     from stickslip.envs.biped_params import BipedEnvParams
 
+SCENE = "slippery"
+"""The floor where none is named."""
 SIGHTS = ("see_friction", "see_patch")
 TRAINING_TIME = 225.0
 """Seconds after its start at which the demo stops training, whatever the machine."""
@@ -29,7 +33,9 @@ TRAINING_TIME = 225.0
 
 def train_command(given: Mapping[str, Any]) -> bool:
     """`stickslip train`: whether training came to its end."""
-    out, changed = given["out"], flags_given(given)
+    machine, out = given["machine"], given["out"]
+    kind = config_kind(machine)
+    changed = flags_given(given, kind)
     if given["resume"] and out is None:
         raise ValueError("--resume needs the run's directory; accepted: with --out DIR")
     if given["resume"] and changed:
@@ -39,26 +45,25 @@ def train_command(given: Mapping[str, Any]) -> bool:
         )
     from stickslip.agents.train import train
 
-    config = None if given["resume"] else from_flags(given)
+    config = None if given["resume"] else from_flags(given, kind)
     algorithm = config.algorithm if config else ""
-    directory = Path(out or f"runs/biped-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
+    directory = Path(out or f"runs/{machine}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
             config, directory, resume=given["resume"], overwrite=given["overwrite"], stop=stop
         )
     if not trained.finished:
-        again = f"stickslip train biped --out {shlex.quote(str(directory))} --resume"
+        again = f"stickslip train {machine} --out {shlex.quote(str(directory))} --resume"
         print(f"Stopped after {trained.timesteps:,} steps; go on with: {again}", file=sys.stderr)
         return False
     if not given["no_pictures"]:
-        from stickslip.agents.train_products import write_products
-
         print("Drawing ...", file=sys.stderr)
-        write_products(trained)
+        machine_of(trained.config).write_products(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
-    print(f"Compare it: stickslip evaluate {directory} {' '.join(CONTROLLERS)}")
+    baselines = " ".join(UGV_BASELINES if machine == "ugv" else CONTROLLERS)
+    print(f"Compare it: stickslip evaluate {directory} {baselines}")
     return True
 
 
@@ -73,23 +78,26 @@ def demo_command(given: Mapping[str, Any]) -> bool:
 
 def evaluate_command(given: Mapping[str, Any]) -> None:
     """`stickslip evaluate`: print the table, and write it if asked."""
-    from stickslip.agents.evaluate import evaluate
-
     if given["episodes"] < 1:
         raise ValueError(f"episodes = {given['episodes']}; accepted: an integer >= 1")
     targets = []
     if given["out"] is not None:
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
-        _require_new(targets, given["overwrite"])
-    env, controllers = read_controllers(given["who"])
-    scenes = {name: read_params(env, given, name) for name in given["scenes"]}
-    table = evaluate(
-        env,
-        controllers,
-        scenes,
-        episodes=given["episodes"],
-        progress=lambda line: print(f"running {line} ...", file=sys.stderr),
-    )
+        require_new(targets, given["overwrite"])
+
+    def progress(line: str) -> None:
+        print(f"running {line} ...", file=sys.stderr)
+
+    if is_ugv(given["who"]):
+        from stickslip.agents.ugv_commands import evaluation
+
+        table = evaluation(given, progress)
+    else:
+        from stickslip.agents.evaluate import evaluate
+
+        env, controllers = read_controllers(given["who"])
+        scenes = {name: read_params(env, given, name) for name in given["scenes"] or [SCENE]}
+        table = evaluate(env, controllers, scenes, episodes=given["episodes"], progress=progress)
     print(table.to_text())
     if targets:
         table.write_csv(targets[0])
@@ -103,17 +111,21 @@ def view_command(given: Mapping[str, Any]) -> None:
     from stickslip.agents.rollout import rollout
     from stickslip.agents.train_products import FPS, write_film
 
-    seconds, (scene,) = given["seconds"], given["scenes"]
+    if is_ugv([given["who"]]):
+        from stickslip.agents.ugv_commands import view
+
+        return view(given)
+    seconds, (scene,) = given["seconds"], given["scenes"] or [SCENE]
     if not 0.02 <= seconds <= 3600:  # false for NaN, too
         raise ValueError(f"seconds = {seconds}; accepted: 0.02 to 3600")
     who = Path(given["who"])
     name = who.parent.name if who.name == "policy.npz" else who.name
     target = Path(given["out"] or f"{name.removesuffix('.npz')}-{scene}.gif")
     plot = [] if given["plot"] is None else [Path(given["plot"])]
-    _require_suffix(target, (".gif", ".png", ".webp"))
+    require_suffix(target, (".gif", ".png", ".webp"))
     for path in plot:
-        _require_suffix(path, (".png",))
-    _require_new(plot + ([] if given["window"] else [target]), given["overwrite"])
+        require_suffix(path, (".png",))
+    require_new(plot + ([] if given["window"] else [target]), given["overwrite"])
     env, controllers = read_controllers([given["who"]])
     params = read_params(env, given, scene).replace(time_limit=seconds)
     played = rollout(env, controllers[given["who"]], params, given["seed"])
@@ -125,7 +137,7 @@ def view_command(given: Mapping[str, Any]) -> None:
         print(f"Written: {write_film(env, played, params, target, seconds)}")
 
 
-def show_window(env: BipedEnv, played: Any, params: BipedEnvParams, title: str, fps: float) -> None:
+def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:
     """Show an episode once, at the speed of life, until its end or until the window is closed."""
     from stickslip.agents.film import pictures
     from stickslip.envs.rendering import Window
@@ -158,7 +170,12 @@ def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller
                 f"{', '.join(CONTROLLERS)}, a policy file, or the directory of a run with one"
             )
         controllers[name] = load_policy(path)
-        choices = read_metadata(path).get("choices")
+        about = read_metadata(path)
+        if about.get("environment", "BipedEnv") != "BipedEnv":
+            raise ValueError(
+                f"{name!r} is a policy of {about['environment']}; accepted: policies of one machine"
+            )
+        choices = about.get("choices")
         choices = choices if isinstance(choices, dict) else {}
         sights[name] = {sight: choices.get(sight) is True for sight in SIGHTS}
     first = next(iter(sights.values()), {})
@@ -173,10 +190,15 @@ def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller
 
 def read_params(env: BipedEnv, given: Mapping[str, Any], scene: str) -> BipedEnvParams:
     """The task that the flags describe."""
+    for name in ("friction", "criterion"):
+        if given[name] is not None:
+            raise ValueError(f"--{name} is for the UGV; accepted: a policy or baseline of the UGV")
     names = ("mu_static", "mu_kinetic", "payload", "commanded_rate")
-    config = TrainConfig.of(scene=scene, **{name: given[name] for name in names})
+    known = {name: given[name] for name in names if given[name] is not None}
+    config = TrainConfig.of(scene=scene, **known)
     params = env.make_params(scene=make_scene(config), commanded_rate=config.commanded_rate)
-    return from_anywhere(params) if given["start"] == "moving" else params
+    start = given["start"] or ("moving" if "episodes" in given else "rest")
+    return from_anywhere(params) if start == "moving" else params
 
 
 @contextmanager
@@ -197,12 +219,14 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _require_new(paths: Sequence[Path], overwrite: bool) -> None:
+def require_new(paths: Sequence[Path], overwrite: bool) -> None:
+    """Raise ValueError for a path that exists and is not to be replaced."""
     for path in paths:
         if path.exists() and not overwrite:
             raise ValueError(f"{path} exists; accepted: a new path, or --overwrite to replace it")
 
 
-def _require_suffix(path: Path, accepted: tuple[str, ...]) -> None:
+def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:
+    """Raise ValueError for a path of another kind."""
     if path.suffix.lower() not in accepted:
         raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {', '.join(accepted)}")

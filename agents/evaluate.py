@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -88,12 +88,13 @@ COLUMNS: dict[str, tuple[Column, Callable[[Episodes], Interval]]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """One controller in one scene. metrics: by the names of COLUMNS, in SI units."""
+    """One controller in one scene. metrics: by the names of the columns, in SI units."""
 
     scene: str
     controller: str
     metrics: dict[str, Interval]
-    episodes: Episodes
+    episodes: Any
+    """Episodes, or another machine's."""
 
     @property
     def count(self) -> int:
@@ -113,6 +114,7 @@ class Evaluation:
 
     rows: tuple[Row, ...]
     seeds: tuple[int, ...]
+    columns: Mapping[str, tuple[Column, Any]] = field(default_factory=lambda: COLUMNS)
 
     def row(self, scene: str, controller: str) -> Row:
         """The row of that scene and controller; ValueError if there is none."""
@@ -136,8 +138,10 @@ class Evaluation:
 
     def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
-        units = {name: column.unit for name, (column, _) in COLUMNS.items()}
-        units["falls"] = "-"
+        units = {
+            name: "-" if column.percent else column.unit
+            for name, (column, _) in self.columns.items()
+        }
         rows = [
             record | {"per_episode": row.episodes._asdict() | {"fell": row.episodes.fell}}
             for record, row in zip(self._records(), self.rows, strict=True)
@@ -153,7 +157,7 @@ class Evaluation:
         ]
 
     def _cells(self) -> tuple[list[str], list[list[str]]]:
-        columns = {name: column for name, (column, _) in COLUMNS.items()}
+        columns = {name: column for name, (column, _) in self.columns.items()}
         head = ["scene", "controller", "episodes", *(c.title for c in columns.values())]
         body = [
             [row.scene, row.controller, str(row.count)]

@@ -43,7 +43,7 @@ def film(
 
 
 def pictures(
-    env: BipedEnv, played: Rollout, params: BipedEnvParams, fps: float, progress: bool = False
+    env: Any, played: Rollout, params: Any, fps: float, progress: bool = False
 ) -> Iterator[np.ndarray]:
     """The pictures of one episode: its start, then one every 1 / fps [s], and its end."""
     played = played.trimmed()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
 SQUASHES = ("clip", "tanh")
+OUTPUTS = {1: "the biped's torque", 2: "the rates of the UGV's legs"}
 
 
 @jax.tree_util.register_dataclass
@@ -72,11 +73,11 @@ class MLPPolicy:
         obs: Float[Array, " obs"],
         env_state: BipedEnvState | None = None,
         env_params: BipedEnvParams | None = None,
-    ) -> tuple[None, Float[Array, " 1"]]:
+    ) -> tuple[None, Float[Array, " act"]]:
         """See Controller. Observations may have leading batch axes here."""
         return memory, self(obs)
 
-    def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch 1"]:
+    def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch act"]:
         """The actions for observations."""
         size = self.layer_sizes[0]
         if np.shape(obs)[-1:] != (size,):
@@ -105,8 +106,9 @@ class MLPPolicy:
             width = shape[1]
             if np.shape(bias) != (width,):
                 raise ValueError(f"bias {index} has shape {np.shape(bias)}; accepted: ({width},)")
-        if width != 1:
-            raise ValueError(f"the last layer has {width} outputs; accepted: 1, the torque")
+        if width not in OUTPUTS:
+            known = " or ".join(f"{count}, {what}" for count, what in OUTPUTS.items())
+            raise ValueError(f"the last layer has {width} outputs; accepted: {known}")
         for name in ("shift", "scale"):
             shape = np.shape(getattr(self, name))
             if shape != self.layer_sizes[:1]:

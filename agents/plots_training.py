@@ -14,13 +14,15 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from stickslip.agents.config import TrainConfig
 
 LIMITS = ("low", "high")
 TRAINING, TEST = "#8FA3B5", "#D55E00"
 
 
-class _Panel(NamedTuple):
+class Panel(NamedTuple):
     """What is drawn where: columns of metrics.csv and evaluations.csv (None for neither)."""
 
     title: str
@@ -34,12 +36,12 @@ class _Panel(NamedTuple):
 
 
 PANELS = (
-    _Panel("return of a whole episode [-]", None, "return"),
-    _Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
-    _Panel("falls [% of episodes]", "falls", "falls", share=100.0),
-    _Panel("slip [m/m]", "slip_per_metre", "slip_per_metre", log=True),
-    _Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
-    _Panel("exploration noise [N m]", "noise", None),
+    Panel("return of a whole episode [-]", None, "return"),
+    Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
+    Panel("falls [% of episodes]", "falls", "falls", share=100.0),
+    Panel("slip [m/m]", "slip_per_metre", "slip_per_metre", log=True),
+    Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
+    Panel("exploration noise [N m]", "noise", None),
 )
 
 
@@ -48,6 +50,27 @@ def plot_learning(directory: str | Path, config: TrainConfig, torque_limit: floa
 
     torque_limit [N m]: what an action of 1 stands for.
     """
+    panels = list(PANELS)
+    if config.algorithm == "ppo":
+        panels[-1] = panels[-1]._replace(share=torque_limit)
+    else:
+        panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
+
+    def commanded(axes: Any) -> None:
+        axes[0, 1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
+        axes[0, 1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
+
+    return plot_panels(directory, config, panels, "biped", commanded)
+
+
+def plot_panels(
+    directory: str | Path,
+    config: Any,
+    panels: Sequence[Panel],
+    machine: str,
+    add: Callable[[Any], None] = lambda axes: None,
+) -> Path:
+    """Write learning.png with six panels; add: draws more on the axes [2, 3]. Returns its path."""
     directory = Path(directory)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
@@ -57,23 +80,18 @@ def plot_learning(directory: str | Path, config: TrainConfig, torque_limit: floa
     require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     axes = figure.subplots(2, 3, sharex=True)
     unit, scale = _unit(config.timesteps)
-    for axis, panel in zip(axes.flat, PANELS, strict=True):
-        if config.algorithm != "ppo" and panel.training == "noise":
-            panel = _Panel("entropy weight [-]", "entropy_weight", None, log=True)
-        elif panel.training == "noise":
-            panel = panel._replace(share=torque_limit)
+    for axis, panel in zip(axes.flat, panels, strict=True):
         _draw(axis, panel, metrics, tests, scale)
-    axes[0, 1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
-    axes[0, 1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
+    add(axes)
     for axis in axes[-1]:
         axis.set_xlabel(f"control steps [{unit}]", fontsize=9.5, color=theme.MUTED)
-    _head(figure, config, metrics)
+    _head(figure, config, machine, metrics)
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return write_whole(directory / "learning.png", file.getvalue())
 
 
-def _draw(axis: Any, panel: _Panel, metrics: dict, tests: dict, scale: float) -> None:
+def _draw(axis: Any, panel: Panel, metrics: dict, tests: dict, scale: float) -> None:
     axis.set_facecolor(theme.PANEL)
     axis.set_axisbelow(True)
     axis.grid(color=theme.RULE, lw=0.7)
@@ -102,11 +120,11 @@ def _draw(axis: Any, panel: _Panel, metrics: dict, tests: dict, scale: float) ->
             axis.set_ylim(0, panel.ceiling * values[-1])
 
 
-def _head(figure: Any, config: TrainConfig, metrics: dict) -> None:
+def _head(figure: Any, config: Any, machine: str, metrics: dict) -> None:
     seconds = (metrics.get("seconds") or [0.0])[-1]
     name = config.algorithm.upper()
     figure.suptitle(
-        f"{name} on the biped: {seconds:.0f} s of training",
+        f"{name} on the {machine}: {seconds:.0f} s of training",
         x=0.012,
         ha="left",
         fontsize=13,

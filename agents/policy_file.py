@@ -96,18 +96,18 @@ def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any
     the size of the observation.
     """
     numbers = {
-        name: _plain(value)
+        name: plain(value)
         for name, value in vars(params).items()
         if name not in ("robot", "scene", "unit_payload", "randomisation")
     }
     scene = params.scene
     return {
         "environment": type(env).__name__,
-        "choices": {name: _plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__, **_plain(vars(scene.floor))},
+        "choices": {name: plain(value) for name, value in asdict(env).items()},
+        "floor": {"kind": type(scene.floor).__name__, **plain(vars(scene.floor))},
         "steps": scene.steps,
-        "randomisation": _plain(vars(params.randomisation)),
-        "total_mass": _plain(params.robot.total_mass),
+        "randomisation": plain(vars(params.randomisation)),
+        "total_mass": plain(params.robot.total_mass),
         "observation_size": len(env.observation_bounds(params)[0]),
         **numbers,
     }
@@ -165,12 +165,12 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """JSON values from arrays, tuples and dataclasses' contents."""
     if isinstance(value, dict):
-        return {name: _plain(entry) for name, entry in value.items()}
+        return {name: plain(entry) for name, entry in value.items()}
     if isinstance(value, tuple | list):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
     if isinstance(value, jax.Array | np.ndarray | np.generic):
         return np.asarray(value).tolist()
     return value

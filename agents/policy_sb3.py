@@ -55,8 +55,8 @@ def _actor(model: BaseAlgorithm) -> tuple[str, list[Any]]:
 
     space = model.action_space
     low, high = getattr(space, "low", None), getattr(space, "high", None)
-    if space.shape != (1,) or not (np.all(low == -1) and np.all(high == 1)):
-        raise ValueError(f"its action space is {space}; accepted: Box(-1, 1, (1,))")
+    if len(space.shape or ()) != 1 or not (np.all(low == -1) and np.all(high == 1)):
+        raise ValueError(f"its action space is {space}; accepted: Box(-1, 1, (n,))")
     policy: Any = model.policy
     if isinstance(model, PPO) and not policy.squash_output:
         extractor, squash = policy.features_extractor, "clip"

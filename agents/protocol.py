@@ -1,4 +1,4 @@
-"""What a controller of the biped is."""
+"""What a controller is; the types named here are the biped's, the UGV's have theirs."""
 
 from __future__ import annotations
 

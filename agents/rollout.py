@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.agents.protocol import Controller
-    from stickslip.envs.biped import BipedEnv, BipedEnvState
-    from stickslip.envs.biped_params import BipedEnvParams
 
 
 class Rollout(NamedTuple):
@@ -26,18 +24,19 @@ class Rollout(NamedTuple):
     After the episode's end the last row stands; `length` rows are real. `trimmed` cuts the rest.
     """
 
-    start_state: BipedEnvState
+    start_state: Any
+    """The environment's state; `state` below, too."""
     start_obs: Float[Array, " obs"]
-    state: BipedEnvState
+    state: Any
     """After each step; every leaf [n]."""
     obs: Float[Array, "n obs"]
     """After each step, the one that ends the episode included."""
-    action: Float[Array, "n 1"]
+    action: Float[Array, "n act"]
     reward: Float[Array, " n"]
     terminated: Bool[Array, " n"]
     truncated: Bool[Array, " n"]
     info: dict[str, Array]
-    """As BipedEnv.step gives it, without final_obs and autoreset; every entry [n]."""
+    """As the environment's step gives it, without final_obs and autoreset; every entry [n]."""
     length: Int[Array, ""]
 
     def trimmed(self) -> Rollout:
@@ -49,14 +48,15 @@ class Rollout(NamedTuple):
 
 
 def rollout(
-    env: BipedEnv,
+    env: Any,
     controller: Controller,
-    params: BipedEnvParams,
+    params: Any,
     key: Array | int,
     steps: int | None = None,
 ) -> Rollout:
-    """One episode. key: a JAX random key given to the reset, or a seed as every adapter takes it.
+    """One episode of an environment with a time limit (BipedEnv, UGVEnv).
 
+    key: a JAX random key given to the reset, or a seed as every adapter takes it.
     steps: the most control steps to take, by default up to the time limit. Pure: vmap over key,
     params or the controller's numbers, then with `steps` given. env.autoreset is ignored.
     """
@@ -74,7 +74,7 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
-def horizon(params: BipedEnvParams) -> int:
+def horizon(params: Any) -> int:
     """Control steps to the time limit. params: concrete numbers."""
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
     return max(1, int(np.ceil(np.max(steps) - 0.5)))
@@ -87,6 +87,11 @@ def _rollout(env, count: int, controller, params, key) -> Rollout:
 
     def outcome(obs, state, memory):
         memory, action = controller.act(memory, obs, state, params)
+        if jnp.shape(action) != (size := (len(env.action_names),)):
+            raise ValueError(
+                f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
+                f"{', '.join(env.action_names)}: it was made for another machine"
+            )
         obs, state, reward, terminated, truncated, info = pure_step(
             env, unused, state, action, params
         )

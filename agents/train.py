@@ -1,4 +1,4 @@
-"""Train a policy for the biped in a directory that a killed run can go on in.
+"""Train a policy in a directory that a killed run can go on in.
 
 A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
 environments anew from the seed and the number of steps so far, so it depends on nothing but the
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -28,27 +27,18 @@ from stickslip.agents.checkpoint import (
     read_model,
     write_checkpoint,
 )
-from stickslip.agents.evaluate import COLUMNS, play
 from stickslip.agents.files import write_whole
+from stickslip.agents.machines import Machine, machine_of
 from stickslip.agents.metrics import MetricsFile, read_columns
-from stickslip.agents.policy import describe_environment, from_sb3, save_policy
+from stickslip.agents.policy import from_sb3, save_policy
 from stickslip.agents.train_progress import Progress
 from stickslip.agents.train_run import Run, only_writer, open_run, read_config
-from stickslip.agents.train_task import TEST_SEEDS, Task, make_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.config import TrainConfig
+    from stickslip.agents.config_fields import Configuration
 
-EVALUATED = (
-    "return",
-    "mean_speed",
-    "mean_crank_rate",
-    "slip_per_metre",
-    "energy_per_metre",
-    "falls",
-)
 PACKAGES = ("stable_baselines3", "tensorboard", "tqdm")
 """Of the extra `train`, needed to train at all."""
 INTERVALS = ("return",)
@@ -61,7 +51,8 @@ class Trained(NamedTuple):
     directory: Path
     policy: Path
     """The policy of the best evaluation."""
-    config: TrainConfig
+    config: Any
+    """The machine's configuration."""
     timesteps: int
     seconds: float
     """Trained in all, over every resumption [s]."""
@@ -69,7 +60,7 @@ class Trained(NamedTuple):
 
 
 def train(
-    config: TrainConfig | None,
+    config: Configuration | None,
     directory: str | Path,
     *,
     resume: bool = False,
@@ -87,7 +78,7 @@ def train(
     for package in PACKAGES:
         import_module(package)  # before anything is written
     if config is not None:
-        make_task(config)  # for its ValueError
+        machine_of(config).make_task(config)  # for its ValueError
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
     with only_writer(directory), ExitStack() as stack:
@@ -105,8 +96,9 @@ class _Trainer:
         from stickslip.envs.sb3 import SB3VecEnv
 
         self.run, self.config = run, run.config
-        self.task = make_task(run.config)
-        self.about = describe_environment(self.task.env, self.task.rest)
+        self.machine = machine_of(run.config)
+        self.task = self.machine.make_task(run.config)
+        self.about = self.machine.about(self.task)
         at = run.state.timesteps if run.state else 0
         envs = SB3VecEnv(self.task.env, self.task.training, run.config.num_envs, run.config.seed)
         course = Course(at / run.config.timesteps)
@@ -118,15 +110,17 @@ class _Trainer:
                 raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
         self.model.num_timesteps = at
         self.metrics = MetricsFile(
-            run.path / "metrics.csv", metric_columns(run.config.algorithm), upto=at
+            run.path / "metrics.csv", metric_columns(run.config.algorithm, self.machine), upto=at
         )
         self.evaluations = MetricsFile(
-            run.path / "evaluations.csv", ("seconds", *_evaluation_columns()), upto=at
+            run.path / "evaluations.csv", ("seconds", *_evaluation_columns(self.machine)), upto=at
         )
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
-        self.progress = stack.enter_context(Progress(run.config.timesteps, at, bar))
+        self.progress = stack.enter_context(
+            Progress(run.config.timesteps, at, bar, machine=self.machine)
+        )
         period = float(np.asarray(self.task.training.control_period))
-        self.reporter = Reporter(run.config, course, period, self._report, stop)
+        self.reporter = Reporter(run.config, self.machine, course, period, self._report, stop)
         self.reporter.seconds = run.state.seconds if run.state else 0.0
         stack.callback(envs.close)
 
@@ -170,7 +164,7 @@ class _Trainer:
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
         policy = from_sb3(self.model)
-        row = evaluate_policy(self.task, policy, self.config)
+        row = self.machine.evaluate_policy(self.task, policy, self.config)
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
         self.progress.tell(at, row)
@@ -193,19 +187,6 @@ class _Trainer:
             write_whole(self.run.path / POLICY, (best / POLICY).read_bytes())
 
 
-def evaluate_policy(task: Task, policy: Any, config: TrainConfig) -> dict[str, float]:
-    """The standard reward over whole episodes from anywhere, deterministic."""
-    seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
-    played = play(replace(task.env, autoreset="disabled"), policy, task.moving, seeds)
-    row = {}
-    for name in EVALUATED:
-        value = COLUMNS[name][1](played)
-        row[name] = value.value
-        if name in INTERVALS:
-            row |= {f"{name}_low": value.low, f"{name}_high": value.high}
-    return row
-
-
 def best_evaluation(directory: Path) -> tuple[int, float]:
     """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
     rows = read_columns(directory / "evaluations.csv")
@@ -214,5 +195,5 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[0]), best[1]
 
 
-def _evaluation_columns() -> tuple[str, ...]:
-    return (*EVALUATED, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))
+def _evaluation_columns(machine: Machine) -> tuple[str, ...]:
+    return (*machine.EVALUATED, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))

@@ -3,70 +3,27 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
 from stickslip.agents.train_algorithm import LOSSES, set_noise
-from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.config import TrainConfig
+    from stickslip.agents.machines import Machine
     from stickslip.agents.train_algorithm import Course
 
-EPISODE = (
-    "episodes",
-    "return",
-    "duration",
-    "mean_crank_rate",
-    "speed",
-    "slip_per_metre",
-    "energy_per_metre",
-    "falls",
-)
 RUN = ("seconds", "steps_per_second", "learning_rate", "noise")
 SAC_INTERVAL = 2000
 """Steps to the next row of metrics; for PPO every update has one."""
 
 
-def metric_columns(algorithm: str) -> tuple[str, ...]:
+def metric_columns(algorithm: str, machine: Machine) -> tuple[str, ...]:
     """Columns of metrics.csv after the number of steps."""
-    return (*RUN, *EPISODE, *LOSSES[algorithm])
-
-
-@dataclass
-class Finished:
-    """Sums over the training episodes that ended since the last row."""
-
-    period: float
-    rows: list[tuple[float, ...]] = field(default_factory=list)
-
-    def add(self, info: dict[str, Any]) -> None:
-        """An episode's last info."""
-        names = ("return", "length", "walked", "slid", "energy", "mean_rate")
-        fell = float(info["status"] > Status.SLIP_ONSET)
-        self.rows.append((*(float(info["episode_" + name]) for name in names), fell))
-
-    def summary(self) -> dict[str, float]:
-        """Means over the episodes and ratios of sums; empty without an episode."""
-        if not self.rows:
-            return {"episodes": 0}
-        total, length, walked, slid, energy, rate, fell = np.asarray(self.rows).T
-        far = walked.sum() > 0.1
-        return {
-            "episodes": len(self.rows),
-            "return": total.mean(),
-            "duration": length.mean() * self.period,
-            "mean_crank_rate": np.average(rate, weights=length),
-            "speed": walked.sum() / (length.sum() * self.period),
-            "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
-            "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
-            "falls": fell.mean(),
-        }
+    return (*RUN, *machine.EPISODE, *LOSSES[algorithm])
 
 
 class Reporter(BaseCallback):
@@ -78,7 +35,8 @@ class Reporter(BaseCallback):
 
     def __init__(
         self,
-        config: TrainConfig,
+        config: Any,
+        machine: Machine,
         course: Course,
         period: float,
         report: Callable[[int, dict[str, float]], None],
@@ -87,7 +45,8 @@ class Reporter(BaseCallback):
         super().__init__()
         self._config, self._course = config, course
         self._report, self._stop = report, stop
-        self._finished = Finished(period)
+        self._machine, self._period = machine, period
+        self._finished: list[dict[str, Any]] = []
         self._begun, self._row_at, self._updated_at = 0.0, 0, 0
         self._noise = float("nan")
         self.seconds = 0.0
@@ -97,7 +56,7 @@ class Reporter(BaseCallback):
     def _on_training_start(self) -> None:
         self._begun = time.monotonic()
         self._row_at = self._updated_at = self.model.num_timesteps
-        self._finished.rows.clear()
+        self._finished.clear()
 
     def _on_rollout_start(self) -> None:
         self._note()
@@ -107,7 +66,7 @@ class Reporter(BaseCallback):
 
     def _on_step(self) -> bool:
         for index in np.flatnonzero(self.locals["dones"]):
-            self._finished.add(self.locals["infos"][index])
+            self._finished.append(self.locals["infos"][index])
         if self._stop():
             self.model.num_timesteps = self._updated_at
             self.stopped = True
@@ -134,8 +93,14 @@ class Reporter(BaseCallback):
             "steps_per_second": gone / max(passed, 1e-9),
             "learning_rate": self.model.lr_schedule(1.0),
             "noise": self._noise,
-            **self._finished.summary(),
+            **self._summary(),
             **{name: float(logged.get("train/" + key, np.nan)) for name, key in losses.items()},
         }
-        self._finished.rows.clear()
+        self._finished.clear()
         self._report(self.model.num_timesteps, row)
+
+    def _summary(self) -> dict[str, float]:
+        """Of the training episodes that ended since the last row."""
+        if not self._finished:
+            return {"episodes": 0}
+        return self._machine.summary(self._finished, self._period)

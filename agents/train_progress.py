@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from typing import TYPE_CHECKING, TextIO
@@ -10,15 +9,25 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.agents.machines import Machine
+
 
 class Progress:
     """bar: True, False, or None for a bar on a terminal and lines elsewhere. False is silent."""
 
-    def __init__(self, total: int, at: int = 0, bar: bool | None = None, to: TextIO | None = None):
+    def __init__(
+        self,
+        total: int,
+        at: int = 0,
+        bar: bool | None = None,
+        to: TextIO | None = None,
+        *,
+        machine: Machine,
+    ):
         from tqdm import tqdm
 
         self._to = sys.stderr if to is None else to
-        self._silent = bar is False
+        self._silent, self._machine = bar is False, machine
         on_terminal = self._to.isatty() if bar is None else bar
         self._total, self._at, self._first = total, at, at
         self._begun = time.monotonic()
@@ -38,8 +47,7 @@ class Progress:
         """Move the bar; beside it how training episodes go."""
         self._bar.update(timesteps - self._at)
         self._at = timesteps
-        rate = row.get("mean_crank_rate", math.nan)
-        self._bar.set_postfix_str(f"return {row.get('return', math.nan):.2f}, {rate:.2f} rad/s")
+        self._bar.set_postfix_str(self._machine.beside_bar(row))
 
     def tell(self, timesteps: int, row: Mapping[str, float]) -> None:
         """A line for an evaluation."""
@@ -48,9 +56,7 @@ class Progress:
         passed = time.monotonic() - self._begun
         left = passed * max(self._total - timesteps, 0) / max(timesteps - self._first, 1)
         text = (
-            f"{timesteps:>10,} steps  return {row['return']:6.2f}  "
-            f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
-            f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %  "
+            f"{timesteps:>10,} steps  {self._machine.line(row)}  "
             f"{_clock(passed)} gone, about {_clock(left)} to go"
         )
         self._bar.write(text.replace("nan", "  -"), file=self._to)

@@ -9,11 +9,11 @@ import shutil
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.checkpoint import list_checkpoints, read_state
-from stickslip.agents.config import TrainConfig
 from stickslip.agents.files import write_whole
+from stickslip.agents.machines import read_configuration
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,6 +45,7 @@ FILES = (
     "comparison.png",
     "episode.png",
     "walk.gif",
+    "drive.gif",
 )
 """All that a run writes; `overwrite` deletes these and nothing else."""
 
@@ -53,7 +54,7 @@ class Run(NamedTuple):
     """A run that may be written to. latest: the checkpoint to go on from, None at the beginning."""
 
     path: Path
-    config: TrainConfig
+    config: Any
     latest: Path | None
     state: TrainState | None
 
@@ -64,7 +65,7 @@ class Run(NamedTuple):
 
 
 def open_run(
-    path: Path, config: TrainConfig | None, *, resume: bool = False, overwrite: bool = False
+    path: Path, config: Any | None, *, resume: bool = False, overwrite: bool = False
 ) -> Run:
     """Make the directory, or take up the one that is there.
 
@@ -90,10 +91,10 @@ def open_run(
     return Run(path, config, None, None)
 
 
-def read_config(path: Path) -> TrainConfig:
+def read_config(path: Path) -> Any:
     """The configuration of the run in a directory. ValueError if there is none."""
     try:
-        return TrainConfig.from_json((path / CONFIG).read_text(encoding="utf-8"))
+        return read_configuration((path / CONFIG).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(
             f"{path} holds no training run ({CONFIG} cannot be read); accepted: the directory of a "
@@ -140,7 +141,7 @@ def only_writer(path: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def _resumed(path: Path, config: TrainConfig | None) -> Run:
+def _resumed(path: Path, config: Any | None) -> Run:
     found = read_config(path)
     if config is not None and config != found:
         raise ValueError(

@@ -5,6 +5,10 @@ from stickslip.envs.biped_params import BipedEnvParams, Randomisation
 from stickslip.envs.checking import check_vector_env
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.gym import GymEnv
+from stickslip.envs.ugv import UGVEnv
+from stickslip.envs.ugv_draw import RandomTrack, UGVRandomisation
+from stickslip.envs.ugv_params import UGVEnvParams
+from stickslip.envs.ugv_state import UGVEnvState
 from stickslip.envs.vector import GymVectorEnv
 
 __all__ = [
@@ -14,6 +18,11 @@ __all__ = [
     "FunctionalEnv",
     "GymEnv",
     "GymVectorEnv",
+    "RandomTrack",
     "Randomisation",
+    "UGVEnv",
+    "UGVEnvParams",
+    "UGVEnvState",
+    "UGVRandomisation",
     "check_vector_env",
 ]

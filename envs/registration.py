@@ -9,9 +9,11 @@ import gymnasium
 
 from stickslip.envs.biped import BipedEnv
 from stickslip.envs.gym import GymEnv
+from stickslip.envs.ugv import UGVEnv
 from stickslip.envs.vector import GymVectorEnv
 
 BIPED_ID = "stickslip/Biped-v0"
+UGV_ID = "stickslip/UGV-v0"
 
 
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
@@ -35,25 +37,47 @@ def make_biped_vec(
     return GymVectorEnv(env, params, num_envs, autoreset_mode, render_mode)
 
 
-def split_options(options: dict[str, Any]) -> tuple[BipedEnv, Any]:
-    """A BipedEnv and its parameters from one set of options; ValueError for unknown ones."""
-    static = {field.name for field in fields(BipedEnv)}
-    env = BipedEnv(**{name: value for name, value in options.items() if name in static})
+def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
+    """The single UGV. Options: static choices of UGVEnv (criterion, preview, ...) and entries of
+    UGVEnv.make_params (track, friction, randomisation, leg_rate, ...)."""
+    options = options | {"autoreset": options.get("autoreset", "disabled")}
+    return GymEnv(*split_options(options, UGVEnv), render_mode)
+
+
+def make_ugv_vec(
+    num_envs: int = 1,
+    *,
+    autoreset_mode: Any = "next_step",
+    render_mode: str | None = None,
+    **options: Any,
+) -> GymVectorEnv:
+    """n UGVs in one compiled call; options as for the single one."""
+    if "autoreset" in options:
+        raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")
+    return GymVectorEnv(*split_options(options, UGVEnv), num_envs, autoreset_mode, render_mode)
+
+
+def split_options(options: dict[str, Any], kind: Any = BipedEnv) -> tuple[Any, Any]:
+    """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
+    options; ValueError for unknown ones."""
+    static = {field.name for field in fields(kind)}
+    env = kind(**{name: value for name, value in options.items() if name in static})
     rest = {name: value for name, value in options.items() if name not in static}
     try:
         return env, env.make_params(**rest)
     except TypeError as error:
         raise ValueError(
-            f"unknown option among {sorted(rest)}; accepted: those of BipedEnv "
-            f"({', '.join(sorted(static))}) and of BipedEnv.make_params"
+            f"unknown option among {sorted(rest)}; accepted: those of {kind.__name__} "
+            f"({', '.join(sorted(static))}) and of {kind.__name__}.make_params"
         ) from error
 
 
 def register() -> None:
     """Tell Gymnasium of the environments; done by `import stickslip`, safe to repeat."""
-    if BIPED_ID not in gymnasium.registry:
-        gymnasium.register(
-            BIPED_ID,
-            entry_point="stickslip.envs.registration:make_biped",
-            vector_entry_point="stickslip.envs.registration:make_biped_vec",
-        )
+    for name, maker in ((BIPED_ID, "make_biped"), (UGV_ID, "make_ugv")):
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                name,
+                entry_point=f"stickslip.envs.registration:{maker}",
+                vector_entry_point=f"stickslip.envs.registration:{maker}_vec",
+            )

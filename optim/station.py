@@ -11,6 +11,7 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import (
     Odometer,
+    Pose,
     PoseSolver,
     Track,
     UGVParams,
@@ -92,6 +93,17 @@ def station(
     stations whose turns are compared.
     """
     placed = place(params, track, x_front, leg_angles, solver)
+    return station_of(params, odometer, placed, leg_angles, friction)
+
+
+def station_of(
+    params: UGVParams,
+    odometer: Odometer,
+    placed: Pose,
+    leg_angles: Float[Array, "... 2"],
+    friction: Numeric,
+) -> Station:
+    """The station of a vehicle that has its place; see `station`."""
     held = balance(params, placed, friction)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))

@@ -3,6 +3,16 @@
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.biped import BipedRenderer
 from stickslip.envs.rendering.frame import BipedFrame
+from stickslip.envs.rendering.ugv import UGVRenderer
+from stickslip.envs.rendering.ugv_frame import UGVFrame, WheelFrame
 from stickslip.envs.rendering.window import Window
 
-__all__ = ["BipedFrame", "BipedRenderer", "Window", "save_animation"]
+__all__ = [
+    "BipedFrame",
+    "BipedRenderer",
+    "UGVFrame",
+    "UGVRenderer",
+    "WheelFrame",
+    "Window",
+    "save_animation",
+]

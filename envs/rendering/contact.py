@@ -57,7 +57,7 @@ class Contact:
         length = hypot(*force) / self._weight * WEIGHT_LENGTH if self._weight > 0 else 0.0
         length = min(length, LONGEST) * self._height
         self._arrow.set_facecolor(colour)
-        self._arrow.set_verts([_arrow(apex, force, length, scale)] if length > 0 else [])
+        self._arrow.set_verts([arrow(apex, force, length, scale)] if length > 0 else [])
         self._foot.set_markerfacecolor(colour)
         self._foot.set_data(*apex[:, None])
 
@@ -80,7 +80,7 @@ class Contact:
         self._kinetic.set_segments(inner)
 
 
-def _arrow(tail: np.ndarray, force: np.ndarray, length: float, scale: float) -> np.ndarray:
+def arrow(tail: np.ndarray, force: np.ndarray, length: float, scale: float) -> np.ndarray:
     """Outline of an arrow of `length` [m] from `tail`; its widths are in page units."""
     direction = atan2(force[1], force[0])
     head = min(HEAD / scale, length)

@@ -80,6 +80,13 @@ def draw_key(canvas: Canvas, left: float, top: float) -> None:
         (theme.HOLDS, "foot holds (force, cone)"),
         (theme.SLIDES, "foot slides (and marks)"),
     )
+    draw_entries(canvas, entries, left, top)
+
+
+def draw_entries(
+    canvas: Canvas, entries: tuple[tuple[str, str], ...], left: float, top: float
+) -> None:
+    """Colours with their words below each other, from a place downwards."""
     for i, (colour, words) in enumerate(entries):
         y = top - 17 * i
         canvas.lines([[(left + 3, y), (left + 17, y)]], colour, 5.0, still=True)

@@ -81,11 +81,11 @@ class Strips:
             (left, low, right, low + height - TITLE)
             for low in (bottom + i * (height + theme.GAP) for i in (2, 1, 0))
         ]
-        self._torque = _Strip(canvas, boxes[0], "motor torque", "N m", theme.MOTOR)
-        self._rate = _Strip(canvas, boxes[1], "crank rate", "rad/s", theme.MOTOR, second=True)
-        self._slide = _Strip(canvas, boxes[2], "slide of the feet", "mm", theme.SLIDES)
+        self._torque = Strip(canvas, boxes[0], "motor torque", "N m", theme.MOTOR)
+        self._rate = Strip(canvas, boxes[1], "crank rate", "rad/s", theme.MOTOR, second=True)
+        self._slide = Strip(canvas, boxes[2], "slide of the feet", "mm", theme.SLIDES)
         self._limit = torque_limit
-        _time_axis(canvas, boxes[2])
+        draw_axis(canvas, boxes[2])
 
     def move(self, history: History, frame: BipedFrame) -> None:
         """Show a history whose last row is `frame`."""
@@ -98,7 +98,7 @@ class Strips:
         self._slide.move(time, slide, spans, written(1000 * frame.slide, 1), (0.0, 1.0))
 
 
-class _Strip:
+class Strip:
     """One quantity against time: title and present value above, scale at the left."""
 
     def __init__(
@@ -182,14 +182,15 @@ class _Strip:
         self._canvas.forget_background()
 
 
-def _time_axis(canvas: Canvas, box: Box) -> None:
+def draw_axis(canvas: Canvas, box: Box, unit: str = "s") -> None:
+    """The way back from now along the lower edge of a strip, in [s] or another unit."""
     left, bottom, right, _ = box
     seconds = range(-int(SPAN), 1)
     places = [right + (right - left) * second / SPAN for second in seconds]
     ticks = [[(x, bottom), (x, bottom - 5)] for x in places]
     canvas.lines(ticks, theme.MUTED, 1.0, cap="butt", still=True)
     for second, x in zip(seconds, places, strict=True):
-        words = f"−{-second} s" if second else "now"
+        words = f"−{-second} {unit}" if second else "now"
         style: dict[str, Any] = {"align": "center" if second else "right"}
         canvas.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, still=True, **style)
 

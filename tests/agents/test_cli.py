@@ -59,7 +59,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     [
         ("", "COMMAND"),
         ("dance", "invalid choice: 'dance'"),
-        ("train ugv", "invalid choice: 'ugv'"),
+        ("train horse", "invalid choice: 'horse'"),
         ("train biped --epochs few", "--epochs: invalid int value: 'few'"),
         ("train biped --epochs 0", "epochs = 0"),
         ("train biped --learning-rate nan", "learning_rate = nan"),

@@ -198,8 +198,8 @@ def test_another_observation_is_refused():
 
 def test_a_policy_must_fit_together():
     policy = make_policy()
-    with pytest.raises(ValueError, match="2 outputs"):
-        make_policy((7, 4, 2)).validate()
+    with pytest.raises(ValueError, match="3 outputs"):
+        make_policy((7, 4, 3)).validate()
     with pytest.raises(ValueError, match="at least one"):
         replace(policy, weights=(), biases=()).validate()
     with pytest.raises(ValueError, match="'gelu' is unknown"):

@@ -1,0 +1,90 @@
+"""What a configuration asks of the UGV's environment, and its description for a policy's file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.agents.policy_file import plain
+from stickslip.agents.ugv_tracks import ground_by_name
+from stickslip.dynamics.ugv import PoseSolver
+from stickslip.envs.ugv import UGVEnv
+from stickslip.envs.ugv_draw import UGVRandomisation
+from stickslip.envs.ugv_params import UGVEnvParams
+
+if TYPE_CHECKING:
+    from stickslip.agents.ugv_config import UGVTrainConfig
+
+SOLVER = PoseSolver(iterations=5, samples=8)
+"""Of training: unrolled, which suits batches; exact to rounding on such ground."""
+USUAL = {
+    "wheel_energy": 300.0,
+    "total_energy": 300.0,
+    "peak_torque": 50.0,
+    "torque_variation": 1e4,
+    "grip": 1000.0,
+    "normal_force": 1000.0,
+    "friction_demand": 0.1,
+}
+"""About what a drive over the default bump costs, in the criterion's unit."""
+
+
+class UGVTask(NamedTuple):
+    """The environment and its parameters."""
+
+    env: UGVEnv
+    training: UGVEnvParams
+    """With the training reward, and starts drawn if asked for."""
+    test: UGVEnvParams
+    """The reward in the criterion's unit, and the standard start."""
+
+
+def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
+    """Build the task. ValueError for an unknown ground or numbers that do not go together."""
+    env = UGVEnv(config.criterion, config.preview, SOLVER)
+    ground = ground_by_name(config.tracks)
+    start = np.radians(config.start_angle)
+    common: dict[str, Any] = {
+        "track": ground.track,
+        "friction": config.friction,
+        "leg_rate": config.leg_rate,
+        "spacing": config.spacing,
+        "start_angles": (start, start),
+        "preview_length": config.preview_length,
+        "preview_noise": config.preview_noise,
+    }
+    drawn = UGVRandomisation(ground.drawn, config.random_friction)
+    test = env.make_params(randomisation=drawn, **common)
+    scale = config.reward_scale or 1 / USUAL[config.criterion]
+    if config.random_start is not None:
+        low, high = np.radians(config.random_start)
+        drawn = UGVRandomisation(ground.drawn, config.random_friction, (float(low), float(high)))
+    training = env.make_params(
+        randomisation=drawn,
+        reward_scale=scale,
+        failure_penalty=config.failure / scale,
+        **common,
+    )
+    return UGVTask(env, training, test)
+
+
+def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+    """The configuration of an environment as JSON values, for a policy's metadata."""
+    numbers = {
+        name: plain(value)
+        for name, value in vars(params).items()
+        if name not in ("vehicle", "odometer", "randomisation")
+    }
+    ranges = params.randomisation
+    drawn = None if ranges.track is None else plain(vars(ranges.track))
+    return {
+        "environment": type(env).__name__,
+        "choices": {name: plain(value) for name, value in asdict(env).items()},
+        "track": type(params.track.shape).__name__,
+        "randomisation": plain(vars(ranges) | {"track": drawn}),
+        "vehicle": plain(vars(params.vehicle)),
+        "observation_size": len(env.observation_bounds(params)[0]),
+        **numbers,
+    }

@@ -1,0 +1,160 @@
+"""What a reset of the UGV environment draws, and the ground and friction that follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.dynamics.ugv.roughness import rough_waves
+from stickslip.dynamics.ugv.shapes import Bump
+from stickslip.dynamics.ugv.spline import hermite_table
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.envs.ugv_params import UGVEnvParams
+
+Range = tuple[Numeric, Numeric]
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class RandomTrack:
+    """Ground drawn anew for every episode: a bump, roughness, or both.
+
+    bump_height, bump_width, bump_centre: of `Bump`, each uniform in (low, high) [m]; no bump where
+    bump_height is None. roughness: G(n0) of `rough_waves` [m^3], uniform in its logarithm; class C
+    of ISO 8608 is 2.56e-4, each class 4 times the one before. waves, pieces: of the drawn spectrum
+    and of the table that holds the sum (see `hermite_table`), from the params' track.start to
+    track.end, straight beyond. cells: of the odometer. The last three are static.
+    """
+
+    bump_height: Range | None = None
+    bump_width: Range = (0.8, 1.6)
+    bump_centre: Range = (3.5, 5.5)
+    roughness: Range | None = None
+    waves: int = field(default=32, metadata={"static": True})
+    pieces: int = field(default=96, metadata={"static": True})
+    cells: int = field(default=48, metadata={"static": True})
+
+    def validate(self) -> RandomTrack:
+        """Return self, or raise ValueError naming the field."""
+        if self.bump_height is None and self.roughness is None:
+            raise ValueError(
+                "bump_height and roughness are None; accepted: a range (low, high) for one or both"
+            )
+        _require_range("bump_height", self.bump_height, -np.inf)
+        _require_range("bump_width", self.bump_width, 0.0, strict=True)
+        _require_range("bump_centre", self.bump_centre, -np.inf)
+        _require_range("roughness", self.roughness, 0.0, strict=True)
+        for name in ("waves", "pieces", "cells"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
+        return self
+
+    def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
+        """The ground from start to end [m] and its arc length. Pure; `key` decides."""
+        keys = jax.random.split(key, 5)
+        bump = Bump(
+            _uniform(keys[0], self.bump_height or (0.0, 0.0), dtype),
+            _uniform(keys[1], self.bump_centre, dtype),
+            _uniform(keys[2], self.bump_width, dtype),
+        )
+        shape: Any = bump
+        if self.roughness is not None:
+            low, high = (jnp.log(jnp.asarray(end_, dtype)) for end_ in self.roughness)
+            level = jnp.exp(_uniform(keys[3], (low, high), dtype))
+            waves = rough_waves(keys[4], level, waves=self.waves)
+
+            def both(x):
+                y, dy, d2y = (a + b for a, b in zip(waves.profile(x), bump.profile(x), strict=True))
+                return y, dy, d2y
+
+            shape = hermite_table(both, start, end, self.pieces)
+        return Odometer.along(Track(shape, start, end), start, end, self.cells)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class UGVRandomisation:
+    """What a reset draws; what is None stays as it is and is not compiled in.
+
+    track: the ground. friction: mu itself, uniform in (low, high) [-]. start_angles: each leg's,
+    uniform in (low, high) [rad].
+    """
+
+    track: RandomTrack | None = None
+    friction: Range | None = None
+    start_angles: Range | None = None
+
+    def validate(self, vehicle: UGVParams) -> UGVRandomisation:
+        """Return self, or raise ValueError naming the range."""
+        if self.track is not None:
+            if not isinstance(self.track, RandomTrack):
+                raise ValueError(f"track = {self.track!r}; accepted: None or a RandomTrack")
+            self.track.validate()
+        _require_range("friction", self.friction, 0.0)
+        _require_range("start_angles", self.start_angles, 0.0)
+        if self.start_angles is not None:
+            vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
+        return self
+
+
+class UGVDrawn(NamedTuple):
+    """What the reset drew; None for what it did not."""
+
+    odometer: Odometer | None
+    friction: Float[Array, ""] | None
+    noise: Array | None
+    """Random key of the preview's noise, as plain numbers."""
+
+
+def draw(key: Array, params: UGVEnvParams) -> tuple[UGVDrawn, Float[Array, " 2"]]:
+    """What an episode begins with: what was drawn, and the legs' angles [rad]."""
+    ranges, dtype = params.randomisation, jnp.result_type(params.start)
+    keys = [jax.random.fold_in(key, index) for index in range(4)]
+    odometer = friction = noise = None
+    if ranges.track is not None:
+        odometer = ranges.track.draw(keys[0], params.track.start, params.track.end, dtype)
+    if ranges.friction is not None:
+        friction = _uniform(keys[1], ranges.friction, dtype)
+    angles = jnp.asarray(params.start_angles, dtype)
+    if ranges.start_angles is not None:
+        angles = _uniform(keys[2], ranges.start_angles, dtype, (2,))
+    if params.preview_noise is not None:
+        noise = jax.random.key_data(keys[3])
+    return UGVDrawn(odometer, friction, noise), angles
+
+
+def ground(drawn: UGVDrawn, params: UGVEnvParams) -> tuple[Odometer, Any]:
+    """The episode's ground, with its arc length, and friction coefficient."""
+    odometer = params.odometer if drawn.odometer is None else drawn.odometer
+    return odometer, params.friction if drawn.friction is None else drawn.friction
+
+
+def _uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):
+    low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+    return low + (high - low) * jax.random.uniform(key, shape, dtype)
+
+
+def _require_range(name: str, given: Any, low: float, strict: bool = False) -> None:
+    if given is None:
+        return
+    accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
+    if not isinstance(given, tuple) or len(given) != 2:
+        raise ValueError(f"{name} = {given!r} is no range; accepted: {accepted}")
+    for end in given:
+        require_number(name, end, low=low, strict=strict, accepted=accepted)
+    if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
+        raise ValueError(f"{name} = {given} has low > high; accepted: {accepted}")
+
+
+__all__ = ["RandomTrack", "UGVDrawn", "UGVRandomisation", "draw", "ground"]

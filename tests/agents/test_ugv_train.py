@@ -1,0 +1,170 @@
+"""Training runs of the UGV, their policies, and the commands that read them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.machines import machine_named, read_configuration
+from stickslip.agents.metrics import read_columns
+from stickslip.agents.policy import load_policy, read_metadata
+from stickslip.agents.train import Trained, train
+from stickslip.agents.ugv_config import UGVTrainConfig
+from stickslip.agents.ugv_task import make_ugv_task
+from stickslip.agents.ugv_tracks import TRACK_NAMES, ground_by_name
+from stickslip.cli import OK, WRONG_INPUT, main
+
+pytest.importorskip("stable_baselines3")
+
+TINY = UGVTrainConfig.of(
+    timesteps=256,
+    num_envs=4,
+    rollout_steps=32,
+    batch_size=64,
+    epochs=1,
+    hidden=8,
+    checkpoint_interval=128,
+    evaluation_episodes=1,
+    tracks="bump",
+    preview=3,
+)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Trained:
+    """A finished run. Not to be written to."""
+    return train(TINY, tmp_path_factory.mktemp("runs") / "ugv", bar=False)
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(arguments) == WRONG_INPUT
+    return capsys.readouterr().err
+
+
+def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trained):
+    path = run.directory
+    assert run.finished
+    assert read_configuration((path / "config.json").read_text()) == TINY
+    tests, metrics = read_columns(path / "evaluations.csv"), read_columns(path / "metrics.csv")
+    assert tests["timesteps"] == [128, 256]
+    assert np.all(np.asarray(tests["cost"]) > 0)
+    assert np.allclose(tests["return"], np.negative(tests["cost"]), rtol=1e-4)
+    assert np.all(np.asarray(tests["score"]) > 0.9)
+    assert len(metrics["timesteps"]) == 2
+    about = read_metadata(run.policy)
+    assert about["environment"] == "UGVEnv"
+    assert about["choices"]["criterion"] == "wheel_energy"
+    policy = load_policy(run.policy)
+    assert policy.layer_sizes[-1] == 2
+    assert policy(np.zeros(about["observation_size"], np.float32)).shape == (2,)
+
+
+def test_a_run_goes_on_where_it_was(run: Trained, tmp_path: Path):
+    path = Path(shutil.copytree(run.directory, tmp_path / "run"))
+    shutil.rmtree(path / "checkpoints" / f"{256:012d}")
+    assert train(None, path, resume=True, bar=False).finished
+    first, again = (load_policy(at / "policy.npz") for at in (run.directory, path))
+    for a, b in zip(first.weights, again.weights, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_the_training_reward_is_the_criterion_scaled():
+    task = make_ugv_task(UGVTrainConfig.of(reward_scale=0.01, failure=5.0))
+    assert float(task.training.reward_scale) == pytest.approx(0.01)
+    assert float(task.training.failure_penalty) == pytest.approx(500.0)
+    assert float(task.test.reward_scale) == 1.0
+    drawn = make_ugv_task(UGVTrainConfig.of(random_start=(60, 120))).training
+    assert np.allclose(drawn.randomisation.start_angles, np.radians([60, 120]))
+
+
+@pytest.mark.parametrize("name", TRACK_NAMES)
+def test_every_named_ground_makes_a_task(name: str):
+    ground = ground_by_name(name)
+    assert (ground.drawn is not None) == name.startswith("random")
+    with pytest.raises(ValueError, match="unknown; accepted: random-bump"):
+        ground_by_name(name + "s")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"criterion": "speed"}, r"criterion = 'speed' is not accepted; accepted: wheel_energy"),
+        ({"algorithm": "sac"}, r"algorithm = 'sac' is not accepted; accepted: ppo"),
+        ({"batch_size": 100}, r"batch_size = 100 is not accepted; accepted: a divisor"),
+        ({"friction": -1.0}, r"friction = -1\.0"),
+        ({"payload": 1.0}, r"'payload' is no field"),
+    ],
+)
+def test_bad_fields_are_named(changes, message):
+    with pytest.raises(ValueError, match=message):
+        UGVTrainConfig.of(**changes)
+
+
+def test_a_configuration_says_whose_it_is():
+    assert json.loads(TINY.to_json())["machine"] == "ugv"
+    assert "machine" not in json.loads(TrainConfig.of().to_json())
+    assert read_configuration(TrainConfig.of().to_json()) == TrainConfig.of()
+    with pytest.raises(ValueError, match="it is of the ugv, not of the biped"):
+        TrainConfig.from_json(TINY.to_json())
+    strange = TINY.to_json().replace('"ugv"', '"boat"')
+    with pytest.raises(ValueError, match="its machine is 'boat', not one of biped, ugv"):
+        read_configuration(strange)
+
+
+def test_the_biped_is_meant_where_no_machine_is_named(capsys: pytest.CaptureFixture[str]):
+    assert machine_named(["train", "--seed", "1"]) == "biped"
+    assert machine_named(["train", "ugv", "--seed", "1"]) == "ugv"
+    assert "scene 'moon' is unknown" in refusal(capsys, "train", "--scene", "moon")
+    assert "criterion = 'moon'" in refusal(capsys, "train", "ugv", "--criterion", "moon")
+    assert "track 'moon' is unknown" in refusal(capsys, "train", "ugv", "--tracks", "moon")
+
+
+def test_evaluate_and_view_read_a_policy_of_the_ugv(
+    run: Trained, capsys: pytest.CaptureFixture[str]
+):
+    policy = str(run.policy)
+    assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
+    said = capsys.readouterr().out
+    assert "level-body" in said
+    assert "cost / optimum" in said
+    rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
+    assert [row["controller"] for row in rows] == [policy, "level-body"]
+    drawn = ["--out", "drive.gif", "--plot", "drive.png", "--seconds", "0.3"]
+    assert main(["view", policy, *drawn]) == OK
+    assert Path("drive.gif").read_bytes().startswith(b"GIF89a")
+    assert Path("drive.png").stat().st_size > 10000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("evaluate level-body nobody", "'nobody' is neither a baseline of the UGV nor a file"),
+        ("evaluate level-body --scene moon", "track 'moon' is unknown; accepted: random-bump"),
+        ("evaluate level-body --payload 1", "--payload is for the biped"),
+        ("evaluate computed-torque --friction 1", "--friction is for the UGV"),
+        ("evaluate level-body --criterion speed", "criterion = 'speed'"),
+        ("view level-body --out a.mp4", "ends in '.mp4'"),
+    ],
+)
+def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
+    line = refusal(capsys, *arguments.split())
+    assert said in line
+    assert line.count("\n") == 1
+
+
+@pytest.mark.long
+def test_training_beats_the_best_fixed_posture(tmp_path: Path):
+    trained = train(UGVTrainConfig.of(timesteps=300_000), tmp_path / "run", bar=False)
+    rows = read_columns(trained.directory / "evaluations.csv")
+    assert min(rows["score"]) < 1.2
+    assert rows["failures"][-1] == 0

@@ -1,0 +1,131 @@
+"""The extremes: each ends in a finite number or in a status."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import Track, UGVParams
+from tests.dynamics.ugv.helpers import SCAN, balanced, drawn
+
+NUMBERS = ("F_rear", "N_rear", "F_front", "N_front", "torque", "grip_rear", "leg_torques")
+
+
+def finite_or_told(state):
+    """Every number is finite unless the status says that there is no pose."""
+    lost = np.isin(np.asarray(state.status), (Status.NO_SOLUTION, Status.NON_FINITE))
+    for name in NUMBERS:
+        value = np.asarray(getattr(state, name)).reshape(len(lost), -1)
+        assert np.all(np.isfinite(value).all(1) | lost), name
+    assert np.all(np.isfinite(np.asarray(state.pose.rear.x)) | lost)
+
+
+@pytest.mark.parametrize("degrees", [0, 45, 80, -80, 89])
+def test_slopes_up_to_the_vertical(dtype, degrees):
+    params = UGVParams()
+    slope = np.tan(np.radians(degrees))
+    x, angles = drawn(params, dtype)
+    state = balanced(params, Track.incline(slope).astype(dtype), x, angles)
+    finite_or_told(state)
+    assert np.all(np.asarray(state.pose.status) == Status.OK)
+    share = params.weight * np.sin(np.radians(degrees)) / 2
+    # Coordinates of 7 m * slope, of which single precision keeps seven digits.
+    allowed = 40 * float(jnp.finfo(dtype).eps) * params.weight * (1 + 7 * abs(slope))
+    np.testing.assert_allclose(state.F_front, share, atol=allowed)
+    if abs(degrees) >= 80:
+        assert set(np.unique(state.status)) <= {Status.ROLLOVER, Status.WHEEL_SLIP}
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.05, 0.28, 0.8])
+def test_wheels_from_the_size_of_the_bumps_to_that_of_the_wheelbase(float64, radius):
+    params = UGVParams(wheel_radius=radius)
+    track = Track.sinusoid(0.02, 0.3).astype(float64)  # least radius of curvature 0.11 m
+    x, angles = drawn(params, float64)
+    state = balanced(params, track, x, angles, 0.8, "closed", SCAN)
+    finite_or_told(state)
+    good = np.asarray(state.pose.status) == Status.OK
+    hollow = np.asarray(state.pose.status) == Status.HOLLOW_GROUND
+    assert np.all(good | hollow)
+    assert np.all(good) if radius < 0.1 else hollow.any()
+
+
+def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
+    """With legs as long as half the body, flat inwards, the wheels meet at one point."""
+    loose = jax.tree.map(jnp.asarray, UGVParams())  # arrays: not checked when built
+    fields = {"body_length": 0.7, "leg_length": 0.35, "leg_angle_min": 0.0}
+    params = UGVParams(**(vars(loose) | {k: jnp.asarray(v) for k, v in fields.items()}))
+    folded = jnp.asarray([[0.0, 0.0], [1e-9, 1e-9], [1e-3, 1e-3], [np.pi, np.pi]])
+    x = jnp.full(4, 4.0)
+    state = balanced(params, Track.bump().astype(float64), x, folded)
+    assert state.status[0] == Status.NO_SOLUTION
+    finite_or_told(jax.tree.map(lambda leaf: leaf[1:], state))
+    assert state.pose.status[3] == Status.OK
+    np.testing.assert_allclose(state.pose.wheelbase[3], 1.4, rtol=1e-14)
+
+
+@pytest.mark.parametrize("length", [0.1, 0.01, 1e-3])
+def test_steps_sharper_than_the_wheel(float64, length):
+    params, track = UGVParams(), Track.step(0.1, 4.0, length).astype(float64)
+    x, angles = drawn(params, float64, 200, 3.0, 6.0)
+    state = balanced(params, track, x, angles, 0.8, "closed", SCAN)
+    finite_or_told(state)
+    # At the foot of the step no wheel can touch, a fifth of a metre in three; and sharper than the
+    # scan's intervals, the edge on which the rear wheel turns is not found either.
+    told = {Status.HOLLOW_GROUND, Status.NOT_CONVERGED}
+    lost = np.isin(np.asarray(state.pose.status), list(told))
+    assert set(np.unique(state.pose.status)) <= told | {Status.OK}
+    assert 0 < lost.mean() < (0.1 if length == 0.1 else 0.25)
+
+
+def test_masses_over_twelve_orders_of_magnitude(float64):
+    x, angles = drawn(UGVParams(), float64, 16)
+    track = Track.bump().astype(float64)
+    for name in ("wheel_mass", "body_mass", "leg_mass"):
+        for mass in (1e-6, 1e6):
+            params = UGVParams(**{name: mass})
+            state = balanced(params, track, x, angles)
+            finite_or_told(state)
+            rear, front = state.pose.rear.tangent, state.pose.front.tangent
+            up = rear[:, 0] * state.N_rear + rear[:, 1] * state.F_rear
+            up += front[:, 0] * state.N_front + front[:, 1] * state.F_front
+            np.testing.assert_allclose(up, params.weight, rtol=1e-12)
+
+
+def test_a_track_of_a_million_points(float64):
+    x = np.linspace(0.0, 1000.0, 1_000_001)
+    track = Track.from_points(x, 0.05 * np.sin(x))
+    params = UGVParams()
+    where, angles = drawn(params, float64, 32, 10.0, 990.0)
+    state = balanced(params, track, where, angles)
+    wave = balanced(params, Track.sinusoid(0.05, 2 * np.pi).astype(float64), where, angles)
+    np.testing.assert_allclose(state.pose.rear.x, wave.pose.rear.x, rtol=1e-11)
+    np.testing.assert_allclose(state.torque, wave.torque, atol=1e-6 * params.weight)
+
+
+def test_bad_members_of_a_batch_leave_the_others_alone(float64):
+    params, track = UGVParams(), Track.bump().astype(float64)
+    x, angles = drawn(params, float64, 8)
+    bad = x.at[3].set(jnp.nan).at[5].set(jnp.inf)
+    state, alone = balanced(params, track, bad, angles), balanced(params, track, x, angles)
+    assert [int(s) for s in state.status[jnp.array([3, 5])]] == [Status.NON_FINITE] * 2
+    others = np.array([0, 1, 2, 4, 6, 7])
+    np.testing.assert_array_equal(state.torque[others], alone.torque[others])
+
+
+def test_single_precision_far_away_loses_digits_and_no_more(float64):
+    """Positions are absolute: at 1 km a float32 is good to 6e-5 m."""
+    params = UGVParams()
+    x, angles = drawn(params, float64, 32)
+    errors = []
+    for centre in (4.0, 1000.0):
+        fine = Track.bump(centre=centre, end=2000.0).astype(float64)
+        coarse = fine.astype(jnp.float32)
+        away = x + (centre - 4.0)
+        exact = balanced(params, fine, away, angles)
+        got = balanced(params, coarse, away.astype("float32"), angles.astype("float32"))
+        assert np.all(np.asarray(got.pose.status) == Status.OK)
+        off = np.abs(np.asarray(got.torque, float) - np.asarray(exact.torque))
+        errors.append(np.max(off) / (params.weight * 0.28))
+    assert errors[0] < 2e-6
+    assert 1e-6 < errors[1] < 2e-4
