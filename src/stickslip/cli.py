@@ -1,4 +1,4 @@
-"""The command line: `stickslip train | evaluate | view | demo | reproduce`.
+"""The command line: `stickslip train | evaluate | view | demo | optimise | reproduce`.
 
 Here are the flags only; each command's work is imported when it is run. Wrong input is a one-line
 message on stderr and exit status 2.
@@ -11,12 +11,13 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-OK, WRONG_INPUT, INTERRUPTED = 0, 2, 130
+OK, NOTHING_FOUND, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 EXTRAS = {
     "stable_baselines3": "train",
     "torch": "train",
     "tensorboard": "train",
     "tqdm": "train",
+    "cma": "optim",
     "matplotlib": "viz",
     "PIL": "viz",
     "pygame": "viz",
@@ -33,7 +34,8 @@ class Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return the exit status: 0, 2 for wrong input, 130 after Ctrl-C."""
+    """Run a command and return the exit status: 0, 1 where optimise finds no drive, 2 for wrong
+    input, 130 after Ctrl-C."""
     try:
         parser = make_parser(sys.argv[1:] if arguments is None else arguments)
         given = parser.parse_args(arguments)
@@ -58,14 +60,16 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     """The parser. Flags made from a configuration are added only if their command is among the
     arguments, since they need more than the standard library."""
     parser = Parser(
-        prog="stickslip", description="A biped that sticks or slips: train, compare, look."
+        prog="stickslip",
+        description="A biped that sticks or slips and a UGV on two legs: train, compare, look.",
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    _add_train(commands, with_fields="train" in arguments)
+    _add_train(commands, arguments)
     _add_evaluate(commands)
     _add_view(commands)
     _add_demo(commands)
+    _add_optimise(commands)
     _add_reproduce(commands)
     return parser
 
@@ -80,19 +84,27 @@ class _Version(argparse.Action):
         raise SystemExit(OK)
 
 
-def _add_train(commands: Any, with_fields: bool) -> None:
+def _add_train(commands: Any, arguments: Sequence[str]) -> None:
     parser = _command(commands, "train", _train, "train a policy with PPO or SAC")
-    parser.add_argument("machine", choices=("biped",), help="what to train")
     parser.add_argument(
-        "--out", metavar="DIR", help="directory of the run (default: runs/biped-<time>)"
+        "machine",
+        nargs="?",
+        choices=("biped", "ugv"),
+        default="biped",
+        help="what to train (default: biped); each has flags of its own, see --help after its name",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
     )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
     parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
-    if with_fields:
-        from stickslip.agents.config import add_flags
+    if "train" in arguments:
+        from stickslip.agents.config_fields import add_flags
+        from stickslip.agents.machines import config_kind, machine_named
 
-        add_flags(parser.add_argument_group("configuration, kept in config.json"))
+        group = parser.add_argument_group("configuration, kept in config.json")
+        add_flags(group, config_kind(machine_named(arguments)))
 
 
 def _add_evaluate(commands: Any) -> None:
@@ -107,7 +119,7 @@ def _add_evaluate(commands: Any) -> None:
 
 
 def _add_view(commands: Any) -> None:
-    parser = _command(commands, "view", _view, "an animation of a policy or baseline walking")
+    parser = _command(commands, "view", _view, "an animation of a policy or baseline at work")
     parser.add_argument(
         "who", metavar="POLICY", help="a policy file, a run's directory or a baseline"
     )
@@ -121,27 +133,32 @@ def _add_view(commands: Any) -> None:
 
 
 def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
-    """Which floor, load and start."""
+    """Which floor, load and start; which ground for the UGV."""
     about = "floor by name" + (", several if you like" if many else "")
     parser.add_argument(
         "--scene",
         dest="scenes",
         metavar="NAME",
-        default=["slippery"],
         nargs="+" if many else 1,
-        help=f"{about}: slippery (default), wet, firm, ice-patch, grip",
+        help=f"{about}: slippery (default), wet, firm, ice-patch, grip; of the UGV ground by name "
+        "or file: random-bump (default), random-rough, random-mixed, bump, sinusoid, ...",
     )
     parser.add_argument("--mu-static", type=float, metavar="MU", help="one floor instead")
     parser.add_argument("--mu-kinetic", type=float, metavar="MU", help="its kinetic friction")
     parser.add_argument("--payload", type=float, metavar="KG", help="mass on the hip [kg]")
-    parser.add_argument(
-        "--commanded-rate", type=float, default=3.0, metavar="RATE", help="[rad/s] (default: 3)"
-    )
+    parser.add_argument("--commanded-rate", type=float, metavar="RATE", help="[rad/s] (default: 3)")
     parser.add_argument(
         "--start",
         choices=("moving", "rest"),
-        default="moving" if many else "rest",
-        help="from any phase and rate up to the commanded one, or from rest (default: %(default)s)",
+        help="from any phase and rate up to the commanded one, or from rest "
+        f"(default: {'moving' if many else 'rest'})",
+    )
+    ugv = parser.add_argument_group("for the UGV")
+    ugv.add_argument("--friction", type=float, metavar="MU", help="mu (default: 0.8)")
+    ugv.add_argument(
+        "--criterion",
+        metavar="NAME",
+        help="what is to be small (default: the policy's, or wheel_energy)",
     )
 
 
@@ -155,18 +172,34 @@ def _add_demo(commands: Any) -> None:
     )
 
 
+def _add_optimise(commands: Any) -> None:
+    from stickslip.optimise.flags import add_flags
+
+    about = "the leg angles to drive a UGV over a track with"
+    parser = _command(commands, "optimise", _optimise, about)
+    parser.add_argument("machine", choices=("ugv",), help="what to optimise")
+    add_flags(parser)
+
+
 def _add_reproduce(commands: Any) -> None:
     about = "compute the chapter's figures again and compare its claims with what comes out"
     parser = _command(commands, "reproduce", _reproduce, about)
     parser.add_argument(
-        "figures", nargs="+", metavar="FIGURE", help="fig11 to fig19, scheme (several), or all"
+        "figures",
+        nargs="+",
+        metavar="FIGURE",
+        help="fig11 to fig19, fig24, fig25, scheme (several), or all",
     )
     parser.add_argument(
         "--out", metavar="DIR", default="figures", help="where files go (default: figures)"
     )
     parser.add_argument("--overwrite", action="store_true", help="replace files in --out")
     parser.add_argument(
-        "--samples", type=int, default=240, metavar="N", help="points a step (default: 240)"
+        "--samples",
+        type=int,
+        default=240,
+        metavar="N",
+        help="points a step; of fig24 along the bump (default: 240)",
     )
 
 
@@ -200,6 +233,12 @@ def _demo(given: argparse.Namespace) -> int:
     from stickslip.agents.commands import demo_command
 
     return OK if demo_command(vars(given)) else INTERRUPTED
+
+
+def _optimise(given: argparse.Namespace) -> int:
+    from stickslip.optimise.command import optimise_command
+
+    return OK if optimise_command(vars(given)) else NOTHING_FOUND
 
 
 def _reproduce(given: argparse.Namespace) -> int:

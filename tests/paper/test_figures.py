@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.cli import OK, WRONG_INPUT, main
-from stickslip.paper import scheme
+from stickslip.paper import passage, scheme
 from stickslip.paper.registry import FIGURES
 from stickslip.paper.result import VERDICTS
 
@@ -21,11 +21,13 @@ SAMPLES = 48
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All figures on a coarse grid, the chapter's scheme with one D only: each D compiles anew."""
+    """All figures on coarse grids, the chapter's scheme with one D only: each D compiles anew."""
     folder = tmp_path_factory.mktemp("figures")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scheme, "STEPS_D", ())
         patch.setattr(scheme, "COARSER", (4, 2, 1))
+        for name, few in (("WAYPOINTS", 14), ("FINE", 5), ("COARSE", 5)):
+            patch.setattr(passage, name, few)
         assert main(["reproduce", "all", "--out", str(folder), f"--samples={SAMPLES}"]) == OK
     return folder
 

@@ -54,6 +54,10 @@ FIGURES = {
         "kinetic",
         ("", "-slides"),
     ),
+    "fig24": Figure("UGV: torque over the soft bump, legs held still", "bump", "statics"),
+    "fig25": Figure(
+        "UGV: over the soft bump with the least variation of torque", "passage", "least_variation"
+    ),
     "scheme": Figure("The chapter's own scheme beside the exact one", "scheme", "scheme"),
 }
 """In the chapter's order; "scheme" compares its numerical method with this package's."""

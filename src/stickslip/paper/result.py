@@ -48,7 +48,8 @@ class Setting:
     """How finely a figure is computed.
 
     samples: points a step of the biped. They are integration steps, too, split at every switching
-    instant, so a coarse grid costs few digits. say: told what is being computed, for progress.
+    instant, so a coarse grid costs few digits. Of Fig. 24's curves: points along the bump. say:
+    told what is being computed, for progress.
     """
 
     samples: int = 240

@@ -1,0 +1,72 @@
+"""The flags of `stickslip optimise`: words and numbers only, nothing heavy is imported."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """The problem's flags, the method's and those of the files."""
+    _add_problem(parser.add_argument_group("problem"))
+    _add_method(parser.add_argument_group("method"))
+    parser.add_argument(
+        "--out", metavar="DIR", help="where files go (default: runs/ugv-TRACK-CRITERION-METHOD)"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
+    parser.add_argument(
+        "--no-pictures", dest="pictures", action="store_false", help="no plot of the drive"
+    )
+
+
+def _add_problem(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--track",
+        default="bump",
+        metavar="NAME_OR_FILE",
+        help="flat, incline, bump (default), sinusoid, ramp, step, ditch, rough, or a file of x "
+        "and y or GPX",
+    )
+    group.add_argument(
+        "--track-option",
+        dest="track_options",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="of the track, as often as needed: height=0.2",
+    )
+    group.add_argument(
+        "--criterion",
+        default="wheel_energy",
+        metavar="NAME",
+        help="wheel_energy (default), total_energy, peak_torque, torque_variation, grip, "
+        "normal_force, friction_demand",
+    )
+    group.add_argument(
+        "--leg-rate",
+        default="1.0",
+        metavar="RATE",
+        help="what a leg may turn for each metre [rad/m] (default: 1), or none for no limit",
+    )
+    group.add_argument("--friction", type=float, default=0.8, metavar="MU", help="(default: 0.8)")
+    group.add_argument(
+        "--spacing", type=float, default=0.1, metavar="M", help="of waypoints (default: 0.1)"
+    )
+    for name, which in (("start", "first"), ("end", "last")):
+        group.add_argument(
+            f"--{name}", type=float, metavar="M", help=f"{which} place of the front wheel"
+        )
+        group.add_argument(
+            f"--{name}-angles",
+            type=float,
+            nargs=2,
+            metavar="RAD",
+            help=f"rear and front leg at the {which} waypoint (default: any)",
+        )
+
+
+def _add_method(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--method", default="dp", metavar="NAME", help="grid, dp (default), lp, scp, gradient, cma"
+    )
+    group.add_argument("--angles", type=int, metavar="N", help="of each leg on the grid")
+    group.add_argument("--seed", type=int, metavar="N", help="of the method cma")

@@ -1,0 +1,62 @@
+"""The track that the command line names: one of TRACKS with its numbers, or a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from stickslip.dynamics.ugv import TRACKS, Track
+
+OPTION = "name=value, the value a number, several with commas between, or a word"
+
+
+def track_of(name: str, options: Iterable[str] = ()) -> Track:
+    """The named track, or the one in the file of that name.
+
+    options: "name=value" each; of Track.named, or `interpolation` for a file. ValueError for what
+    is unknown, OSError where the file cannot be read.
+    """
+    given = options_of(options)
+    for key, value in given.items():
+        if isinstance(value, tuple) and key != "band":
+            raise ValueError(f"--track-option {key} = {value}; accepted: one value")
+    if name in TRACKS:
+        try:
+            return Track.named(name, **given)
+        except TypeError as error:
+            raise ValueError(f"track {name!r} with {given}: {error}") from error
+    path = Path(name)
+    if not path.exists():
+        raise ValueError(
+            f"track {name!r} is neither a name nor a file; accepted: {', '.join(TRACKS)}, or a "
+            "file of points (x and y, or GPX)"
+        )
+    unknown = [key for key in given if key != "interpolation"]
+    if unknown:
+        raise ValueError(f"a track in a file has no {unknown[0]!r}; accepted: interpolation")
+    from stickslip.optim.track_file import read_track
+
+    return read_track(path, **given)
+
+
+def options_of(words: Iterable[str]) -> dict[str, Any]:
+    """name=value words as names and numbers, tuples of numbers or text; the last one counts."""
+    found = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        if not (sign and name.strip() and value.strip()):
+            raise ValueError(f"--track-option {word!r}; accepted: {OPTION}")
+        parts = [_number(part) for part in value.split(",")]
+        found[name.strip()] = parts[0] if len(parts) == 1 else tuple(parts)
+    return found
+
+
+def _number(text: str) -> int | float | str:
+    """A whole number, a number, or the text as it is."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text.strip()

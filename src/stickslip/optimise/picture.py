@@ -1,0 +1,97 @@
+"""A drive along the track as a picture: the vehicle, leg angles, torque and grip."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+from stickslip.optimise.vehicle import draw_scene, extent, poses
+from stickslip.paper import drawing
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.ugv import Pose
+    from stickslip.optim import PostureProblem, Result, Station
+
+VEHICLES = 6
+"""Drawn at most; fewer where they would cover each other."""
+REAR, FRONT = {"color": theme.MOTOR, "lw": 1.4}, {"color": theme.SLIDES, "lw": 1.4, "ls": "--"}
+"""Rear wheel or leg, front wheel or leg."""
+LOWEST, HIGHEST, PANEL, WIDTH = 0.9, 4.0, 1.5, 8.3
+"""Heights of the scene's panel at least and at most, of the others; width of all [inches]."""
+
+
+def draw_result(problem: PostureProblem, result: Result, vehicles: int = VEHICLES) -> Any:
+    """A matplotlib figure of a result: the vehicle along the track, angles, torque, grip margins.
+
+    vehicles: how many are drawn at most. Everything stands over the place of the front wheel [m].
+    ValueError for a result without a point.
+    """
+    if result.x is None:
+        raise ValueError(f"the result holds no drive ({result.message}); accepted: one with x")
+    found = problem.stations(result.x)
+    shown = chosen(problem, vehicles)
+    angles = problem.angles(result.x)[shown]
+    placed = poses(problem.params, problem.track, problem.x[shown], angles)
+    scene = scene_height(problem, placed)
+    ratios = [scene, PANEL, PANEL, PANEL]
+    height = (sum(ratios) + 4 * 0.35) / 4
+    figure, axes = drawing.sheet(4, height=height, sharex=True, height_ratios=ratios)
+    top, legs, torque, grip = axes[:, 0]
+    draw_angles(legs, problem, found)
+    draw_torque(torque, found)
+    draw_grip(grip, problem, found)
+    draw_scene(top, problem.params, problem.track, placed)
+    drawing.name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
+    return figure
+
+
+def chosen(problem: PostureProblem, most: int) -> np.ndarray:
+    """Waypoints to draw the vehicle at, evenly spaced, two or more."""
+    p = problem.params
+    length = float(p.body_length) + 3 * float(p.wheel_radius)
+    room = int((problem.x[-1] - problem.x[0]) / length) + 1
+    places = np.linspace(problem.x[0], problem.x[-1], max(min(room, most), 2))
+    return np.unique(np.argmin(np.abs(problem.x[:, None] - places), axis=0))
+
+
+def scene_height(problem: PostureProblem, placed: Pose) -> float:
+    """What the scene's panel needs for equal scales [inches], within what a page has."""
+    left, right, bottom, top = extent(problem.params, placed)
+    return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
+
+
+def draw_angles(axis: Any, problem: PostureProblem, found: Station) -> None:
+    """Both leg angles in degrees; the range dashed."""
+    for leg, (name, look) in enumerate((("rear", REAR), ("front", FRONT))):
+        axis.plot(found.x, np.degrees(found.leg_angles[:, leg]), label=name, **look)
+    for end in (problem.params.leg_angle_min, problem.params.leg_angle_max):
+        drawing.mark(axis, y=float(np.degrees(end)))
+    axis.yaxis.set_major_locator(require("matplotlib.ticker").MultipleLocator(30))
+    drawing.legend(axis)
+    drawing.name_panel(axis, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
+
+
+def draw_torque(axis: Any, found: Station) -> None:
+    """The torque of each wheel."""
+    axis.plot(found.x, found.torque, color=theme.INK, lw=1.4)
+    drawing.mark(axis, y=0.0)
+    drawing.name_panel(axis, "torque on each wheel [N m]", "negative: drives forwards")
+
+
+def draw_grip(axis: Any, problem: PostureProblem, found: Station) -> None:
+    """What friction each wheel has left; below 0 it slips."""
+    for name, F, N, look in (
+        ("rear", found.F_rear, found.N_rear, REAR),
+        ("front", found.F_front, found.N_front, FRONT),
+    ):
+        axis.plot(found.x, found.friction * N - np.abs(F), label=name, **look)
+    drawing.mark(axis, y=problem.min_grip)
+    least, most = np.min(found.friction), np.max(found.friction)
+    mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
+    drawing.legend(axis)
+    drawing.name_panel(
+        axis, "grip margin μ N − |F| [N]", f"μ = {mu}; dashed: the least allowed", "front wheel [m]"
+    )

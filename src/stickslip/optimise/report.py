@@ -1,0 +1,169 @@
+"""A solved posture problem in words, as a table of stations and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from stickslip.agents.tables import json_text
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv.params import legs
+from stickslip.optim import PostureProblem, Result
+from stickslip.paper.text import csv_text
+
+ENERGIES = {
+    "wheel_energy": "work of the wheels' motors",
+    "total_energy": "the same with the legs' actuators",
+}
+"""Positive work only, none recovered. The first alone says little: legs that lift the vehicle
+spare its wheels."""
+UNITS = {
+    "leg_range": "rad",
+    "start_angles": "rad",
+    "end_angles": "rad",
+    "leg_rate": "rad/m",
+    "grip": "N",
+    "normal": "N",
+    "clearance": "m",
+    "pose": "waypoints",
+}
+"""Of PostureProblem.residuals."""
+
+
+def energies(problem: PostureProblem, result: Result) -> dict[str, float]:
+    """The drive's two energies by the criteria's names [J]; none without a drive."""
+    if result.x is None:
+        return {}
+    return {name: replace(problem, criterion=name).objective(result.x) for name in ENERGIES}
+
+
+def rows(
+    problem: PostureProblem, result: Result, spent: Mapping[str, float]
+) -> list[tuple[str, str]]:
+    """What the command prints, a name and its value a row. spent: `energies`."""
+    unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
+    bound = "none proved"
+    if result.lower_bound is not None:
+        bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
+    about = getattr(problem.criterion, "about", "")
+    found = [
+        ("criterion", f"{problem.criterion.name}: {about}" if about else problem.criterion.name),
+        ("waypoints", f"{len(problem.x)}, from {problem.x[0]:.4g} to {problem.x[-1]:.4g} m"),
+        ("status", f"{result.status.name}: {result.status.value}"),
+        ("message", "" if result.message == result.status.value else result.message),
+        ("value", f"{result.value:.8g}{unit}" if result.x is not None else "no drive found"),
+        ("lower bound", bound),
+    ]
+    if result.x is not None:
+        found.append(("feasible", "yes" if result.feasible else "no"))
+        found.append(("constraints missed by", _missed(result)))
+        found.append(("wheels", _overlap(problem, result)))
+    found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
+    found += [
+        ("evaluations", str(result.evaluations)),
+        ("time", f"{result.seconds:.3g} s, compilation included"),
+    ]
+    return found
+
+
+def _missed(result: Result) -> str:
+    worst = {name: by for name, by in result.residuals.items() if by > 0}
+    shown = ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items())
+    return shown or f"nothing ({', '.join(result.residuals)})"
+
+
+def _overlap(problem: PostureProblem, result: Result) -> str:
+    """A warning where the wheels would be in each other's way; the model does not look at it."""
+    rear, front = (np.asarray(of) for of in legs(problem.params, result.leg_angles))
+    least = float(np.min(np.hypot(*(front - rear).T)))
+    across = 2 * float(problem.params.wheel_radius)
+    if least >= across:
+        return ""
+    return f"they overlap, centres {least:.3g} m apart where {across:.3g} is needed: not modelled"
+
+
+def table(lines: list[tuple[str, str]]) -> str:
+    """Rows for a terminal, the names aligned."""
+    width = max(len(name) for name, _ in lines)
+    return "".join(f"{name.ljust(width)}  {value}\n" for name, value in lines if value)
+
+
+def stations_csv(problem: PostureProblem, result: Result) -> str:
+    """A line a waypoint, numbers in SI units and radians."""
+    found = problem.stations(np.asarray(result.x))
+    columns = {
+        "front wheel [m]": found.x,
+        "rear leg angle [rad]": found.leg_angles[:, 0],
+        "front leg angle [rad]": found.leg_angles[:, 1],
+        "torque on each wheel [N m]": found.torque,
+        "turn of both wheels [rad]": found.turn,
+        "rear leg torque [N m]": found.leg_torques[:, 0],
+        "front leg torque [N m]": found.leg_torques[:, 1],
+        "F_rear [N]": found.F_rear,
+        "N_rear [N]": found.N_rear,
+        "F_front [N]": found.F_front,
+        "N_front [N]": found.N_front,
+        "least grip margin [N]": found.grip,
+        "clearance [m]": found.clearance,
+        "status": [Status(int(code)).name for code in np.asarray(found.status)],
+    }
+    return csv_text(columns)
+
+
+def result_json(
+    problem: PostureProblem,
+    result: Result,
+    spent: Mapping[str, float],
+    asked: Mapping[str, Any],
+) -> str:
+    """Everything: what was asked for, the problem's numbers, the result. null: not finite."""
+    content = {
+        "asked": dict(asked),
+        "problem": {
+            "criterion": problem.criterion.name,
+            "unit": problem.criterion.unit,
+            "friction": problem.friction,
+            "leg_rate": problem.leg_rate,
+            "min_normal": problem.min_normal,
+            "min_grip": problem.min_grip,
+            "min_clearance": problem.min_clearance,
+            "start_angles": problem.start_angles,
+            "end_angles": problem.end_angles,
+            "x": problem.x,
+            "vehicle": {
+                field.name: getattr(problem.params, field.name) for field in fields(problem.params)
+            },
+        },
+        "result": {
+            "method": result.method,
+            "status": result.status.name,
+            "message": result.message,
+            "value": result.value,
+            "lower_bound": result.lower_bound,
+            "bound_of": result.bound_of,
+            "feasible": result.feasible,
+            "residuals": dict(result.residuals),
+            "energies": dict(spent),
+            "evaluations": result.evaluations,
+            "seconds": result.seconds,
+            "leg_angles": result.leg_angles,
+            "details": _plain(dict(result.details)),
+        },
+    }
+    return json_text(content)
+
+
+def _plain(value: Any) -> Any:
+    """The same in what JSON knows; anything else by its text."""
+    if isinstance(value, Mapping):
+        return {str(name): _plain(of) for name, of in value.items()}
+    if hasattr(value, "_asdict"):
+        return _plain(value._asdict())
+    if isinstance(value, list | tuple):
+        return [_plain(of) for of in value]
+    if value is None or isinstance(value, bool | int | float | str | np.ndarray | np.generic):
+        return value
+    return str(value)

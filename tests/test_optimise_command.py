@@ -1,0 +1,158 @@
+"""`stickslip optimise ugv`: what it prints, what it writes, how it refuses."""
+
+import csv
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.dynamics.ugv import Track
+from stickslip.optim import PostureProblem
+from stickslip.optimise.ground import options_of, track_of
+from stickslip.optimise.picture import chosen
+
+SMALL = ["optimise", "ugv", "--spacing=1", "--leg-rate=none", "--angles=4"]
+"""Eight waypoints over the bump: every run here shares its compiled programs."""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr with which the command refuses."""
+    assert main(["optimise", *arguments]) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
+    return line
+
+
+def stations(path: Path) -> dict[str, np.ndarray]:
+    """The columns of numbers of a table of stations, names without units."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    names = [name.partition(" [")[0] for name in rows[0]]
+    columns = dict(zip(names, zip(*rows[1:], strict=True), strict=True))
+    assert set(columns.pop("status")) == {"OK"}
+    return {name: np.array(of, dtype=float) for name, of in columns.items()}
+
+
+def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
+    pytest.importorskip("matplotlib")
+    assert main([*SMALL, "--out", "run"]) == OK
+    printed = capsys.readouterr().out
+    found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
+    at = stations(Path("run/stations.csv"))
+    work = (at["torque on each wheel"][1:] + at["torque on each wheel"][:-1]) / 2
+    work = work * np.diff(at["turn of both wheels"])
+    spent = np.sum(np.maximum(work, 0))
+    for leg in ("rear", "front"):
+        torque = at[f"{leg} leg torque"]
+        by_leg = (torque[1:] + torque[:-1]) / 2 * np.diff(at[f"{leg} leg angle"])
+        spent = spent + np.sum(np.maximum(by_leg, 0))
+    assert found["value"] == pytest.approx(np.sum(np.maximum(work, 0)), rel=1e-6)
+    assert found["energies"]["wheel_energy"] == pytest.approx(found["value"], rel=1e-12)
+    assert found["energies"]["total_energy"] == pytest.approx(spent, rel=1e-6)
+    assert found["lower_bound"] == pytest.approx(found["value"], rel=1e-9)
+    assert found["status"] == "OPTIMAL"
+    assert found["feasible"] is True
+    assert f"{found['value']:.8g} J, for paths over the 4 x 4 grid" in printed
+    assert re.search(rf"legs' actuators +{found['energies']['total_energy']:.6g} J", printed)
+    angles = np.array(found["leg_angles"])
+    np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)
+    assert Path("run/drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
+    Path("run").mkdir()
+    Path("run/notes").write_text("mine")
+    assert "run exists" in refusal(capsys, *SMALL[1:], "--out", "run")
+    assert [path.name for path in Path("run").iterdir()] == ["notes"]
+    again = [*SMALL, "--out=run", "--overwrite", "--no-pictures"]
+    Path("run/drive.png").write_text("an older one")
+    assert main(again) == OK
+    assert {p.name for p in Path("run").iterdir()} == {"notes", "result.json", "stations.csv"}
+    assert "result.json, stations.csv: run" in capsys.readouterr().err
+    Path("flat").write_text("mine")
+    assert "flat is a file" in refusal(capsys, *SMALL[1:], "--out", "flat", "--overwrite")
+    assert Path("flat").read_text() == Path("run/notes").read_text() == "mine"
+
+
+def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys):
+    assert main([*SMALL, "--friction=0"]) == NOTHING_FOUND
+    shown = capsys.readouterr().out
+    assert "INFEASIBLE" in shown
+    assert "no drive found" in shown
+    (folder,) = Path("runs").iterdir()
+    assert folder.name == "ugv-bump-wheel_energy-dp"
+    assert [path.name for path in folder.iterdir()] == ["result.json"]
+    found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["result"]
+    assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "INFEASIBLE")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("", "machine"),
+        ("boat", "invalid choice: 'boat'"),
+        ("ugv --track moon", "track 'moon' is neither a name nor a file; accepted: flat, incline"),
+        ("ugv --track .", "directory"),
+        ("ugv --track-option hight=1", "'bump' has no 'hight'; accepted: height, centre"),
+        ("ugv --track-option height", "--track-option 'height'; accepted: name=value"),
+        ("ugv --track-option height=tall", "height = 'tall' is not a number"),
+        ("ugv --track-option height=1,2", "height = (1, 2); accepted: one value"),
+        ("ugv --track flat --track-option end=1", "on a track longer than the longest wheelbase"),
+        ("ugv --track rough --track-option key=much", "'rough'"),
+        ("ugv --criterion speed", "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
+        ("ugv --method magic", "method = 'magic' is unknown; accepted: 'grid', 'dp'"),
+        ("ugv --leg-rate fast", "--leg-rate 'fast'; accepted: a number > 0 [rad/m], or none"),
+        ("ugv --leg-rate -1", "leg_rate = -1.0"),
+        ("ugv --friction nan", "friction = nan"),
+        ("ugv --spacing 0", "spacing = 0.0"),
+        ("ugv --start 9", "start = 9 m, end = 8 m"),
+        ("ugv --start-angles 1 9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2 angles"),
+        ("ugv --angles 1", "angles = 1; accepted: an integer >= 2"),
+        ("ugv --seed 3", "option 'seed' is unknown to 'dp'; accepted: angles"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
+    assert said in refusal(capsys, *arguments.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):
+    Path("hill.csv").write_text("x,y\n0,0\n1,high\n")
+    assert "hill.csv:3: 'high' is no number" in refusal(capsys, "ugv", "--track", "hill.csv")
+    said = refusal(capsys, "ugv", "--track", "hill.csv", "--track-option", "height=1")
+    assert "a track in a file has no 'height'; accepted: interpolation" in said
+
+
+def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    assert "stickslip[optim]" in refusal(capsys, *SMALL[1:], "--method=cma", "--seed=1")
+
+
+def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
+    assert float(track_of("bump", ["height=0.2", "centre=3"]).height(3.0)) == pytest.approx(0.2)
+    Path("hill.txt").write_text("0 0\n1 0.5\n2 0\n")
+    ground = track_of("hill.txt", ["interpolation=linear"])
+    assert float(ground.height(0.5)) == pytest.approx(0.25)
+    assert options_of(["a=1", "b=-2.5", "c=x", "band=0.1,2", "a=3"]) == {
+        "a": 3,
+        "b": -2.5,
+        "c": "x",
+        "band": (0.1, 2),
+    }
+
+
+def test_vehicles_are_drawn_at_waypoints_with_room_between_them():
+    problem = PostureProblem.along(Track.bump(), spacing=0.5)
+    places = problem.x[chosen(problem, 6)]
+    assert (places[0], places[-1]) == (problem.x[0], problem.x[-1])
+    assert np.all(np.diff(places) > problem.params.body_length)
+    assert len(chosen(problem, 1)) == 2
