@@ -18,6 +18,7 @@ from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose, place, pose
 from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.rolling import wheel_turns
+from stickslip.dynamics.ugv.settings import Recommendation, Setting, recommend
 from stickslip.dynamics.ugv.track import TRACKS, Track
 from stickslip.dynamics.ugv.wheel import Contact
 
@@ -29,6 +30,8 @@ __all__ = [
     "Odometer",
     "Pose",
     "PoseSolver",
+    "Recommendation",
+    "Setting",
     "Track",
     "UGVParams",
     "balance",
@@ -37,5 +40,6 @@ __all__ = [
     "leg_torques",
     "place",
     "pose",
+    "recommend",
     "wheel_turns",
 ]

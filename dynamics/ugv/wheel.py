@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.ugv.track import Track
@@ -62,6 +63,7 @@ def penetration(track: Track, wheel: Contact, radius, samples: int):
     rim, and between two of them that enclose a minimum, the nearest such pair beside the contact,
     it is narrowed down. Ground narrower than about 2 radius / samples may hide.
     """
+    track, wheel, radius = jax.lax.stop_gradient((track, wheel, radius))  # it only judges
     part = (jnp.arange(samples, dtype=wheel.x.dtype) + 0.01) / (samples - 0.98)
     centre = wheel.centre[..., None, :]
     radius = jnp.asarray(radius, wheel.x.dtype)[..., None]
@@ -83,18 +85,24 @@ def penetration(track: Track, wheel: Contact, radius, samples: int):
     high = jnp.where(found, jnp.max(jnp.where(chosen, x[..., 1:], -jnp.inf), axis=-1), wheel.x)
     d_low, g_low = _from_centre(track, wheel.centre, low)
     _, g_high = _from_centre(track, wheel.centre, high)
-    for _ in range(NARROWINGS):
+
+    def narrow(_, carry):
+        low, high, d_low, g_low, g_high, deepest = carry
         secant = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
         margin = (high - low) / 8
         at = jnp.where((g_low < 0) & (g_high > 0), secant, (low + high) / 2)
         at = jnp.clip(at, low + margin, high - margin)
         d, g = _from_centre(track, wheel.centre, at)
-        deepest = jnp.minimum(deepest, d)
         before = _encloses(d_low, g_low, d, g)
         high, g_high = jnp.where(before, at, high), jnp.where(before, g, g_high)
         low, d_low, g_low = (
             jnp.where(before, old, new) for old, new in ((low, at), (d_low, d), (g_low, g))
         )
+        return low, high, d_low, g_low, g_high, jnp.minimum(deepest, d)
+
+    # A loop, not unrolled: the CPU compiler would repeat the profile through the whole chain.
+    carry = (low, high, d_low, g_low, g_high, deepest)
+    deepest = jax.lax.fori_loop(0, NARROWINGS, narrow, carry)[-1]
     return jnp.maximum(radius[..., 0] - deepest, 0)
 
 

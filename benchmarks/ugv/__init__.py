@@ -1,0 +1,1 @@
+"""The UGV's speed, accuracy and optimisers, measured: `python -m benchmarks.ugv`."""

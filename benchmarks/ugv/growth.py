@@ -1,0 +1,114 @@
+"""Dynamic programming: its time against the grid and the track, its value against the grid."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from benchmarks.ugv.tracks import twelve
+from stickslip.dynamics.ugv import UGVParams
+from stickslip.optim import PostureProblem, solve
+from stickslip.optim.dp import best_paths
+from stickslip.optim.posture_grid import build_grid, offsets
+
+ANGLES = (8, 15, 22, 29, 43, 57)
+"""Of each leg: 7 k + 1, so that the rate lets it move by k of them, to 0.3 % all that it allows.
+Other numbers round the reach down, and a finer grid may then hold worse paths than a coarse one."""
+LENGTHS = (20, 40, 80, 160)
+WAYPOINTS, MIDDLING = 40, 15
+"""Waypoints where the grid varies; angles where the track does."""
+RATE, FIRST, LAST = 2.0, 2.0, 7.85
+"""[rad/m]; the front wheel's first and last place [m]: 0.15 m and 0.3 rad from one to the next."""
+REPEATS = 3
+ON_GRIDS = ("rough E", "bump 0")
+"""Tracks on which dp's value is set against the grid's."""
+REFERENCE = 43
+"""Angles of the grid from whose path `scp` looks for the optimum off the grid."""
+
+
+def problem_on(name: str, criterion: str = "wheel_energy", waypoints: int = WAYPOINTS):
+    """The posture problem on one of the twelve tracks, steps of 0.15 m whatever their number.
+
+    Beyond the track the table goes on straight: only times are taken there.
+    """
+    track = {one.name: one for one in twelve()}[name].track()
+    step = (LAST - FIRST) / (WAYPOINTS - 1)
+    x = FIRST + step * np.arange(waypoints)
+    return PostureProblem(UGVParams(), track, x, criterion, leg_rate=RATE)
+
+
+def growth(quick: bool) -> Iterator[dict[str, Any]]:
+    """Seconds of the stations and of the recursion, warm; one row for each size."""
+    angles, lengths = (ANGLES[:2], LENGTHS[:2]) if quick else (ANGLES, LENGTHS)
+    sizes = [("angles", n, WAYPOINTS) for n in angles]
+    sizes += [("waypoints", MIDDLING, K) for K in lengths]
+    known: dict[tuple[int, int], dict[str, Any]] = {}
+    for varied, n, K in sizes:
+        if (n, K) not in known:
+            known[n, K] = _times(n, K)
+        yield {"varied": varied, "angles": n, "waypoints": K, **known[n, K]}
+
+
+def _times(angles: int, waypoints: int) -> dict[str, Any]:
+    problem = problem_on(ON_GRIDS[0], waypoints=waypoints)
+
+    def build():
+        return build_grid(problem, angles, method="dp", progress=False)
+
+    begun = time.process_time()
+    grid = build()
+    first = time.process_time() - begun
+    begun = time.process_time()
+    paths = best_paths(grid)
+    first += time.process_time() - begun
+    return {
+        "moves": len(list(offsets(grid))),
+        "stations": _seconds(build),
+        "recursion": _seconds(lambda: best_paths(grid)),
+        "first": first,
+        "value": float(np.min(paths.values[-1])),
+    }
+
+
+def _seconds(run: Callable[[], Any]) -> float:
+    """Least processor seconds of a few runs, all of which give NumPy arrays."""
+    taken = []
+    for _ in range(REPEATS):
+        begun = time.process_time()
+        run()
+        taken.append(time.process_time() - begun)
+    return min(taken)
+
+
+def grids(quick: bool) -> Iterator[dict[str, Any]]:
+    """dp's value and seconds with each grid beside the best one off the grid.
+
+    excess: over the value with the legs straight down, as the best one may be zero.
+    """
+    for criterion in ("wheel_energy", "peak_torque"):
+        for name in ON_GRIDS[:1] if quick else ON_GRIDS:
+            problem = problem_on(name, criterion)
+            straight = problem.objective(np.full(problem.n, np.pi / 2))
+            best = solve(problem, "scp", angles=MIDDLING if quick else REFERENCE)
+            for n in ANGLES[:2] if quick else ANGLES:
+                solve(problem, "dp", angles=n)
+                found = solve(problem, "dp", angles=n)
+                yield {
+                    "track": name,
+                    "criterion": criterion,
+                    "angles": n,
+                    "value": found.value,
+                    "seconds": found.seconds,
+                    "off_grid": best.value,
+                    "off_grid_feasible": best.feasible,
+                    "excess": (found.value - best.value) / straight,
+                }
+
+
+def exponent(sizes: list[float], seconds: list[float]) -> float:
+    """Slope of log seconds in log size, by least squares over the upper half of the sizes."""
+    upper = slice(-max(2, (len(sizes) + 1) // 2), None)
+    return float(np.polyfit(np.log(sizes[upper]), np.log(seconds[upper]), 1)[0])

@@ -1,0 +1,99 @@
+"""Rows of the trade as points of cost and error, and the fronts among them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from stickslip.dynamics.biped.settings import front, knee
+
+WHEEL_RADIUS = 0.28
+"""What errors of the contact are counted in [m]."""
+SURE = {"torque_error": 1e-15, "contact_error": 1e-14}
+"""[-], [m]: smaller errors are not claimed; the reference itself is off by a part of this."""
+
+
+class Point(NamedTuple):
+    """One setting on one track and batch; the solver as code."""
+
+    track: str
+    interpolation: str
+    pieces: int | None
+    solver: str
+    dtype: str
+    torque_error: float
+    contact_error: float
+    cost: float
+
+    @property
+    def error(self) -> float:
+        """The worse of both [-]; as stickslip.dynamics.ugv.settings.Measurement has it."""
+        return max(self.torque_error, self.contact_error / WHEEL_RADIUS)
+
+    @property
+    def checked(self) -> bool:
+        """Whether it looks for hollow ground and computes the clearance."""
+        return "samples=0" not in self.solver
+
+
+def points_of(rows: list[dict[str, Any]], track: str, batch: int) -> list[Point]:
+    """All points of a track and batch, of the ground in closed form and its tables."""
+    return [
+        Point(
+            *(max(row[name], SURE[name]) if name in SURE else row[name] for name in Point._fields)
+        )
+        for row in rows
+        if (row["track"], row["batch"]) == (track, batch)
+    ]
+
+
+def front_of(points: list[Point]) -> list[Point]:
+    """The points that no other beats in cost and error, the cheapest first."""
+    return [points[i] for i in front([p.cost for p in points], [p.error for p in points])]
+
+
+def knee_of(points: list[Point]) -> Point:
+    """The front's knee."""
+    return points[knee([p.cost for p in points], [p.error for p in points])]
+
+
+def undominated(points: list[Point]) -> list[Point]:
+    """Points that none of the same precision and checks beats in cost, torque and contact.
+
+    Only what `recommend` can build: the ground as it is, or a table of quintics.
+    """
+
+    def beats(one: Point, other: Point) -> bool:
+        mine = (one.cost, one.torque_error, one.contact_error)
+        theirs = (other.cost, other.torque_error, other.contact_error)
+        return (
+            (one.dtype, one.checked) == (other.dtype, other.checked)
+            and mine != theirs
+            and all(a <= b for a, b in zip(mine, theirs, strict=True))
+        )
+
+    able = [p for p in points if p.interpolation in ("exact", "quintic")]
+    kept = [p for p in able if not any(beats(other, p) for other in able)]
+    return sorted(kept, key=lambda p: (p.cost, p.error))
+
+
+def solver_name(solver: str) -> str:
+    """Out of its code: PoseSolver(samples=0, iterations=2) is "2 iterations, unchecked"."""
+    inside = solver.removeprefix("PoseSolver(").removesuffix(")")
+    given = dict(part.split("=") for part in inside.split(", ") if part)
+    words = "adaptive"
+    if "iterations" in given:
+        count = int(given["iterations"])
+        words = f"{count} iteration{'s' if count > 1 else ''}"
+    elif "tolerance" in given:
+        words = f"tolerance {float(given['tolerance']):.0e}"
+    return words + (", unchecked" if "samples" in given else "")
+
+
+def ground_name(point: Point) -> str:
+    """The closed form, or the table with its pieces a metre."""
+    return "closed form" if point.pieces is None else f"{point.interpolation} {point.pieces}/m"
+
+
+def short(point: Point) -> str:
+    """A label for a picture."""
+    return f"{solver_name(point.solver)}\n{ground_name(point)}, {point.dtype}"

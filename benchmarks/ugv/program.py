@@ -1,0 +1,136 @@
+"""The package's poses and equilibria as compiled programs, and how they are timed."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.tradeoff.program import seconds_of
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, balance, place
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CORES = 2
+"""A batch is split over this many threads."""
+PATIENCE = 0.05
+"""About how long a timed run takes [s]; it is repeated five times."""
+
+
+class Answer(NamedTuple):
+    """What is asked of every pose: forces [N], torque [N m], places [m], pitch [rad]."""
+
+    F_rear: Any
+    N_rear: Any
+    F_front: Any
+    N_front: Any
+    torque: Any
+    x_rear: Any
+    pitch: Any
+    body_x: Any
+    body_y: Any
+    clearance: Any
+    """Infinite where the solver looks at no samples."""
+    status: Any
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a batch is computed: the solver, and the poses that go through it at once.
+
+    block: 0 for the whole batch in one go; else lax.map over blocks of so many.
+    """
+
+    solver: PoseSolver = field(default=PoseSolver())
+    block: int = 0
+
+
+class Compiled(NamedTuple):
+    """A program and the seconds from Python to machine code."""
+
+    call: Callable[..., Any]
+    seconds: float
+
+
+class Timing(NamedTuple):
+    """Of one call, medians: processor seconds of all threads, wall seconds, compile seconds."""
+
+    processor: float
+    wall: float
+    compile: float
+
+
+def drawn(dtype: str, batch: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Front contacts [batch] from 2 to 7.5 m and leg angles [batch, 2] over the whole range.
+
+    A smaller batch is the beginning of a larger one.
+    """
+    params = UGVParams()
+    x = np.random.default_rng((seed, 0)).uniform(2.0, 7.5, batch)
+    size = (batch, 2)
+    angles = np.random.default_rng((seed, 1)).uniform(
+        params.leg_angle_min, params.leg_angle_max, size
+    )
+    # Rounded to single precision first: both precisions get the same numbers.
+    return x.astype(np.float32).astype(dtype), angles.astype(np.float32).astype(dtype)
+
+
+def answer(solver: PoseSolver, track: Track, x, angles) -> Answer:
+    """Poses and equilibria of the default vehicle; any shape."""
+    held = balance(UGVParams(), place(UGVParams(), track, x, angles, solver), 0.8)
+    placed = held.pose
+    x_body, y_body = placed.body[..., 0], placed.body[..., 1]
+    return Answer(
+        *held.forces,
+        held.torque,
+        placed.rear.x,
+        placed.pitch,
+        x_body,
+        y_body,
+        held.clearance,
+        held.status,
+    )
+
+
+def answers(way: Way, track: Track, x, angles) -> Answer:
+    """The same of a batch [B], block by block."""
+    function = partial(answer, way.solver, track)
+    if not 0 < way.block < x.shape[0]:
+        return function(x, angles)
+    blocks = (x.reshape(-1, way.block), angles.reshape(-1, way.block, 2))
+    found = jax.lax.map(lambda block: function(*block), blocks)
+    return jax.tree.map(lambda of: of.reshape(-1), found)
+
+
+def built(function: Callable[..., Any], *arguments: Any) -> Compiled:
+    """Compile `function` for these arguments' shapes and types."""
+    begun = time.perf_counter()
+    call = jax.jit(function).lower(*arguments).compile()
+    return Compiled(call, time.perf_counter() - begun)
+
+
+def given(track: Track, dtype: str, batch: int, seed: int = 0) -> tuple:
+    """Track, contacts and angles as arrays of a type (under enable_x64 for float64)."""
+    x, angles = drawn(dtype, batch, seed)
+    return track.astype(jnp.dtype(dtype)), jnp.asarray(x), jnp.asarray(angles)
+
+
+def timed(run: Callable[[], Any], compile_seconds: float = 0.0) -> Timing:
+    """Processor and wall seconds of a call, warm, medians of five runs of PATIENCE each."""
+    jax.block_until_ready(run())
+    begun = time.process_time()
+    jax.block_until_ready(run())
+    count = int(np.clip(PATIENCE / max(time.process_time() - begun, 1e-7), 1, 10_000))
+
+    def several():
+        for _ in range(count):
+            jax.block_until_ready(run())
+
+    processor, wall = seconds_of(several, 5)
+    return Timing(processor / count, wall / count, compile_seconds)
