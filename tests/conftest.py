@@ -49,6 +49,20 @@ def _x64_is_the_callers_switch() -> Iterator[None]:
         pytest.fail("the test, or what it imports, switched jax_enable_x64 on for the process")
 
 
+MOST_MAPS = 30_000
+"""Memory maps of the process above which compiled programs are dropped: Linux allows 65,530, each
+program takes several, and past the limit the compiler crashes."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _programs_have_room() -> Iterator[None]:
+    """Drop compiled programs between files when there are too many of them."""
+    yield
+    maps = Path("/proc/self/maps")
+    if maps.exists() and len(maps.read_bytes().splitlines()) > MOST_MAPS:
+        jax.clear_caches()
+
+
 @pytest.fixture(params=["float32", "float64"])
 def dtype(request: pytest.FixtureRequest) -> Iterator[jnp.dtype]:
     """Run the test in float32 and again in float64.

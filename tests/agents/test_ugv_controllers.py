@@ -17,6 +17,8 @@ from stickslip.dynamics.ugv import Track
 from stickslip.optim import PostureProblem, solve
 from tests.envs.ugv_helpers import task
 
+pytestmark = pytest.mark.long
+
 
 def total(env, params, controller) -> float:
     played = rollout(env, controller, params, 0)

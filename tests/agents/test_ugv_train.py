@@ -19,6 +19,8 @@ from stickslip.agents.ugv_task import make_ugv_task
 from stickslip.agents.ugv_tracks import TRACK_NAMES, ground_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("stable_baselines3")
 
 TINY = UGVTrainConfig.of(

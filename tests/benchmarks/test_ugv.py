@@ -18,6 +18,8 @@ from benchmarks.ugv.throughput import grounds
 from benchmarks.ugv.trade import BATCHES, cases, code
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 
 

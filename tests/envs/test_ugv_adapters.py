@@ -13,6 +13,8 @@ from gymnasium.utils.env_checker import check_env
 from stickslip.envs import GymEnv, check_vector_env
 from tests.envs.ugv_helpers import UGV, actions, drive, make, make_vec, task
 
+pytestmark = pytest.mark.long
+
 SEED, SEEN = 5, 60
 """Steps compared: several episodes."""
 TOLERANCE = {"rtol": 1e-3, "atol": 2e-3}

@@ -16,6 +16,8 @@ pytest.importorskip("matplotlib")
 from stickslip.envs.rendering import UGVFrame, UGVRenderer, theme
 from tests.envs.ugv_helpers import drive, make, make_vec, task
 
+pytestmark = pytest.mark.long
+
 
 @lru_cache
 def frames() -> tuple[UGVFrame, ...]:

@@ -11,6 +11,8 @@ from stickslip.dynamics.ugv import Odometer
 from stickslip.envs import RandomTrack, UGVEnv, UGVRandomisation
 from tests.envs.ugv_helpers import actions, drive, task
 
+pytestmark = pytest.mark.long
+
 
 def resets(env, params, count: int = 64):
     keys = jax.random.split(jax.random.key(3), count)

@@ -43,6 +43,7 @@ def test_in_single_precision_too():
     assert run.reward.sum() == pytest.approx(-value, rel=2e-4)
 
 
+@pytest.mark.long
 def test_on_drawn_ground_and_friction_too(float64):
     env, params = task("random", "float64")
     given = actions(int(params.steps), scale=0.2)
@@ -89,6 +90,7 @@ def test_the_scale_multiplies_the_whole_reward():
     np.testing.assert_allclose(tenth, 0.1 * one, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_gradients_through_a_step_are_finite_and_right(float64):
     env, params = task(dtype="float64", criterion="total_energy")
     state = env.reset(jax.random.key(0), params)[1]

@@ -8,6 +8,8 @@ import pytest
 from stickslip.optim import OptimStatus, solve
 from tests.optim.helpers import over_bump
 
+pytestmark = pytest.mark.long
+
 BUDGET = {"population": 8, "evaluations": 400}
 
 

@@ -7,6 +7,8 @@ from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution, 
 
 from tests.optim.helpers import over_bump
 
+pytestmark = pytest.mark.long
+
 CRITERION = "torque_variation"
 
 

@@ -9,6 +9,8 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from tests.dynamics.ugv.helpers import SCAN, balanced, drawn
 
+pytestmark = pytest.mark.long
+
 NUMBERS = ("F_rear", "N_rear", "F_front", "N_front", "torque", "grip_rear", "leg_torques")
 
 

@@ -105,6 +105,7 @@ def test_the_scan_refuses_only_where_the_front_wheel_itself_cannot_touch(float64
     assert entered.min() > 1e-9
 
 
+@pytest.mark.long
 def test_a_table_kinked_at_every_knot_still_ends_in_a_place_or_a_status(float64):
     params = UGVParams()
     random = np.random.default_rng(2)
@@ -116,6 +117,7 @@ def test_a_table_kinked_at_every_knot_still_ends_in_a_place_or_a_status(float64)
     assert np.all(np.isfinite(np.asarray(got.rear.x)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", [PoseSolver(), SCAN])
 def test_the_place_differentiates_through_the_solver(float64, solver):
     params = UGVParams()
@@ -142,6 +144,7 @@ def test_the_place_differentiates_through_the_solver(float64, solver):
         np.testing.assert_allclose(slopes[1][..., leg], (up - down) / (2 * h), atol=1e-7)
 
 
+@pytest.mark.long
 def test_tolerance_and_iterations_buy_accuracy(float64):
     """Each Newton step squares the error: a looser tolerance leaves about its square."""
     params, track = UGVParams(), Track.bump().astype(float64)

@@ -18,6 +18,8 @@ from stickslip.dynamics.ugv.settings import (
 )
 from stickslip.dynamics.ugv.spline import Spline
 
+pytestmark = pytest.mark.long
+
 BATCHES = tuple(sorted({point.batch for point in MEASUREMENTS}))
 TOLERANCES = tuple(10.0**k for k in range(-17, 0))
 

@@ -11,7 +11,7 @@ from stickslip.dynamics.ugv.roughness import (
     rough_shape,
 )
 from stickslip.dynamics.ugv.spline import INTERPOLATIONS
-from stickslip.dynamics.ugv.track import TRACKS, Track
+from stickslip.dynamics.ugv.track import Track
 
 
 def hills(x):
@@ -108,11 +108,3 @@ def test_a_function_without_hash_is_refused():
 def test_numbers_that_make_no_track_are_refused(make, parts):
     with refused(*parts):
         make()
-
-
-def test_named_builds_what_the_constructor_builds(float64):
-    x = somewhere(20)
-    for name in TRACKS:
-        one, other = Track.named(name, end=9.0), getattr(Track, name)(end=9.0)
-        np.testing.assert_array_equal(one.height(x), other.height(x))
-        assert float(one.end) == 9.0

@@ -222,3 +222,11 @@ def test_a_function_of_a_constant_and_of_integers_is_a_profile(dtype):
         np.testing.assert_array_equal(height, 2.0)
         np.testing.assert_array_equal([slope, second], 0.0)
         assert height.dtype == dtype
+
+
+def test_named_builds_what_the_constructor_builds(float64):
+    x = somewhere(20)
+    for name in TRACKS:
+        one, other = Track.named(name, end=9.0), getattr(Track, name)(end=9.0)
+        np.testing.assert_array_equal(one.height(x), other.height(x))
+        assert float(one.end) == 9.0
