@@ -49,17 +49,18 @@ def _x64_is_the_callers_switch() -> Iterator[None]:
         pytest.fail("the test, or what it imports, switched jax_enable_x64 on for the process")
 
 
-MOST_MAPS = 30_000
-"""Memory maps of the process above which compiled programs are dropped: Linux allows 65,530, each
-program takes several, and past the limit the compiler crashes."""
+MOST_PAGES = 600_000
+"""Resident memory of a process, in pages of 4 kB, above which compiled programs are dropped. All
+of them together fill 6 GB in each of two processes, and the 65,530 memory maps that Linux allows,
+past which the compiler crashes."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _programs_have_room() -> Iterator[None]:
-    """Drop compiled programs between files when there are too many of them."""
+    """Drop compiled programs between files when they take too much memory."""
     yield
-    maps = Path("/proc/self/maps")
-    if maps.exists() and len(maps.read_bytes().splitlines()) > MOST_MAPS:
+    statm = Path("/proc/self/statm")
+    if statm.exists() and int(statm.read_text().split()[1]) > MOST_PAGES:
         jax.clear_caches()
 
 

@@ -52,6 +52,7 @@ def friction_need(played: Any) -> np.ndarray:
     return np.abs(played.info["friction_force"] / played.info["normal_force"])
 
 
+@pytest.mark.long
 def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
     played = walk_on(ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
     assert not np.any(played.terminated)

@@ -52,6 +52,7 @@ def table(policy, params):
     return evaluate(ENV, controllers, {"slippery": params, "firm": firm}, seeds=SEEDS)
 
 
+@pytest.mark.long
 def test_totals_are_those_of_a_hand_run_loop(table, policy, params):
     env = replace(ENV, autoreset="disabled")
     episodes = table.row("slippery", "policy").episodes
@@ -104,6 +105,7 @@ def test_falls_are_counted_and_per_metre_numbers_need_a_distance(table):
         table.row("moon", "policy")
 
 
+@pytest.mark.long
 def test_computed_torque_recovers_from_any_start(params):
     """Any phase, up to 3 rad/s, masses and friction 10 % off: no fall, hardly a slide."""
     params = params.replace(time_limit=4.0)

@@ -118,6 +118,7 @@ train(TrainConfig.from_json(sys.argv[1]), sys.argv[2], stop=stop)
 """
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 def test_a_run_killed_and_resumed_equals_one_that_was_not(runs, tmp_path: Path):
     path = tmp_path / "run"

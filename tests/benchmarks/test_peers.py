@@ -13,6 +13,8 @@ from benchmarks.peers.mechanism import LOOPS, SLOT, TREE, mechanism
 from benchmarks.peers.mjcf import RADIUS, Settings, mjcf
 from stickslip.dynamics.biped import BODIES, BipedParams, Table, kinematics, reduced_inertia
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def machine(float64):

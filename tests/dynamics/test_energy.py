@@ -1,6 +1,7 @@
 """Energy changes by the motor's work, and by friction's where the foot slides."""
 
 import numpy as np
+import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedState, simulate
@@ -34,6 +35,7 @@ def test_energy_balance_over_ten_steps_of_walking(float64):
     assert np.max(np.abs(energy - energy[0] - work)) < 1e-9 * turned
 
 
+@pytest.mark.long
 def test_energy_lost_in_slipping_is_the_work_of_friction(float64, reference):
     """Reference trajectory 3: slips, sticks, slips, sticks; friction power by trapezium rule."""
     case, count = reference["trajectories"][3], 3200

@@ -21,6 +21,8 @@ from tests.dynamics.helpers import (
 )
 from tests.dynamics.test_extremes_friction import long_footed, momentum_and_energy
 
+pytestmark = pytest.mark.long
+
 LIFT_OFF_RATE = 8.6238
 """At constant crank speed [rad/s]: where m g + Y' w^2 first vanishes, at 1.035 pi."""
 

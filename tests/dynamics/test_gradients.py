@@ -15,6 +15,8 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedState, forward_dynamics, step
 from tests.dynamics.helpers import default_model, default_params, model_of, outcome, state_of
 
+pytestmark = pytest.mark.long
+
 STEPS = 40
 ROBOT = ("hip", "crank")
 """Factors on the hip's mass and on the crank's length alone: both go through the table's fit."""

@@ -22,6 +22,8 @@ from stickslip.dynamics.biped import (
 )
 from tests.dynamics.helpers import default_model, floor_of, outcome, start_of, state_of
 
+pytestmark = pytest.mark.long
+
 EXACT = EventExact(rtol=1e-12, atol=1e-14, record_events=True)
 FIXED = {"euler": Euler(), "semi_implicit": SemiImplicitEuler(), "rk4": RK4()}
 SLIPPERY = (0.06, 0.05)

@@ -19,6 +19,8 @@ from tests.dynamics.joint_helpers import (
     reduced_along,
 )
 
+pytestmark = pytest.mark.long
+
 
 @partial(jax.jit, static_argnums=2)
 def along(robots, angles, solver="groups"):

@@ -76,6 +76,7 @@ def test_the_whole_matrix_gives_the_same_forces_as_the_groups(float64):
         same(whole[system], groups[system])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "solver", ["lu", *(pytest.param(s, marks=pytest.mark.long) for s in ("scaled", "block"))]
 )
@@ -273,6 +274,7 @@ def test_one_by_one_is_as_in_a_batch(float64):
             assert apart(got, want[i], size) < 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("derivative", [jax.jacfwd, pytest.param(jax.grad, marks=pytest.mark.long)])
 def test_derivatives_are_those_of_finite_differences(derivative, float64):
     params = default_params()

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedState, floor_position, simulate, step
@@ -52,6 +53,7 @@ def test_states_are_the_same_without_forces(float64):
     assert full.contacts.zmp.shape == (COUNT,)
 
 
+@pytest.mark.long
 def test_payload_in_the_scene_is_payload_in_the_robot(float64):
     carried = default_params().replace(payload=jnp.asarray(4.0))
     state, torque, size = state_of(phase=2.0), jnp.asarray(1.0), jnp.asarray(0.01)

@@ -18,6 +18,8 @@ from stickslip.dynamics.biped import EventExact, forward_dynamics, step
 from stickslip.dynamics.status import Status
 from tests.dynamics.helpers import default_model, state_of
 
+pytestmark = pytest.mark.long
+
 EXACT = EventExact(record_events=True)
 SLIDES = [name for name in WALKS if name != "dry friction holds"]
 

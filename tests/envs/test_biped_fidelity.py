@@ -22,6 +22,8 @@ from tests.envs.helpers import (
     task,
 )
 
+pytestmark = pytest.mark.long
+
 GENTLE = 0.1
 
 

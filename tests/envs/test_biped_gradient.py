@@ -13,6 +13,8 @@ import pytest
 from stickslip.dynamics import Scene
 from tests.envs.helpers import task
 
+pytestmark = pytest.mark.long
+
 ACTIONS = (0.2, 0.15, 0.25, -0.1, 0.05, 0.1)
 
 

@@ -14,6 +14,8 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
 from tests.envs.helpers import RANGES, actions, rollout, task
 
+pytestmark = pytest.mark.long
+
 NAMES = [field.name for field in fields(Randomisation)]
 
 

@@ -124,6 +124,7 @@ def test_what_was_walked_is_the_way_of_the_centre_of_mass(walks):
     np.testing.assert_allclose(run.info["walking_speed"], run.info["walked"] / 0.02, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_a_whole_step_walks_the_step_length(float64):
     env, params = task("one", dtype="float64")
     run = rollout(env, params, constant(0.24, 0.23, 0.25, 0.24))

@@ -11,6 +11,8 @@ from stickslip.dynamics import PRESETS, Scene, Setting
 from stickslip.dynamics.biped import EventExact, RK4Split
 from stickslip.envs import BipedEnv, Randomisation
 
+pytestmark = pytest.mark.long
+
 FINE = Setting("table", "event_exact", 0.02, "float64")
 
 

@@ -45,6 +45,7 @@ def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
     return angles[good], Station(*(of[good] for of in at))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ends", [{}, ENDS], ids=["free", "fixed"])
 @pytest.mark.parametrize("leg_rate", [None, 3.0])
 def test_no_path_of_all_is_better(leg_rate, ends):
