@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from stickslip.dynamics.biped.settings import WALK_PER_RADIAN, front, knee
+from stickslip.dynamics.biped.settings import WALK_PER_RADIAN
+from stickslip.dynamics.fronts import front, knee
 
 COSTS = {1: "cost_1", 4096: "cost_4096"}
 """Environments stepped together, and the column of their cost."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from stickslip.dynamics.biped.settings import front, knee
+from stickslip.dynamics.fronts import front, knee
 
 WHEEL_RADIUS = 0.28
 """What errors of the contact are counted in [m]."""

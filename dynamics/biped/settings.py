@@ -15,6 +15,7 @@ from stickslip.dynamics.biped import measured
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.integrators import EventExact, Integrator, integrator_of
 from stickslip.dynamics.checks import require_choice, require_number
+from stickslip.dynamics.fronts import front, knee
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
@@ -24,9 +25,6 @@ DTYPES = ("float32", "float64")
 
 WALK_PER_RADIAN = 8 * 0.030 / math.pi
 """How far the measured robot walks while its crank turns by a radian [m]: 8 l8 in half a turn."""
-
-USEFUL = 0.1
-"""Largest error of a point of a front [rad/s]: beyond it a walk is not simulated but guessed."""
 
 CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
 """The measured scene that stands for a kind of floor."""
@@ -181,33 +179,6 @@ def scene_class(scene: Scene | str) -> str:
             f"{', '.join(kind.__name__ for kind in CLASSES)}, or {', '.join(map(repr, SCENES))}"
         )
     return CLASSES[type(floor)]
-
-
-def front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
-    """Indices of the points that no other beats in both, the cheapest first; error <= USEFUL."""
-    found: list[int] = []
-    for index in sorted(range(len(costs)), key=lambda i: (costs[i], errors[i])):
-        best = errors[found[-1]] if found else USEFUL * (1 + 1e-12)
-        if errors[index] < best:
-            found.append(index)
-    return found
-
-
-def knee(costs: Sequence[float], errors: Sequence[float]) -> int:
-    """Index of the knee of a front: farthest below the chord of its ends, in log-log.
-
-    Both axes are scaled to the front's extent first. Of a front of one or two points, its last.
-    ValueError if no error is within USEFUL.
-    """
-    along = front(costs, errors)
-    if not along:
-        raise ValueError(f"no front: every error exceeds {USEFUL:g} rad/s; accepted: one within")
-    if len(along) < 3:
-        return along[-1]
-    x, y = ([math.log(max(values[i], 1e-300)) for i in along] for values in (costs, errors))
-    across, down = x[-1] - x[0], y[0] - y[-1]
-    below = [1 - (a - x[0]) / across - (b - y[-1]) / down for a, b in zip(x, y, strict=True)]
-    return along[max(range(len(along)), key=lambda i: below[i])]
 
 
 def _recommendation(point: Measurement) -> Recommendation:

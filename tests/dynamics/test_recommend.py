@@ -19,11 +19,10 @@ from stickslip.dynamics.biped.settings import (
     SCENES,
     WALK_PER_RADIAN,
     Setting,
-    front,
-    knee,
     recommend,
     scene_class,
 )
+from stickslip.dynamics.fronts import front, knee
 from tests.dynamics.helpers import FINE, default_params
 
 BATCHES = (1, 4096)
