@@ -20,7 +20,6 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.drive import Drive, Torque
-from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trial import Trial, attempt
 from stickslip.dynamics.biped.walk import Problem, Walk, bounds, hand_over, note, slips_freely
@@ -204,9 +203,5 @@ def _tidy_unsplit(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     low, high = bounds(walk.theta.dtype)
     turned_back = trial.final & (trial.mode * walk.velocity < 0)
     walk = walk._replace(velocity=jnp.where(turned_back, 0.0, walk.velocity))
-    walk = hand_over(problem, walk, trial.final & ((walk.theta > high) | (walk.theta < low)))
-    if not isinstance(problem.scene.floor, Patches):
-        return walk
-    place = walk.steps.astype(walk.slide.dtype) * problem.model.step_length + walk.slide
-    found = patch_at(problem.scene.floor, place, walk.velocity)
-    return walk._replace(patch=jnp.where(trial.final, found, walk.patch))
+    passed = (walk.theta > high) | (walk.theta < low)
+    return hand_over(problem, walk, trial.final & passed, landed=trial.final)

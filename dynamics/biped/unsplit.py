@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.floor import friction_on, patch_at
+from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.integrators import RK4, Euler, Unsplit
 from stickslip.dynamics.biped.stages import classical_step
 from stickslip.dynamics.biped.walk import (
@@ -21,10 +21,10 @@ from stickslip.dynamics.biped.walk import (
     bounds,
     hand_over,
     note,
+    on_its_patch,
     slips_freely,
     status_at,
 )
-from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -65,8 +65,7 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
 
 def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
     """A step of length `step` up to where a slide stops; the walk there and what is left of it."""
-    floor = problem.scene.floor
-    friction = friction_on(floor, walk.patch, walk.theta.dtype)
+    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
     mode = problem.mode(friction, walk, inertia)
     first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
@@ -101,9 +100,7 @@ def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
         positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
     )
     moved = note(moved, runs & stops, jnp.full_like(status, EventKind.STICK))
-    if isinstance(floor, Patches):
-        place = moved.steps.astype(step.dtype) * problem.model.step_length + moved.slide
-        moved = moved._replace(patch=patch_at(floor, place, moved.velocity))
+    moved = on_its_patch(problem.model, problem.scene, moved)
     stays = walk._replace(status=status)
     return jax.tree.map(lambda new, old: jnp.where(runs, new, old), moved, stays), rest
 

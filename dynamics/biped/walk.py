@@ -111,13 +111,13 @@ def start(
         aim = within_turn(spec, size, rate)
     elif isinstance(spec, RK4Split):
         aim = duration / spec.substeps
-    return Walk(
+    walk = Walk(
         theta=value(state.phase),
         rate=rate,
         slide=slide,
         velocity=velocity,
         steps=steps,
-        patch=patch_at(scene.floor, steps.astype(dtype) * model.step_length + slide, velocity),
+        patch=none,
         left=duration,
         aim=aim,
         size=size,
@@ -131,6 +131,16 @@ def start(
         trials=none - 1,  # the blank trial before the first is settled, too
         log=log,
     )
+    return on_its_patch(model, scene, walk)
+
+
+def on_its_patch(model: BipedModel, scene: Scene, walk: Walk, where=True) -> Walk:
+    """The walk with its patch looked up by the foot's place on the floor, where `where`."""
+    if not isinstance(scene.floor, Patches):
+        return walk
+    place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
+    found = patch_at(scene.floor, place, walk.velocity)
+    return walk._replace(patch=jnp.where(where, found, walk.patch))
 
 
 def within_turn(spec: EventExact, size, rate):
@@ -163,8 +173,11 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def hand_over(problem: Problem, walk: Walk, exchange) -> Walk:
-    """Pass the support to the other foot where `exchange`, or end the walk there."""
+def hand_over(problem: Problem, walk: Walk, exchange, landed=None) -> Walk:
+    """Pass the support to the other foot where `exchange`, or end the walk there.
+
+    landed: where the patch is looked up; default: at the exchange.
+    """
     model, scene = problem.model, problem.scene
     low, high = bounds(walk.theta.dtype)
     one = scene.steps == "one"
@@ -178,11 +191,7 @@ def hand_over(problem: Problem, walk: Walk, exchange) -> Walk:
         steps=walk.steps + turn,
         status=jnp.where(stops, word, walk.status).astype(jnp.int32),
     )
-    if not isinstance(scene.floor, Patches):
-        return walk
-    place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
-    landed = patch_at(scene.floor, place, walk.velocity)
-    return walk._replace(patch=jnp.where(exchange, landed, walk.patch))
+    return on_its_patch(model, scene, walk, exchange if landed is None else landed)
 
 
 def note(walk: Walk, happens, kind, left=None) -> Walk:
