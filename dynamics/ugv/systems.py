@@ -30,13 +30,10 @@ def nine(params: UGVParams, placed: Pose):
     front leg), M.
     """
     r, g = params.wheel_radius, params.gravity
-    rear, front = placed.rear, placed.front
-    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
-    C2, carried = second_subsystem(params, placed)
-    C3, mass = whole(params, placed)
-    T2, E2 = rear.point - C2, front.centre - C2
-    T3, D3 = rear.point - C3, front.point - C3
-    tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
+    tr, nr, tf, nf, zero, one = _directions(placed)
+    _, carried = second_subsystem(params, placed)
+    _, mass = whole(params, placed)
+    T2, E2, T3, D3 = _arms(params, placed)
     rows = [
         [tr[..., 0], nr[..., 0], zero, zero, one, zero, zero, zero, zero],
         [tr[..., 1], nr[..., 1], zero, zero, zero, one, zero, zero, zero],
@@ -56,13 +53,9 @@ def nine(params: UGVParams, placed: Pose):
 def five(params: UGVParams, placed: Pose):
     """Eq. (43), with F_f among its unknowns F_r, N_r, F_f, N_f, M: [..., 5, 5] and [..., 5]."""
     r, g = params.wheel_radius, params.gravity
-    rear, front = placed.rear, placed.front
-    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
-    C2, _ = second_subsystem(params, placed)
-    C3, mass = whole(params, placed)
-    T2, E2 = rear.point - C2, front.centre - C2
-    T3, D3 = rear.point - C3, front.point - C3
-    tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
+    tr, nr, tf, nf, zero, one = _directions(placed)
+    _, mass = whole(params, placed)
+    T2, E2, T3, D3 = _arms(params, placed)
     rows = [
         [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], zero],
         [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], zero],
@@ -90,6 +83,21 @@ def whole(params: UGVParams, placed: Pose):
     carried, mass = second_subsystem(params, placed)
     total = mass + params.wheel_mass
     return (mass * carried + params.wheel_mass * placed.front.centre) / total, total
+
+
+def _directions(placed: Pose):
+    """Tangents and normals at both contacts, [..., 2] each, and zeros and ones of their batch."""
+    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
+    rear, front = placed.rear, placed.front
+    return rear.tangent, rear.normal, front.tangent, front.normal, zero, one
+
+
+def _arms(params: UGVParams, placed: Pose):
+    """The lever arms C2T, C2E, C3T and C3D of eqs. (41)-(43), [..., 2] each."""
+    C2, _ = second_subsystem(params, placed)
+    C3, _ = whole(params, placed)
+    rear, front = placed.rear.point, placed.front.point
+    return rear - C2, placed.front.centre - C2, rear - C3, front - C3
 
 
 def _matrix(rows):
