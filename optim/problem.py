@@ -128,10 +128,6 @@ class PostureProblem:
         """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
         return self.posture.objective(angles)
 
-    def terms_of(self, angles):
-        """The criterion's smooth terms of angles [K, 2], for tracing: [K-1, m] or [K, m]."""
-        return self.posture.terms(angles)
-
     def constraints_of(self, angles):
         """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
         return self.posture.constraints(self.posture.stations(angles), angles)

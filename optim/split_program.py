@@ -19,9 +19,6 @@ from cvxpy.settings import INFEASIBLE_OR_UNBOUNDED
 
 from stickslip.optim.result import OptimStatus
 
-OUTERS = ("max", "positive", "square")
-"""Largest term, sum of positive parts, sum of squares."""
-
 STATUSES = {
     cp.OPTIMAL: OptimStatus.OPTIMAL,
     cp.OPTIMAL_INACCURATE: OptimStatus.INACCURATE,
@@ -71,7 +68,10 @@ class Outcome(NamedTuple):
 
 
 class SplitProgram:
-    """The program for a given outer function and numbers of terms and of limits."""
+    """The program for a given outer function and numbers of terms and of limits.
+
+    outer: "max", the largest term; "positive", the sum of positive parts; "square", of squares.
+    """
 
     def __init__(self, outer: str, terms: int, limits: int):
         self.outer = outer

@@ -38,11 +38,6 @@ UNKNOWN = {
 _EQUATIONS = 3 * len(BODIES)
 
 
-def system_size(system: str) -> int:
-    """Number of equations and unknowns: 69, 71 or 72."""
-    return len(JOINT_FORCES) + len(UNKNOWN[system])
-
-
 def all_columns(equations: BodyEquations, system: str, signed_mu) -> Float[Array, "n 73"]:
     """A system's rows with a column for every quantity, unknown or given; [N, N m] by row.
 
