@@ -17,10 +17,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.fronts import front_of, knee_of
 from benchmarks.report import provenance, write_json
 from benchmarks.tradeoff import module, picture, tables
 from benchmarks.tradeoff.measure import measure
-from benchmarks.tradeoff.points import COSTS, front_of, knee_of, points_of, short
+from benchmarks.tradeoff.points import COSTS, points_of, short
 
 if TYPE_CHECKING:
     from collections.abc import Callable

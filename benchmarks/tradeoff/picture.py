@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
+
+from benchmarks.fronts import front_of, knee_of
+from benchmarks.tradeoff.points import COSTS, Point, family, points_of, short
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-from benchmarks.tradeoff.points import COSTS, Point, front_of, knee_of, points_of, short
 
 FAMILIES = {
     "event_exact": ("#4b2e83", "D"),
@@ -117,15 +117,3 @@ def _legend(figure) -> None:
         Line2D([], [], color="black", linewidth=0.8, label="front"),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
-
-
-def family(integrator: str) -> str:
-    """The name of an integrator out of its code."""
-    name = re.split(r"\W", integrator, maxsplit=1)[0]
-    return {
-        "EventExact": "event_exact",
-        "RK4Split": "rk4_split",
-        "RK4": "rk4",
-        "SemiImplicitEuler": "semi_implicit",
-        "Euler": "euler",
-    }[name]

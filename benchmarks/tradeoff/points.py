@@ -1,12 +1,12 @@
-"""Rows of the measurement as points of cost and error, and the fronts among them."""
+"""Rows of the measurement as points of cost and error."""
 
 from __future__ import annotations
 
 import re
 from typing import Any, NamedTuple
 
+from benchmarks.fronts import unbeaten
 from stickslip.dynamics.biped.settings import WALK_PER_RADIAN
-from stickslip.dynamics.fronts import front, knee
 
 COSTS = {1: "cost_1", 4096: "cost_4096"}
 """Environments stepped together, and the column of their cost."""
@@ -48,29 +48,9 @@ def point_of(row: dict[str, Any], batch: int = 1) -> Point:
     return Point(*(row[name] for name in Point._fields[:6]), cost=row[COSTS[batch]])
 
 
-def front_of(points: list[Point]) -> list[Point]:
-    """The points that no other beats in cost and error, the cheapest first."""
-    return [points[i] for i in front([p.cost for p in points], [p.error for p in points])]
-
-
-def knee_of(points: list[Point]) -> Point:
-    """The front's knee."""
-    return points[knee([p.cost for p in points], [p.error for p in points])]
-
-
 def undominated(points: list[Point]) -> list[Point]:
     """Points that none of the same precision beats in cost, angle and slide: `recommend`'s."""
-
-    def beats(one: Point, other: Point) -> bool:
-        mine = (one.cost, one.angle_error, one.slide_error)
-        theirs = (other.cost, other.angle_error, other.slide_error)
-        return (
-            one.dtype == other.dtype
-            and mine != theirs
-            and all(a <= b for a, b in zip(mine, theirs, strict=True))
-        )
-
-    kept = [p for p in points if not any(beats(other, p) for other in points)]
+    kept = unbeaten(points, lambda p: (p.angle_error, p.slide_error), lambda p: p.dtype)
     return sorted(kept, key=lambda p: p.cost)
 
 
@@ -87,10 +67,20 @@ def fidelity_name(fidelity: str) -> str:
 
 def integrator_name(point: Point) -> str:
     """With its step, or its tolerance where it chooses its steps."""
-    from benchmarks.tradeoff.picture import family
-
     name = family(point.integrator)
     tolerance = re.search(r"rtol=([^,)]+)", point.integrator)
     if name == "event_exact":
         return f"{name} {float(tolerance[1]) if tolerance else 1e-9:.0e}"
     return f"{name} {1e3 * point.dt:g} ms"
+
+
+def family(integrator: str) -> str:
+    """The name of an integrator out of its code."""
+    name = re.split(r"\W", integrator, maxsplit=1)[0]
+    return {
+        "EventExact": "event_exact",
+        "RK4Split": "rk4_split",
+        "RK4": "rk4",
+        "SemiImplicitEuler": "semi_implicit",
+        "Euler": "euler",
+    }[name]

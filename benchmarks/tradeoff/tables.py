@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.fronts import front_of, knee_of
 from benchmarks.report import markdown
 from benchmarks.tradeoff.measure import CHECK
 from benchmarks.tradeoff.module import where
@@ -12,9 +13,7 @@ from benchmarks.tradeoff.points import (
     COSTS,
     Point,
     fidelity_name,
-    front_of,
     integrator_name,
-    knee_of,
     point_of,
     points_of,
 )

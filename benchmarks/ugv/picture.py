@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.fronts import front_of, knee_of
 from benchmarks.ugv.methods import RUNS
-from benchmarks.ugv.points import Point, front_of, knee_of, points_of, short
+from benchmarks.ugv.points import Point, points_of, short
 from benchmarks.ugv.trade import BATCHES
 
 if TYPE_CHECKING:

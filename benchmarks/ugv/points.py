@@ -1,13 +1,12 @@
-"""Rows of the trade as points of cost and error, and the fronts among them."""
+"""Rows of the trade as points of cost and error."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from stickslip.dynamics.fronts import front, knee
+from benchmarks.fronts import unbeaten
+from stickslip.dynamics.ugv.settings import WHEEL_RADIUS
 
-WHEEL_RADIUS = 0.28
-"""What errors of the contact are counted in [m]."""
 SURE = {"torque_error": 1e-15, "contact_error": 1e-14}
 """[-], [m]: smaller errors are not claimed; the reference itself is off by a part of this."""
 
@@ -46,33 +45,15 @@ def points_of(rows: list[dict[str, Any]], track: str, batch: int) -> list[Point]
     ]
 
 
-def front_of(points: list[Point]) -> list[Point]:
-    """The points that no other beats in cost and error, the cheapest first."""
-    return [points[i] for i in front([p.cost for p in points], [p.error for p in points])]
-
-
-def knee_of(points: list[Point]) -> Point:
-    """The front's knee."""
-    return points[knee([p.cost for p in points], [p.error for p in points])]
-
-
 def undominated(points: list[Point]) -> list[Point]:
     """Points that none of the same precision and checks beats in cost, torque and contact.
 
     Only what `recommend` can build: the ground as it is, or a table of quintics.
     """
-
-    def beats(one: Point, other: Point) -> bool:
-        mine = (one.cost, one.torque_error, one.contact_error)
-        theirs = (other.cost, other.torque_error, other.contact_error)
-        return (
-            (one.dtype, one.checked) == (other.dtype, other.checked)
-            and mine != theirs
-            and all(a <= b for a, b in zip(mine, theirs, strict=True))
-        )
-
     able = [p for p in points if p.interpolation in ("exact", "quintic")]
-    kept = [p for p in able if not any(beats(other, p) for other in able)]
+    kept = unbeaten(
+        able, lambda p: (p.torque_error, p.contact_error), lambda p: (p.dtype, p.checked)
+    )
     return sorted(kept, key=lambda p: (p.cost, p.error))
 
 

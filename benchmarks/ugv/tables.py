@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.fronts import front_of, knee_of
 from benchmarks.report import markdown
 from benchmarks.ugv.growth import exponent
 from benchmarks.ugv.methods import CRITERIA, RUNS, TOLERANCE
 from benchmarks.ugv.module import where
 from benchmarks.ugv.points import (
     Point,
-    front_of,
     ground_name,
-    knee_of,
     points_of,
     solver_name,
 )

@@ -7,10 +7,11 @@ import jax
 import numpy as np
 import pytest
 
+from benchmarks.fronts import front_of
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import errors, measure, module, tables
 from benchmarks.tradeoff.cases import Case, cases, code
-from benchmarks.tradeoff.points import Point, front_of, points_of, undominated
+from benchmarks.tradeoff.points import Point, points_of, undominated
 from benchmarks.tradeoff.program import Rolled, Samples
 from benchmarks.tradeoff.scenes import PERIOD, WALKS
 from stickslip.dynamics.biped import Chebyshev, EventExact, RK4Split, Table, reduced_inertia

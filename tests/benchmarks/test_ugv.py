@@ -7,12 +7,13 @@ import jax
 import numpy as np
 import pytest
 
+from benchmarks.fronts import front_of
 from benchmarks.ugv import __main__ as command
 from benchmarks.ugv import module, plain, tables, tracks
 from benchmarks.ugv.errors import errors_of, truth_of
 from benchmarks.ugv.growth import exponent
 from benchmarks.ugv.methods import RUNS, with_gaps
-from benchmarks.ugv.points import Point, front_of, points_of, solver_name, undominated
+from benchmarks.ugv.points import Point, points_of, solver_name, undominated
 from benchmarks.ugv.program import drawn
 from benchmarks.ugv.throughput import grounds
 from benchmarks.ugv.trade import BATCHES, cases, code
