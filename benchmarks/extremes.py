@@ -11,7 +11,6 @@ keep the rest of the file; every theme says where and when it was measured.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections import Counter
@@ -26,7 +25,7 @@ import numpy as np
 
 from benchmarks.long_walks import LONG_WALKS, energy, long_walks
 from benchmarks.marching import March, Start, march
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, provenance, read_json, write_json
 from stickslip.dynamics import Status
 from stickslip.dynamics.biped import (
     SUPPORT_END,
@@ -309,10 +308,8 @@ def main(arguments: list[str] | None = None) -> None:
         tables = themes[name]()
         for theme, rows in tables.items():
             print(f"\n{theme}\n\n{markdown(rows)}", flush=True)
-        written = json.loads(given.out.read_text("utf-8")) if given.out.exists() else {}
-        write_json(
-            {**written, **{t: {**provenance(), "rows": r} for t, r in tables.items()}}, given.out
-        )
+        measured = {theme: {**provenance(), "rows": rows} for theme, rows in tables.items()}
+        write_json(read_json(given.out) | measured, given.out)
     print(f"\nWritten to {given.out}")
 
 

@@ -12,7 +12,6 @@ condition numbers over the turn, and time per solve.
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -23,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import kept_parts, markdown, write_json
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.body_equations import body_equations
 from stickslip.dynamics.biped.joint_solvers import SOLVERS, unit_solutions
@@ -275,10 +274,7 @@ def main(arguments: list[str] | None = None) -> None:
         help="measure these parts; the file keeps its others, each with its commit",
     )
     options = parser.parse_args(arguments)
-    found: dict[str, Any] = provenance()
-    earlier = json.loads(options.out.read_text(encoding="utf-8")) if options.out.exists() else {}
-    found["parts"] = dict(earlier.get("parts", {}))
-    found |= {name: earlier[name] for name in PARTS if name in earlier}
+    found = kept_parts(options.out, PARTS)
     for name in options.only:
         print(f"\n{name}: worst (median)" if name in WITH_MEDIANS else f"\n{name}")
         rows = []

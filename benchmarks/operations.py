@@ -24,7 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, provenance, put_between, write_json
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     FIDELITIES,
@@ -193,15 +193,6 @@ def row_of(name: str, case: Case, times: bool) -> dict[str, Any]:
     return row
 
 
-def put_table(page: Path, table: str) -> None:
-    """Replace what stands between the page's two marks by the table."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(MARKS[0])
-    _, mark, after = rest.partition(MARKS[1])
-    if not mark:
-        raise ValueError(f"{page} has no place for the table; accepted: {' ... '.join(MARKS)}")
-    page.write_text(f"{before}{MARKS[0]}\n\n{table}\n\n{mark}{after}", encoding="utf-8")
-
-
 def main(arguments: list[str] | None = None) -> None:
     """Count, time, print the table, write the JSON."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.operations", description=__doc__)
@@ -216,7 +207,7 @@ def main(arguments: list[str] | None = None) -> None:
     table = markdown([{k: v for k, v in row.items() if k != "kinds"} for row in rows])
     print(table)
     if given.docs:
-        put_table(given.docs, table)
+        put_between(given.docs, f"\n{table}\n", MARKS)
     write_json({**provenance(), "rows": rows}, given.out)
     print(f"Written to {given.out}")
 

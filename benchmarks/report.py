@@ -1,4 +1,4 @@
-"""What every benchmark writes: where it was measured, a table, a JSON file."""
+"""What every benchmark reads and writes: its command line, JSON, tables, where it was measured."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import os
 import platform
 import subprocess
-import tempfile
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,7 +14,11 @@ from typing import Any
 
 import jax
 
+from stickslip.agents.files import write_whole
+
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
+MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
+"""What a page holds around the tables made from a measurement."""
 
 
 def provenance() -> dict[str, Any]:
@@ -55,14 +59,46 @@ def markdown(rows: list[dict[str, Any]]) -> str:
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:
-    """Write to a temporary name beside `path`, then rename."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(
-        "w", dir=path.parent, suffix=".tmp", delete=False, encoding="utf-8"
-    ) as file:
-        json.dump(content, file, indent=1)
-        file.write("\n")
-    Path(file.name).replace(path)
+    """Write the file whole or not at all."""
+    write_whole(path, json.dumps(content, indent=1) + "\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """What the file holds; nothing where there is none."""
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def kept_parts(path: Path, parts: Iterable[str]) -> dict[str, Any]:
+    """Where this run measures, with the parts that the file at `path` has from earlier runs.
+
+    "parts" holds each one's commit and time, since a run may measure only some of them.
+    """
+    earlier = read_json(path)
+    content = {**provenance(), "parts": dict(earlier.get("parts", {}))}
+    return content | {part: earlier[part] for part in parts if part in earlier}
+
+
+def where(content: dict[str, Any], part: str | None = None) -> str:
+    """What all of it, or a part, was measured on, in a line."""
+    machine, versions = content["machine"], content["versions"]
+    own = content if part is None else content["parts"][part]
+    return (
+        f"{machine['processor']}, {machine['cores']} cores, "
+        f"jax {versions['jax']}, commit {own['commit']}, {own['measured'][:10]}"
+    )
+
+
+def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
+    """Replace what stands between the marks of a page; ValueError if they are not there once."""
+    page = path.read_text(encoding="utf-8")
+    if any(page.count(mark) != 1 for mark in marks) or page.find(marks[0]) > page.find(marks[1]):
+        raise ValueError(
+            f"{path} has no place for the tables; accepted: one {marks[0]} and, after it, one "
+            f"{marks[1]}"
+        )
+    before, rest = page.split(marks[0])
+    after = rest.split(marks[1])[1]
+    write_whole(path, f"{before}{marks[0]}\n{text}\n{marks[1]}{after}")
 
 
 def _version(name: str) -> str | None:

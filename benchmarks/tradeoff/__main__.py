@@ -18,10 +18,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.fronts import front_of, knee_of
-from benchmarks.report import provenance, write_json
+from benchmarks.report import provenance, put_between, write_json
 from benchmarks.tradeoff import module, picture, tables
 from benchmarks.tradeoff.measure import measure
 from benchmarks.tradeoff.points import COSTS, points_of, short
+from stickslip.agents.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,8 +54,8 @@ def main(arguments: list[str] | None = None) -> None:
     picture.draw(content, given.picture)
     print(f"Written: {given.out}, {given.picture}")
     if given.update or given.redraw:
-        module.write(content, MODULE)
-        tables.update(content, DOCUMENT)
+        write_whole(MODULE, module.source(content))
+        put_between(DOCUMENT, tables.body(content))
         print(f"Written: {MODULE}, {DOCUMENT}")
 
 

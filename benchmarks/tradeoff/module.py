@@ -1,14 +1,12 @@
-"""Writes stickslip.dynamics.biped.measured: the points that `recommend` chooses from, as Python."""
+"""The text of stickslip.dynamics.biped.measured: the points that `recommend` chooses from."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from benchmarks.report import where
 from benchmarks.tradeoff.points import COSTS, undominated
 from benchmarks.tradeoff.points import points_of as of
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 MODULES = {
     "fidelity": ("Joint", "Paper", "Reduced"),
@@ -63,15 +61,6 @@ def source(content: dict[str, Any]) -> str:
     )
 
 
-def where(content: dict[str, Any]) -> str:
-    """What the measurement was made on, in a line."""
-    machine, versions = content["machine"], content["versions"]
-    return (
-        f"{machine['processor']}, {machine['cores']} cores, "
-        f"jax {versions['jax']}, commit {content['commit']}, {content['measured'][:10]}"
-    )
-
-
 def _class(code: str) -> str:
     return code.split("(")[0]
 
@@ -83,8 +72,3 @@ def _imports(used: set[str]) -> list[str]:
         if wanted:
             lines.append(f"from stickslip.dynamics.biped.{module} import {', '.join(wanted)}")
     return lines
-
-
-def write(content: dict[str, Any], path: Path) -> None:
-    """Write the module."""
-    path.write_text(source(content), encoding="utf-8")

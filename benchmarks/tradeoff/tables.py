@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from benchmarks.fronts import front_of, knee_of
-from benchmarks.report import markdown
+from benchmarks.report import markdown, where
 from benchmarks.tradeoff.measure import CHECK
-from benchmarks.tradeoff.module import where
 from benchmarks.tradeoff.points import (
     COSTS,
     Point,
@@ -18,21 +17,6 @@ from benchmarks.tradeoff.points import (
     points_of,
 )
 from stickslip.dynamics.biped.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
-
-
-def update(content: dict[str, Any], path: Path) -> None:
-    """Replace what stands between the markers; ValueError if they are not there."""
-    text = path.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise ValueError(f"{path} lacks its markers; accepted: one {BEGIN} and one {END}")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    path.write_text(f"{before}{BEGIN}\n{body(content)}\n{END}{after}", encoding="utf-8")
 
 
 def body(content: dict[str, Any]) -> str:

@@ -19,12 +19,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.report import provenance, write_json
+from benchmarks.report import kept_parts, provenance, put_between, write_json
 from benchmarks.ugv import module, picture, tables
 from benchmarks.ugv.growth import grids, growth
 from benchmarks.ugv.methods import methods
 from benchmarks.ugv.throughput import throughput
 from benchmarks.ugv.trade import trade
+from stickslip.agents.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,16 +67,14 @@ def main(arguments: list[str] | None = None) -> None:
         print(f"Written: {given.out}")
     if given.update or given.redraw:
         picture.draw(content, PICTURE)
-        module.write(content, MODULE)
-        tables.update(content, DOCUMENT)
+        write_whole(MODULE, module.source(content))
+        put_between(DOCUMENT, tables.body(content))
         print(f"Written: {PICTURE}, {MODULE}, {DOCUMENT}")
 
 
 def measured(names: list[str], quick: bool, out: Path) -> dict[str, Any]:
     """Measure the parts, writing the JSON after each; its other parts stay."""
-    earlier = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {}
-    content: dict[str, Any] = {**provenance(), "parts": dict(earlier.get("parts", {}))}
-    content |= {part: earlier[part] for part in PARTS if part in earlier}
+    content = kept_parts(out, PARTS)
     for name in names:
         for part in NAMES[name]:
             begun, used = time.perf_counter(), time.process_time()

@@ -1,14 +1,12 @@
-"""Writes stickslip.dynamics.ugv.measured: the points that `recommend` chooses from, as Python."""
+"""The text of stickslip.dynamics.ugv.measured: the points that `recommend` chooses from."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from benchmarks.report import where
 from benchmarks.ugv.points import points_of, undominated
 from benchmarks.ugv.trade import BATCHES
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def source(content: dict[str, Any]) -> str:
@@ -50,17 +48,3 @@ def source(content: dict[str, Any]) -> str:
             "",
         ]
     )
-
-
-def where(content: dict[str, Any], part: str) -> str:
-    """What a part was measured on, in a line."""
-    machine, versions, own = content["machine"], content["versions"], content["parts"][part]
-    return (
-        f"{machine['processor']}, {machine['cores']} cores, "
-        f"jax {versions['jax']}, commit {own['commit']}, {own['measured'][:10]}"
-    )
-
-
-def write(content: dict[str, Any], path: Path) -> None:
-    """Write the module."""
-    path.write_text(source(content), encoding="utf-8")

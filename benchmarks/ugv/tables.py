@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from benchmarks.fronts import front_of, knee_of
-from benchmarks.report import markdown
+from benchmarks.report import markdown, where
 from benchmarks.ugv.growth import exponent
 from benchmarks.ugv.methods import CRITERIA, RUNS, TOLERANCE
-from benchmarks.ugv.module import where
 from benchmarks.ugv.points import (
     Point,
     ground_name,
@@ -18,21 +17,6 @@ from benchmarks.ugv.points import (
     solver_name,
 )
 from benchmarks.ugv.trade import BATCHES, DENSITIES
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
-
-
-def update(content: dict[str, Any], path: Path) -> None:
-    """Replace what stands between the markers; ValueError if they are not there."""
-    text = path.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise ValueError(f"{path} lacks its markers; accepted: one {BEGIN} and one {END}")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    path.write_text(f"{before}{BEGIN}\n{body(content)}\n{END}{after}", encoding="utf-8")
 
 
 def body(content: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fronts import front_of
+from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import errors, measure, module, tables
 from benchmarks.tradeoff.cases import Case, cases, code
@@ -41,7 +42,7 @@ def reference(**columns) -> errors.Reference:
 def test_measured_module_and_tables_are_those_of_the_results(content):
     assert (ROOT / command.MODULE).read_text(encoding="utf-8") == module.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
-    assert tables.body(content) == text.split(tables.BEGIN)[1].split(tables.END)[0].strip()
+    assert tables.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
 
 def test_the_module_keeps_every_point_of_every_front(content):
@@ -131,7 +132,7 @@ def test_the_command_measures_and_writes(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(measure, "cases", lambda quick: [case])
     for name in ("MODULE", "DOCUMENT"):
         monkeypatch.setattr(command, name, tmp_path / name)
-    (tmp_path / "DOCUMENT").write_text(f"before\n{tables.BEGIN}\n{tables.END}\nafter\n")
+    (tmp_path / "DOCUMENT").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
     out, picture = tmp_path / "deep" / "tradeoff.json", tmp_path / "tradeoff.png"
     arguments = ["--quick", "--update", "--out", str(out), "--picture", str(picture)]
     command.main(arguments)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fronts import front_of
+from benchmarks.report import MARKS
 from benchmarks.ugv import __main__ as command
 from benchmarks.ugv import module, plain, tables, tracks
 from benchmarks.ugv.errors import errors_of, truth_of
@@ -38,7 +39,7 @@ def ground():
 def test_measured_module_and_tables_are_those_of_the_results(content):
     assert (ROOT / command.MODULE).read_text(encoding="utf-8") == module.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
-    assert tables.body(content) == text.split(tables.BEGIN)[1].split(tables.END)[0].strip()
+    assert tables.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
 
 def test_every_part_is_measured_with_its_commit_and_in_full(content):
@@ -173,7 +174,7 @@ def test_solvers_are_named_by_what_they_do():
 def test_the_command_measures_writes_and_keeps_the_other_parts(tmp_path, monkeypatch, capsys):
     for name in ("MODULE", "DOCUMENT", "PICTURE"):
         monkeypatch.setattr(command, name, tmp_path / f"{name}.png")
-    (tmp_path / "DOCUMENT.png").write_text(f"before\n{tables.BEGIN}\n{tables.END}\nafter\n")
+    (tmp_path / "DOCUMENT.png").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
     out = tmp_path / "deep" / "ugv.json"
     command.main(["--quick", "--only", "dp", "--out", str(out)])
     command.main(["--quick", "--update", "--only", "trade", "--out", str(out)])

@@ -193,11 +193,3 @@ def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
     assert told.endswith(operations.MARKS[1] + "\nold\nafter")
     assert told.count("old") == 2
     assert "| grip" in told
-
-
-def test_a_page_without_a_place_for_the_table_is_refused(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("nothing here", encoding="utf-8")
-    with pytest.raises(ValueError, match="no place for the table"):
-        operations.put_table(page, "| a |")
-    assert page.read_text(encoding="utf-8") == "nothing here"

@@ -1,0 +1,56 @@
+"""What benchmarks write leaves alone what they did not measure."""
+
+import pytest
+
+from benchmarks.fronts import front_of, knee_of, unbeaten
+from benchmarks.report import MARKS, kept_parts, put_between, read_json, where, write_json
+from benchmarks.ugv.points import Point
+
+BEGIN, END = MARKS
+
+
+def test_only_what_stands_between_the_marks_is_replaced(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter é\n", encoding="utf-8")
+    for _ in range(2):
+        put_between(page, "new")
+        assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\nnew\n{END}\nafter é\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["page.md"]
+
+
+@pytest.mark.parametrize("text", ["nothing here", BEGIN, f"{END} {BEGIN}", f"{BEGIN} {END} {END}"])
+def test_a_page_without_a_place_for_the_tables_is_refused(tmp_path, text):
+    page = tmp_path / "page.md"
+    page.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match="no place for the tables; accepted: one <!-- measured"):
+        put_between(page, "new")
+    assert page.read_text(encoding="utf-8") == text
+
+
+def test_parts_of_earlier_runs_are_kept_with_their_commits(tmp_path):
+    path = tmp_path / "deep" / "results.json"
+    assert read_json(path) == {}
+    assert kept_parts(path, ["one"])["parts"] == {}
+    parts = {name: {"commit": name, "measured": "2020-01-02T03:04"} for name in ("one", "two")}
+    write_json({"commit": "old", "one": [1], "two": [2], "gone": [3], "parts": parts}, path)
+    content = kept_parts(path, ["one", "two", "three"])
+    assert (content["one"], content["two"], content["parts"]) == ([1], [2], parts)
+    assert content["commit"] != "old"
+    assert not {"gone", "three"} & set(content)
+    content["versions"]["jax"] = "1"
+    assert where(content, "one").endswith("jax 1, commit one, 2020-01-02")
+    assert where(content).endswith(f"commit {content['commit']}, {content['measured'][:10]}")
+
+
+def test_fronts_and_what_is_unbeaten_are_among_the_points():
+    def point(cost, torque, contact, dtype="float64"):
+        return Point("bump", "exact", None, "PoseSolver()", dtype, torque, contact, cost)
+
+    cheap, fine, slow = point(1, 1e-2, 0.0), point(2, 1e-4, 1e-5), point(3, 1e-4, 0.0)
+    beaten, single = point(4, 1e-3, 1e-3), point(4, 1e-3, 1e-3, "float32")
+    points = [single, beaten, slow, fine, cheap]
+    assert front_of(points) == [cheap, fine]
+    assert knee_of(points) is fine
+    kept = unbeaten(points, lambda p: (p.torque_error, p.contact_error), lambda p: p.dtype)
+    assert kept == [single, slow, fine, cheap]
+    assert unbeaten([cheap, cheap], lambda p: (p.error,), lambda p: None) == [cheap, cheap]
