@@ -19,8 +19,7 @@ UGV_ID = "stickslip/UGV-v0"
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single biped. Options: static choices of BipedEnv (setting, see_patch, ...)
     and entries of BipedEnv.make_params (scene, biped, randomisation, commanded_rate, ...)."""
-    env, params = split_options(options | {"autoreset": options.get("autoreset", "disabled")})
-    return GymEnv(env, params, render_mode)
+    return _single(BipedEnv, options, render_mode)
 
 
 def make_biped_vec(
@@ -31,17 +30,13 @@ def make_biped_vec(
     **options: Any,
 ) -> GymVectorEnv:
     """n bipeds in one compiled call; options as for the single one."""
-    if "autoreset" in options:
-        raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")
-    env, params = split_options(options)
-    return GymVectorEnv(env, params, num_envs, autoreset_mode, render_mode)
+    return _vector(BipedEnv, options, num_envs, autoreset_mode, render_mode)
 
 
 def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single UGV. Options: static choices of UGVEnv (criterion, preview, ...) and entries of
     UGVEnv.make_params (track, friction, randomisation, leg_rate, ...)."""
-    options = options | {"autoreset": options.get("autoreset", "disabled")}
-    return GymEnv(*split_options(options, UGVEnv), render_mode)
+    return _single(UGVEnv, options, render_mode)
 
 
 def make_ugv_vec(
@@ -52,12 +47,24 @@ def make_ugv_vec(
     **options: Any,
 ) -> GymVectorEnv:
     """n UGVs in one compiled call; options as for the single one."""
+    return _vector(UGVEnv, options, num_envs, autoreset_mode, render_mode)
+
+
+def _single(kind: Any, options: dict[str, Any], render_mode: str | None) -> GymEnv:
+    """One environment, without autoreset unless asked for."""
+    return GymEnv(*split_options(kind, {"autoreset": "disabled"} | options), render_mode)
+
+
+def _vector(
+    kind: Any, options: dict[str, Any], num_envs: int, autoreset_mode: Any, render_mode: str | None
+) -> GymVectorEnv:
+    """Several environments; how they reset is autoreset_mode alone, else ValueError."""
     if "autoreset" in options:
         raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")
-    return GymVectorEnv(*split_options(options, UGVEnv), num_envs, autoreset_mode, render_mode)
+    return GymVectorEnv(*split_options(kind, options), num_envs, autoreset_mode, render_mode)
 
 
-def split_options(options: dict[str, Any], kind: Any = BipedEnv) -> tuple[Any, Any]:
+def split_options(kind: Any, options: dict[str, Any]) -> tuple[Any, Any]:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
     static = {field.name for field in fields(kind)}
