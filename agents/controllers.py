@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.computed_torque import ComputedTorque
-from stickslip.agents.protocol import Controller, action_of
+from stickslip.agents.protocol import Controller, Memoryless, action_of
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_number
 from stickslip.envs.biped_draw import drawn_robot
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class ConstantTorque:
+class ConstantTorque(Memoryless):
     """The same torque whatever happens (the chapter's Figs. 13 and 14).
 
     torque [N m]: below 0.84 from rest the default robot does not get over its first step; above 1.0
@@ -39,10 +39,6 @@ class ConstantTorque:
         """Return self, or raise ValueError naming the field."""
         require_number("torque", self.torque, low=-np.inf, accepted="a finite torque [N m]")
         return self
-
-    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> None:
-        """Nothing to remember."""
-        return None
 
     def act(
         self,

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import is_concrete, require_choice
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ OUTPUTS = {1: "the biped's torque", 2: "the rates of the UGV's legs"}
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class MLPPolicy:
+class MLPPolicy(Memoryless):
     """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
 
     x = (observation - shift) / scale, then clipped to +- observation_clip unless that is None.
@@ -62,10 +63,6 @@ class MLPPolicy:
         if is_concrete(self):
             self._check_numbers()
         return self
-
-    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> None:
-        """Nothing to remember."""
-        return None
 
     def act(
         self,

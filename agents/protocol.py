@@ -45,6 +45,14 @@ class Controller(Protocol[Memory]):
         ...
 
 
+class Memoryless:
+    """Base of the controllers that remember nothing, of any machine."""
+
+    def init(self, env_params: Any, env_state: Any) -> None:
+        """Nothing to remember."""
+        return None
+
+
 def action_of(
     torque: ArrayLike, env_params: BipedEnvParams, env_state: BipedEnvState
 ) -> Float[Array, " 1"]:

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import require_number
 from stickslip.envs.ugv import UGVEnv
 
@@ -31,7 +32,7 @@ def towards(
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class FollowPath:
+class FollowPath(Memoryless):
     """Play back a path: the legs' angles at every waypoint, the first included.
 
     angles: [K, 2], rear and front [rad]; a result's `leg_angles`. Past its end the last pair
@@ -46,10 +47,6 @@ class FollowPath:
         if np.ndim(self.angles) < 2 or np.shape(self.angles)[-1] != 2:
             raise ValueError(f"angles has shape {np.shape(self.angles)}; accepted: [K, 2]")
         return self
-
-    def init(self, env_params: UGVEnvParams, env_state: UGVEnvState) -> None:
-        """Nothing to remember."""
-        return None
 
     def act(
         self,
@@ -116,7 +113,7 @@ class FixedPosture:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class LevelBody:
+class LevelBody(Memoryless):
     """Keep the body level: the leg on the low side straightens, the other one spreads.
 
     Both angles begin at `posture` and keep their mean there: rear = posture - share,
@@ -133,10 +130,6 @@ class LevelBody:
         require_number("posture", self.posture, low=0.0, accepted="a finite angle >= 0 [rad]")
         require_number("gain", self.gain, low=0.0, accepted="finite, >= 0")
         return self
-
-    def init(self, env_params: UGVEnvParams, env_state: UGVEnvState) -> None:
-        """Nothing to remember."""
-        return None
 
     def act(
         self,
