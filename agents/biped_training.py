@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluate import COLUMNS, play
+from stickslip.agents.evaluate import COLUMNS, play, row_of_test
 from stickslip.agents.policy_file import describe_environment
 from stickslip.agents.train_task import TEST_SEEDS, Task, make_task
 from stickslip.dynamics.status import Status
@@ -36,8 +36,6 @@ EPISODE = (
     "energy_per_metre",
     "falls",
 )
-INTERVALS = ("return",)
-"""Whose confidence interval is written, too."""
 
 
 def about(task: Task) -> dict[str, Any]:
@@ -49,13 +47,7 @@ def evaluate_policy(task: Task, policy: Any, config: TrainConfig) -> dict[str, f
     """The standard reward over whole episodes from anywhere, deterministic."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
     played = play(replace(task.env, autoreset="disabled"), policy, task.moving, seeds)
-    row = {}
-    for name in EVALUATED:
-        value = COLUMNS[name][1](played)
-        row[name] = value.value
-        if name in INTERVALS:
-            row |= {f"{name}_low": value.low, f"{name}_high": value.high}
-    return row
+    return row_of_test(COLUMNS, EVALUATED, played)
 
 
 def summary(ended: Sequence[dict[str, Any]], period: float) -> dict[str, float]:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from stickslip.envs.biped import BipedEnv
     from stickslip.envs.biped_params import BipedEnvParams
 
+INTERVALS = ("return",)
+"""Metrics of a test during training whose interval is written, too."""
 MIN_DISTANCE = 0.1
 """Mean distance per episode below which nothing is said per metre [m]."""
 
@@ -181,21 +183,32 @@ def evaluate(
     Seed s is the first episode after `reset(seed=s)` of every adapter. progress: called with a line
     before each row. Scenes of one structure share a compiled program for each kind of controller.
     """
-    seeds = tuple(range(episodes)) if seeds is None else tuple(int(seed) for seed in seeds)
-    for name, given in (("seeds", seeds), ("controllers", controllers), ("scenes", scenes)):
-        if not given:
-            raise ValueError(f"{name} is empty; accepted: at least one")
+    seeds = seeds_of(episodes, seeds, controllers=controllers, scenes=scenes)
     env = replace(env, autoreset="disabled")
     rows = []
     for scene, params in scenes.items():
         for name, controller in controllers.items():
             if progress is not None:
                 progress(f"{name} on {scene}")
-            used = seeds if _is_random(params) else seeds[:1]
+            used = seeds if is_random(params) else seeds[:1]
             played = play(env, controller.validate(), params, used)
             metrics = {metric: of(played) for metric, (_, of) in COLUMNS.items()}
             rows.append(Row(scene, name, metrics, played))
     return Evaluation(tuple(rows), seeds)
+
+
+def seeds_of(
+    episodes: int, seeds: Sequence[int] | None, **given: Mapping[str, Any]
+) -> tuple[int, ...]:
+    """The seeds of an evaluation, by default 0, 1, ..., episodes - 1.
+
+    ValueError if there are none, or if anything else given is empty.
+    """
+    seeds = tuple(range(episodes)) if seeds is None else tuple(int(seed) for seed in seeds)
+    for name, one in ({"seeds": seeds} | given).items():
+        if not one:
+            raise ValueError(f"{name} is empty; accepted: at least one")
+    return seeds
 
 
 def play(
@@ -229,6 +242,21 @@ def _summary(played: Rollout, params: BipedEnvParams) -> Episodes:
     )
 
 
-def _is_random(params: BipedEnvParams) -> bool:
+def row_of_test(
+    columns: Mapping[str, tuple[Column, Callable[[Any], Interval]]],
+    names: Sequence[str],
+    played: Any,
+) -> dict[str, float]:
+    """The named metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
+    row = {}
+    for name in names:
+        value = columns[name][1](played)
+        row[name] = value.value
+        if name in INTERVALS:
+            row |= {f"{name}_low": value.low, f"{name}_high": value.high}
+    return row
+
+
+def is_random(params: Any) -> bool:
     """Whether a reset draws anything."""
     return bool(jax.tree.leaves(params.randomisation))

@@ -27,6 +27,7 @@ from stickslip.agents.checkpoint import (
     read_model,
     write_checkpoint,
 )
+from stickslip.agents.evaluate import INTERVALS
 from stickslip.agents.files import write_whole
 from stickslip.agents.machines import Machine, machine_of
 from stickslip.agents.metrics import MetricsFile, read_columns
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
 PACKAGES = ("stable_baselines3", "tensorboard", "tqdm")
 """Of the extra `train`, needed to train at all."""
-INTERVALS = ("return",)
-"""Whose confidence interval is written, too."""
 
 
 class Trained(NamedTuple):

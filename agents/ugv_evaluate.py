@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluate import Evaluation, Row
+from stickslip.agents.evaluate import Evaluation, Row, is_random, seeds_of
 from stickslip.agents.rollout import episode_key, horizon, rollout
 from stickslip.agents.statistics import Interval, fraction_interval, mean_interval
 from stickslip.agents.tables import Column
@@ -108,15 +108,12 @@ def evaluate_ugv(
     a reset draws nothing one episode is run. Costs are means over the episodes that reached the
     end.
     """
-    seeds = tuple(range(episodes)) if seeds is None else tuple(int(seed) for seed in seeds)
-    for name, given in (("seeds", seeds), ("controllers", controllers), ("tracks", tracks)):
-        if not given:
-            raise ValueError(f"{name} is empty; accepted: at least one")
+    seeds = seeds_of(episodes, seeds, controllers=controllers, tracks=tracks)
     env = replace(env, autoreset="disabled")
     columns, rows = ugv_columns(env.measure.unit), []
     say = progress or (lambda line: None)
     for track, params in tracks.items():
-        used = seeds if jax.tree.leaves(params.randomisation) else seeds[:1]
+        used = seeds if is_random(params) else seeds[:1]
         best = np.full(len(used), np.nan)
         if optimum is not None:
             say(f"dynamic programming on {track}")

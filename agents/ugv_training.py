@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.agents.evaluate import row_of_test
 from stickslip.agents.train_task import TEST_SEEDS
 from stickslip.agents.ugv_evaluate import optima, play_ugv, ugv_columns
 from stickslip.agents.ugv_plans import Optimum
@@ -40,14 +41,7 @@ def evaluate_policy(task: UGVTask, policy: Any, config: UGVTrainConfig) -> dict[
     drawn = bool(task.test.randomisation.track or task.test.randomisation.friction)
     seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if drawn else 1))
     played = play_ugv(env, policy, task.test, seeds)._replace(optimum=_optima(config, len(seeds)))
-    columns = ugv_columns(task.env.measure.unit)
-    row = {}
-    for name in EVALUATED:
-        value = columns[name][1](played)
-        row[name] = value.value
-        if name == "return":
-            row |= {"return_low": value.low, "return_high": value.high}
-    return row
+    return row_of_test(ugv_columns(task.env.measure.unit), EVALUATED, played)
 
 
 @lru_cache(maxsize=1)
