@@ -104,17 +104,23 @@ class TrainConfig(Configuration):
         return DEFAULTS.get(algorithm, {})
 
     def _check_together(self) -> None:
-        rollout = self.num_envs * self.rollout_steps
-        if self.algorithm == "ppo" and (self.batch_size > rollout or rollout % self.batch_size):
-            raise ValueError(
-                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                f"num_envs x rollout_steps = {rollout}"
-            )
+        if self.algorithm == "ppo":
+            require_whole_batches(self)
         if self.mu_kinetic is not None and self.mu_static is None:
             raise ValueError(
                 f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
                 "alone or neither"
             )
+
+
+def require_whole_batches(config: Any) -> None:
+    """Raise ValueError unless PPO's batches divide a rollout of the configuration."""
+    rollout = config.num_envs * config.rollout_steps
+    if config.batch_size > rollout or rollout % config.batch_size:
+        raise ValueError(
+            f"batch_size = {config.batch_size} is not accepted; accepted: a divisor of "
+            f"num_envs x rollout_steps = {rollout}"
+        )
 
 
 def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration] = TrainConfig) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.config import TrainConfig, require_whole_batches
 from stickslip.agents.config_fields import Configuration, entry
 from stickslip.optim.criteria import CRITERIA
 
@@ -85,9 +85,4 @@ class UGVTrainConfig(Configuration):
     machine = "ugv"
 
     def _check_together(self) -> None:
-        rollout = self.num_envs * self.rollout_steps
-        if self.batch_size > rollout or rollout % self.batch_size:
-            raise ValueError(
-                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                f"num_envs x rollout_steps = {rollout}"
-            )
+        require_whole_batches(self)
