@@ -14,8 +14,10 @@ from stickslip.agents.config import TrainConfig, flags_given, from_flags
 from stickslip.agents.controllers import CONTROLLERS, controller_by_name
 from stickslip.agents.machines import config_kind, machine_of
 from stickslip.agents.policy import load_policy, read_metadata
+from stickslip.agents.policy_file import choices_of, policy_path
 from stickslip.agents.train_task import from_anywhere, make_scene
 from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
+from stickslip.agents.view_files import require_new, show_window, view_files
 from stickslip.envs.biped import BipedEnv
 
 if TYPE_CHECKING:
@@ -116,39 +118,16 @@ def view_command(given: Mapping[str, Any]) -> None:
 
         return view(given)
     seconds, (scene,) = given["seconds"], given["scenes"] or [SCENE]
-    if not 0.02 <= seconds <= 3600:  # false for NaN, too
-        raise ValueError(f"seconds = {seconds}; accepted: 0.02 to 3600")
-    who = Path(given["who"])
-    name = who.parent.name if who.name == "policy.npz" else who.name
-    target = Path(given["out"] or f"{name.removesuffix('.npz')}-{scene}.gif")
-    plot = [] if given["plot"] is None else [Path(given["plot"])]
-    require_suffix(target, (".gif", ".png", ".webp"))
-    for path in plot:
-        require_suffix(path, (".png",))
-    require_new(plot + ([] if given["window"] else [target]), given["overwrite"])
+    files = view_files(given, scene)
     env, controllers = read_controllers([given["who"]])
     params = read_params(env, given, scene).replace(time_limit=seconds)
     played = rollout(env, controllers[given["who"]], params, given["seed"])
-    for path in plot:
-        print(f"Written: {plot_episode(played, params, path, f'{name} on {scene}')}")
+    for path in files.plots:
+        print(f"Written: {plot_episode(played, params, path, files.title)}")
     if given["window"]:
-        show_window(env, played, params, f"{name} on {scene}", FPS)
+        show_window(env, played, params, files.title, FPS)
     else:
-        print(f"Written: {write_film(env, played, params, target, seconds)}")
-
-
-def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:
-    """Show an episode once, at the speed of life, until its end or until the window is closed."""
-    from stickslip.agents.film import pictures
-    from stickslip.envs.rendering import Window
-
-    window = Window(title, fps=fps)
-    try:
-        for picture in pictures(env, played, params, fps):
-            if not window.show(picture):
-                break
-    finally:
-        window.close()
+        print(f"Written: {write_film(env, played, params, files.film, seconds)}")
 
 
 def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller]]:
@@ -162,8 +141,7 @@ def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller
         if name in CONTROLLERS:
             controllers[name] = controller_by_name(name)
             continue
-        path = Path(name)
-        path = path / "policy.npz" if path.is_dir() else path
+        path = policy_path(name)
         if not path.exists():
             raise ValueError(
                 f"{name!r} is neither a baseline nor a file; accepted: "
@@ -175,8 +153,7 @@ def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller
             raise ValueError(
                 f"{name!r} is a policy of {about['environment']}; accepted: policies of one machine"
             )
-        choices = about.get("choices")
-        choices = choices if isinstance(choices, dict) else {}
+        choices = choices_of(about)
         sights[name] = {sight: choices.get(sight) is True for sight in SIGHTS}
     first = next(iter(sights.values()), {})
     if other := [name for name, seen in sights.items() if seen != first]:
@@ -217,16 +194,3 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         yield lambda: bool(asked)
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def require_new(paths: Sequence[Path], overwrite: bool) -> None:
-    """Raise ValueError for a path that exists and is not to be replaced."""
-    for path in paths:
-        if path.exists() and not overwrite:
-            raise ValueError(f"{path} exists; accepted: a new path, or --overwrite to replace it")
-
-
-def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:
-    """Raise ValueError for a path of another kind."""
-    if path.suffix.lower() not in accepted:
-        raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {', '.join(accepted)}")

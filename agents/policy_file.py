@@ -7,6 +7,7 @@ import json
 import platform
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,7 +20,6 @@ from stickslip.agents.mlp import MLPPolicy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from stickslip.envs.biped import BipedEnv
     from stickslip.envs.biped_params import BipedEnvParams
@@ -111,6 +111,18 @@ def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any
         "observation_size": len(env.observation_bounds(params)[0]),
         **numbers,
     }
+
+
+def policy_path(name: str) -> Path:
+    """The policy's file of a name: itself, or the one in a run's directory."""
+    path = Path(name)
+    return path / "policy.npz" if path.is_dir() else path
+
+
+def choices_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
+    """The static choices of the environment that a file's metadata tells of; {} without any."""
+    choices = metadata.get("choices")
+    return choices if isinstance(choices, dict) else {}
 
 
 def _contents(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.policy_file import choices_of
 from stickslip.agents.rollout import episode_key, rollout
 from stickslip.agents.ugv_config import UGVTrainConfig
 from stickslip.agents.ugv_evaluate import evaluate_ugv, first_state
-from stickslip.agents.ugv_names import policy_path, read_ugv_policies, ugv_baseline
+from stickslip.agents.ugv_names import read_ugv_policies, ugv_baseline
 from stickslip.agents.ugv_task import make_ugv_task
+from stickslip.agents.view_files import show_window, view_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -41,33 +42,23 @@ def evaluation(given: Mapping[str, Any], progress: Callable[[str], None]) -> Eva
 
 def view(given: Mapping[str, Any]) -> None:
     """`stickslip view`: write an animation (and a plot), or show a window."""
-    from stickslip.agents.commands import require_new, require_suffix, show_window
     from stickslip.agents.ugv_products import FPS, plot_drive, write_drive
 
     seconds, (track,) = given["seconds"], given["scenes"] or ["bump"]
-    if not 0.02 <= seconds <= 3600:  # false for NaN, too
-        raise ValueError(f"seconds = {seconds}; accepted: 0.02 to 3600")
-    who = policy_path(given["who"])
-    name = who.parent.name if who.name == "policy.npz" else who.name
-    target = Path(given["out"] or f"{name.removesuffix('.npz')}-{Path(track).stem}.gif")
-    plot = [] if given["plot"] is None else [Path(given["plot"])]
-    require_suffix(target, (".gif", ".png", ".webp"))
-    for path in plot:
-        require_suffix(path, (".png",))
-    require_new(plot + ([] if given["window"] else [target]), given["overwrite"])
+    files = view_files(given, track)
     policies, about = read_ugv_policies([given["who"]])
     env, params = read_task(given, about, track)
     controller = policies.get(given["who"]) or ugv_baseline(given["who"], env)
     if hasattr(controller, "path"):
         controller = controller.path(env, params, first_state(env, params, given["seed"]))
     played = rollout(env, controller, params, episode_key(given["seed"]))
-    for path in plot:
-        print(f"Written: {plot_drive(played, env, params, path, f'{name} on {track}')}")
+    for path in files.plots:
+        print(f"Written: {plot_drive(played, env, params, path, files.title)}")
     if given["window"]:
         rate = min(FPS, 1 / float(params.control_period))
-        show_window(env, played, params, f"{name} on {track}", rate)
+        show_window(env, played, params, files.title, rate)
     else:
-        print(f"Written: {write_drive(env, played, params, target, seconds)}")
+        print(f"Written: {write_drive(env, played, params, files.film, seconds)}")
 
 
 def read_task(
@@ -78,8 +69,7 @@ def read_task(
         if given[name] is not None:
             flag = "--" + name.replace("_", "-")
             raise ValueError(f"{flag} is for the biped; accepted: --friction, --criterion, --scene")
-    choices = about.get("choices")
-    choices = choices if isinstance(choices, dict) else {}
+    choices = choices_of(about)
     asked: dict[str, Any] = {name: about[name] for name in NUMBERS if name in about}
     if "spacing" in asked:
         asked["spacing"] *= 1 + 1e-6  # evenly spaced already: rounding must not add a step

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.policy_file import load_policy, read_metadata
+from stickslip.agents.policy_file import choices_of, load_policy, policy_path, read_metadata
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,12 +24,6 @@ def is_ugv(who: Sequence[str]) -> bool:
         if path.is_file():
             return read_metadata(path).get("environment") == ENVIRONMENT
     return False
-
-
-def policy_path(name: str) -> Path:
-    """The policy's file of a name: itself, or the one in a run's directory."""
-    path = Path(name)
-    return path / "policy.npz" if path.is_dir() else path
 
 
 def ugv_baseline(name: str, env: UGVEnv) -> Any:
@@ -71,15 +64,10 @@ def read_ugv_policies(who: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any
             raise ValueError(f"{name!r} is no policy of the UGV; accepted: policies of one machine")
         first = first or about
         for seen in ("preview", "criterion"):
-            if _choice(about, seen) != _choice(first, seen):
+            own, others = (choices_of(one).get(seen) for one in (about, first))
+            if own != others:
                 raise ValueError(
-                    f"{name!r} was trained with {seen} = {_choice(about, seen)!r}, another one "
-                    f"with {_choice(first, seen)!r}; accepted: policies of the same, or one at a "
-                    "time"
+                    f"{name!r} was trained with {seen} = {own!r}, another one with {others!r}; "
+                    "accepted: policies of the same, or one at a time"
                 )
     return policies, first
-
-
-def _choice(about: dict[str, Any], name: str) -> Any:
-    choices = about.get("choices")
-    return choices.get(name) if isinstance(choices, dict) else None

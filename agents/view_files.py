@@ -1,0 +1,68 @@
+"""Where the commands of `stickslip` write, and what `stickslip view` shows, of any machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from stickslip.agents.policy_file import policy_path
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+class ViewFiles(NamedTuple):
+    """What `stickslip view` is to write."""
+
+    title: str
+    """Who is shown where."""
+    film: Path
+    """The animation, unless a window is asked for."""
+    plots: list[Path]
+    """One or none."""
+
+
+def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
+    """What the flags ask for; place: the scene or track, by name or file.
+
+    ValueError for seconds out of range, files of another kind, and ones that are not to be
+    replaced.
+    """
+    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
+        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
+    who = policy_path(given["who"])
+    name = who.parent.name if who.name == "policy.npz" else who.name
+    film = Path(given["out"] or f"{name.removesuffix('.npz')}-{Path(place).stem}.gif")
+    plots = [] if given["plot"] is None else [Path(given["plot"])]
+    require_suffix(film, (".gif", ".png", ".webp"))
+    for path in plots:
+        require_suffix(path, (".png",))
+    require_new(plots + ([] if given["window"] else [film]), given["overwrite"])
+    return ViewFiles(f"{name} on {place}", film, plots)
+
+
+def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:
+    """Show an episode once, at the speed of life, until its end or until the window is closed."""
+    from stickslip.agents.film import pictures
+    from stickslip.envs.rendering import Window
+
+    window = Window(title, fps=fps)
+    try:
+        for picture in pictures(env, played, params, fps):
+            if not window.show(picture):
+                break
+    finally:
+        window.close()
+
+
+def require_new(paths: Sequence[Path], overwrite: bool) -> None:
+    """Raise ValueError for a path that exists and is not to be replaced."""
+    for path in paths:
+        if path.exists() and not overwrite:
+            raise ValueError(f"{path} exists; accepted: a new path, or --overwrite to replace it")
+
+
+def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:
+    """Raise ValueError for a path of another kind."""
+    if path.suffix.lower() not in accepted:
+        raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {', '.join(accepted)}")
