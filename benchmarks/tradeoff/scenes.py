@@ -37,7 +37,6 @@ class Walk:
     duration: float
     phase: float = SUPPORT_START
     stride: int = 1
-    about: str = ""
 
     @property
     def periods(self) -> int:
@@ -76,61 +75,22 @@ def _grip() -> Scene:
     return Scene.grip(outputs="state")
 
 
-WALKS = {
-    walk.name: walk
-    for walk in (
-        Walk(
-            "smooth",
-            _grip,
-            "grip",
-            rate=3.0,
-            gain=1.0,
-            wanted_rate=4.0,
-            duration=2.0,
-            about="a floor that holds, 2 s of walking at about 4 rad/s",
-        ),
-        Walk(
-            "stick-slip",
-            lambda: Scene.uniform(0.06, 0.05, outputs="state"),
-            "uniform",
-            rate=4.0,
-            gain=0.5,
-            wanted_rate=5.0,
-            duration=2.0,
-            about="mu_s 0.06, mu_k 0.05, 2 s at about 5 rad/s",
-        ),
-        Walk(
-            "lift-off",
-            lambda: Scene.uniform(0.4, 0.3, outputs="state"),
-            "uniform",
-            rate=8.4,
-            gain=1.0,
-            wanted_rate=9.0,
-            duration=2.0,
-            about="mu_s 0.4, mu_k 0.3, 2 s at about 9 rad/s: the ground's force falls to a sixth",
-        ),
-        Walk(
-            "ice",
-            lambda: Scene.patches([0.23, 0.475], [0.5, 0.05, 0.5], outputs="state"),
-            "patches",
-            rate=3.0,
-            gain=1.0,
-            wanted_rate=4.0,
-            duration=4.0,
-            about="mu 0.5 with a patch of 0.05 from 0.23 m to 0.475 m, 4 s at about 4 rad/s",
-        ),
-        Walk(
-            "long",
-            _grip,
-            "grip",
-            rate=4.5,
-            gain=0.0,
-            wanted_rate=0.0,
-            duration=400.0,
-            phase=np.pi,
-            stride=40,
-            about="a floor that holds, no motor and so no loss: 1011 steps in 400 s",
-        ),
-    )
-}
+def _slippery(mu_static: float, mu_kinetic: float) -> Callable[[], Scene]:
+    return lambda: Scene.uniform(mu_static, mu_kinetic, outputs="state")
+
+
+def _ice() -> Scene:
+    return Scene.patches([0.23, 0.475], [0.5, 0.05, 0.5], outputs="state")
+
+
+_LISTED = (
+    Walk("smooth", _grip, "grip", rate=3.0, gain=1.0, wanted_rate=4.0, duration=2.0),
+    Walk("stick-slip", _slippery(0.06, 0.05), "uniform", 4.0, 0.5, 5.0, 2.0),
+    # so fast that the ground's force falls to a sixth
+    Walk("lift-off", _slippery(0.4, 0.3), "uniform", 8.4, 1.0, 9.0, 2.0),
+    Walk("ice", _ice, "patches", 3.0, 1.0, 4.0, 4.0),
+    # no motor and so no loss: 1011 steps
+    Walk("long", _grip, "grip", 4.5, 0.0, 0.0, 400.0, phase=np.pi, stride=40),
+)
+WALKS = {walk.name: walk for walk in _LISTED}
 """By name. "smooth", "stick-slip" and "ice" stand for the floors Grip, Uniform and Patches."""
