@@ -10,7 +10,6 @@ second of the same actions. Results go to a JSON file with machine, versions and
 from __future__ import annotations
 
 import argparse
-import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -23,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.report import markdown, provenance, write_json
+from benchmarks.timing import on_threads
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.envs import BipedEnv
 from stickslip.envs.functional import pure_step
@@ -82,11 +82,7 @@ def functional_row(batch: int, steps: int, repeats: int, threads: int = 1) -> Ro
         jax.block_until_ready(program(state, jax.random.key(key)))
 
     def all_threads() -> None:
-        workers = [threading.Thread(target=run, args=(2 + i,)) for i in range(threads)]
-        for worker in workers:
-            worker.start()
-        for worker in workers:
-            worker.join()
+        on_threads([partial(run, 2 + i) for i in range(threads)])
 
     rates = timed(all_threads, threads * batch * steps, repeats)
     name = "vmap + scan" if threads == 1 else f"vmap + scan, {threads} threads"
@@ -95,13 +91,7 @@ def functional_row(batch: int, steps: int, repeats: int, threads: int = 1) -> Ro
 
 def single_row(name: str, steps: int, repeats: int, scale: float = 1.0) -> Row:
     """gymnasium.make(name), one environment, random actions drawn beforehand."""
-    begun = time.perf_counter()
-    env = gymnasium.make(name)
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    actions = [_scaled(env.action_space.sample(), scale) for _ in range(256)]
-    env.step(actions[0])
-    first = time.perf_counter() - begun
+    env, actions, first = _ready(partial(gymnasium.make, name), 256, scale)
 
     def run() -> None:
         env.reset()
@@ -115,13 +105,8 @@ def single_row(name: str, steps: int, repeats: int, scale: float = 1.0) -> Row:
 
 def vector_row(name: str, mode: str, batch: int, steps: int, repeats: int, scale=1.0) -> Row:
     """gymnasium.make_vec(name), random actions drawn beforehand."""
-    begun = time.perf_counter()
-    env = gymnasium.make_vec(name, num_envs=batch, vectorization_mode=mode)
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    actions = [_scaled(env.action_space.sample(), scale) for _ in range(32)]
-    env.step(actions[0])
-    first = time.perf_counter() - begun
+    make = partial(gymnasium.make_vec, name, num_envs=batch, vectorization_mode=mode)
+    env, actions, first = _ready(make, 32, scale)
 
     def run() -> None:
         for index in range(steps):
@@ -219,6 +204,17 @@ def rows(quick: bool) -> Iterator[Row]:
     yield vector_row("CartPole-v1", "vector_entry_point", 1024, int(share * 300), repeats)
     for batch in (64, 256, 1024):
         yield sb3_row(batch, max(10, int(share * 300)), repeats)
+
+
+def _ready(make: Callable[[], Any], draws: int, scale: float) -> tuple[Any, list[Any], float]:
+    """An environment after its first step, random actions for it, and how long that took [s]."""
+    begun = time.perf_counter()
+    env = make()
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    actions = [_scaled(env.action_space.sample(), scale) for _ in range(draws)]
+    env.step(actions[0])
+    return env, actions, time.perf_counter() - begun
 
 
 def _scaled(action: Any, scale: float) -> Any:

@@ -12,7 +12,6 @@ import json
 import os
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -34,6 +33,7 @@ from benchmarks.peers.cases import (
     reference,
     timed,
 )
+from benchmarks.timing import on_threads
 from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, Table, prepare, step
 
 NAME = "stickslip"
@@ -92,20 +92,8 @@ class Program:
     def run(self, per_sample: int, threads: int = 1) -> jax.Array:
         """Crank angles; with several threads each runs the whole program once."""
         size = self.size_of(per_sample)
-        found: list[Any] = [None] * threads
-
-        def one(index: int) -> None:
-            found[index] = jax.block_until_ready(self.compiled(self.torques, *size))
-
-        if threads == 1:
-            one(0)
-            return found[0]
-        workers = [threading.Thread(target=one, args=(i,)) for i in range(threads)]
-        for worker in workers:
-            worker.start()
-        for worker in workers:
-            worker.join()
-        return found[0]
+        one = partial(self.compiled, self.torques, *size)
+        return on_threads([one] * threads)[0]
 
 
 def measure(case: Case, quick: bool) -> Iterator[Measured]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from benchmarks.peers import c_loop, mujoco_c, ours
 from benchmarks.peers.cases import CASES, Measured, fastest
+from benchmarks.pictures import pyplot
 
 COLOURS = {
     "stickslip": "C0",
@@ -85,11 +86,7 @@ def step_of(row: Measured) -> float:
 
 def draw(rows: list[Measured], path: Path) -> None:
     """Error against simulated seconds a second, a panel a case, a line a family of settings."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
+    plt = pyplot()
     figure, panels = plt.subplots(
         1, 2, figsize=(11, 5.2), sharex=True, sharey=True, layout="constrained"
     )

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.tradeoff.program import Rolled, Samples, built, model_of, roll, traced
+from benchmarks.timing import built
+from benchmarks.tradeoff.program import Rolled, Samples, model_of, roll, traced
 from benchmarks.tradeoff.scenes import PERIOD, Walk
 from stickslip.dynamics.biped import (
     SUPPORT_END,
@@ -58,7 +59,7 @@ def _reference_program(structure: str, table: bool, arguments, counts) -> Callab
     """Compiled once for every kind of floor."""
     key = (structure, table)
     if key not in _PROGRAMS:
-        _PROGRAMS[key] = built(roll, EXACT, *arguments, *counts).call
+        _PROGRAMS[key] = built(partial(roll, EXACT), *arguments, *counts).call
     return _PROGRAMS[key]
 
 

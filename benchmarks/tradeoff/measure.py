@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from benchmarks.timing import CORES, built, on_threads, seconds_of
 from benchmarks.tradeoff.cases import Case, cases, code
 from benchmarks.tradeoff.errors import (
     Reference,
@@ -19,24 +20,12 @@ from benchmarks.tradeoff.errors import (
     long_walk_check,
     reference_of,
 )
-from benchmarks.tradeoff.program import (
-    built,
-    model_of,
-    on_threads,
-    roll,
-    roll_batch,
-    seconds_of,
-    spread,
-    table_bytes,
-    traced,
-)
+from benchmarks.tradeoff.program import model_of, roll, roll_batch, spread, table_bytes, traced
 from benchmarks.tradeoff.scenes import PERIOD, WALKS, Walk
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-CORES = 2
-"""A batch is split over this many threads."""
 CHECK = "long walk beside a quadrature [rad]"
 PATIENCE = 0.1
 """About how long a timed run of a batch takes [s]; it is repeated three times."""
@@ -119,9 +108,9 @@ def _singles(case: Case, model, walks: list[Walk], references):
     """One environment at a time: errors and the first cost."""
     rows = []
     shapes = (*_given(case, model, walks[0]), *traced(case.dtype, PERIOD, 1, 1, 1))
-    program, recording = built(roll, case.integrator, *shapes), None
+    program, recording = built(partial(roll, case.integrator), *shapes), None
     if walks[0].structure in case.events:
-        recording = built(roll, replace(case.integrator, record_events=True), *shapes)
+        recording = built(partial(roll, replace(case.integrator, record_events=True)), *shapes)
     for walk in walks:
         given = _given(case, model, walk)
         for count in case.counts_on(walk.name):
@@ -159,7 +148,9 @@ def _batches(case: Case, model, walks: list[Walk], references, rows: list[dict[s
         states = spread(walk, samples, each, case.dtype)
         given = (model, walk.scene(case.dtype), walk.law(case.dtype), states)
         if program is None:
-            program = built(roll_batch, case.integrator, *given, *traced(case.dtype, PERIOD, 1, 1))
+            program = built(
+                partial(roll_batch, case.integrator), *given, *traced(case.dtype, PERIOD, 1, 1)
+            )
         for row in (row for row in rows if row["scene"] == walk.name):
             count = round(PERIOD / row["dt"])
             row |= _cost_of_batch(program.call, given, case.dtype, row["dt"], count, each)

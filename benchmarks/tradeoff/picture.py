@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.fronts import front_of, knee_of
+from benchmarks.pictures import logarithmic, pyplot
 from benchmarks.tradeoff.points import COSTS, Point, family, points_of, short
 
 if TYPE_CHECKING:
@@ -22,11 +23,7 @@ FAMILIES = {
 
 def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot()
     scenes = list(dict.fromkeys(row["scene"] for row in content["rows"]))
     figure, axes = plt.subplots(
         len(scenes),
@@ -88,20 +85,11 @@ def _panel(axis, points: list[Point]) -> None:
 
 def _scales(axis, points: list[Point]) -> None:
     """Logarithmic, with room on the right and above for the labels; nothing wilder than 1 rad/s."""
-    from matplotlib.ticker import NullFormatter
-
-    axis.set_xscale("log")
-    axis.set_yscale("log")
+    logarithmic(axis, "time for a simulated second of an environment [s]", "error [rad/s]")
     costs = [point.cost for point in points]
     errors = [max(point.error, 1e-14) for point in points]
     axis.set_xlim(min(costs) / 1.5, max(costs) * 8)
     axis.set_ylim(min(errors) / 4, min(max(errors), 1.0) * 6)
-    for ticks in (axis.xaxis, axis.yaxis):
-        ticks.set_minor_formatter(NullFormatter())
-    axis.set_xlabel("time for a simulated second of an environment [s]", fontsize=8)
-    axis.set_ylabel("error [rad/s]", fontsize=8)
-    axis.tick_params(labelsize=8)
-    axis.grid(alpha=0.25, linewidth=0.5)
 
 
 def _legend(figure) -> None:

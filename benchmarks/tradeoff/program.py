@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,12 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.tradeoff.scenes import PERIOD, ROWS, Walk
+from benchmarks.tradeoff.scenes import ROWS, Walk
 from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState, prepare, step
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from stickslip.dynamics.biped.fidelity import Fidelity
     from stickslip.dynamics.biped.integrators import Integrator
 
@@ -47,15 +43,6 @@ class Rolled(NamedTuple):
     switches: Any
     events: Any
     """Times, kinds and number, or None where they are not recorded."""
-
-
-class Compiled(NamedTuple):
-    """A program and what it cost to build."""
-
-    call: Callable[..., Any]
-    seconds: float
-    bytes: int
-    """Working memory, arguments and results of one call."""
 
 
 def model_of(fidelity: Fidelity, dtype: str) -> BipedModel:
@@ -168,48 +155,9 @@ def roll_batch(integrator: Integrator, model, scene, law, states, dt, count, per
     return jax.lax.fori_loop(0, periods, period, (states, status))
 
 
-def built(function: Callable[..., Any], integrator: Integrator, *arguments) -> Compiled:
-    """Compile `function` for these arguments' shapes; seconds from Python to machine code."""
-    begun = time.perf_counter()
-    call = jax.jit(partial(function, integrator)).lower(*arguments).compile()
-    seconds = time.perf_counter() - begun
-    memory = call.memory_analysis()
-    used = ("temp_size_in_bytes", "argument_size_in_bytes", "output_size_in_bytes")
-    return Compiled(call, seconds, sum(int(getattr(memory, name)) for name in used))
-
-
 def traced(dtype: str, dt: float, *counts: int) -> tuple:
     """Step size and counts as arrays, so that one program serves all of them."""
     return jnp.asarray(dt, dtype), *(jnp.asarray(count, jnp.int32) for count in counts)
-
-
-def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Processor time and wall time of a run [s]: medians of several, blocking on all outputs.
-
-    The processor time is of all threads together. It does not grow when others want the processor.
-    """
-    taken = []
-    for _ in range(repeats):
-        begun, used = time.perf_counter(), time.process_time()
-        jax.block_until_ready(run())
-        taken.append((time.process_time() - used, time.perf_counter() - begun))
-    processor, wall = np.median(taken, axis=0).tolist()
-    return processor, wall
-
-
-def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
-    """Run each in a thread of its own; their results."""
-    results: list[Any] = [None] * len(runs)
-
-    def work(index: int) -> None:
-        results[index] = jax.block_until_ready(runs[index]())
-
-    workers = [threading.Thread(target=work, args=(i,)) for i in range(len(runs))]
-    for worker in workers:
-        worker.start()
-    for worker in workers:
-        worker.join()
-    return results
 
 
 def spread(walk: Walk, reference: Samples, batch: int, dtype: str) -> BipedState:
@@ -228,8 +176,3 @@ def spread(walk: Walk, reference: Samples, batch: int, dtype: str) -> BipedState
         foot_velocity=column(reference.foot_velocity),
         time=jnp.zeros(batch, dtype),
     )
-
-
-def steps_per_period(dt: float) -> int:
-    """How many steps of `dt` [s] a control period takes."""
-    return max(1, round(PERIOD / dt))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.fronts import front_of, knee_of
+from benchmarks.pictures import logarithmic, pyplot
 from benchmarks.ugv.methods import RUNS
 from benchmarks.ugv.points import Point, points_of, short
 from benchmarks.ugv.trade import BATCHES
@@ -23,11 +24,7 @@ LEAST = 1e-6
 
 def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG, with a panel for whatever has been measured."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot()
     figure, axes = plt.subplots(2, 2, figsize=(12, 9), layout="constrained")
     for axis, track in zip(axes[0], ("bump", "rough"), strict=True):
         axis.set_title(f"{track}, {BATCHES[-1]} poses at once", loc="left")
@@ -120,14 +117,5 @@ def _gaps(axis, rows: list[dict[str, Any]]) -> None:
 
 
 def _log(axis, x: str, y: str) -> None:
-    from matplotlib.ticker import NullFormatter
-
-    axis.set_xscale("log")
-    axis.set_yscale("log")
+    logarithmic(axis, x, y)
     axis.margins(x=0.12, y=0.16)
-    for ticks in (axis.xaxis, axis.yaxis):
-        ticks.set_minor_formatter(NullFormatter())
-    axis.set_xlabel(x, fontsize=8)
-    axis.set_ylabel(y, fontsize=8)
-    axis.tick_params(labelsize=8)
-    axis.grid(alpha=0.25, linewidth=0.5)

@@ -11,14 +11,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.tradeoff.program import seconds_of
+from benchmarks.timing import seconds_of
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, balance, place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-CORES = 2
-"""A batch is split over this many threads."""
 PATIENCE = 0.05
 """About how long a timed run takes [s]; it is repeated five times."""
 
@@ -49,13 +47,6 @@ class Way:
 
     solver: PoseSolver = field(default=PoseSolver())
     block: int = 0
-
-
-class Compiled(NamedTuple):
-    """A program and the seconds from Python to machine code."""
-
-    call: Callable[..., Any]
-    seconds: float
 
 
 class Timing(NamedTuple):
@@ -106,13 +97,6 @@ def answers(way: Way, track: Track, x, angles) -> Answer:
     blocks = (x.reshape(-1, way.block), angles.reshape(-1, way.block, 2))
     found = jax.lax.map(lambda block: function(*block), blocks)
     return jax.tree.map(lambda of: of.reshape(-1), found)
-
-
-def built(function: Callable[..., Any], *arguments: Any) -> Compiled:
-    """Compile `function` for these arguments' shapes and types."""
-    begun = time.perf_counter()
-    call = jax.jit(function).lower(*arguments).compile()
-    return Compiled(call, time.perf_counter() - begun)
 
 
 def given(track: Track, dtype: str, batch: int, seed: int = 0) -> tuple:

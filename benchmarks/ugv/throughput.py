@@ -10,10 +10,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from benchmarks.tradeoff.program import on_threads
+from benchmarks.timing import CORES, built, on_threads
 from benchmarks.ugv import plain, tracks
 from benchmarks.ugv.errors import Truth, errors_of, truth_of
-from benchmarks.ugv.program import CORES, Way, answers, built, given, timed
+from benchmarks.ugv.program import Way, answers, given, timed
 from stickslip.dynamics.ugv import PoseSolver, Track
 
 BATCHES = (1, 1 << 10, 1 << 16, 1 << 20)

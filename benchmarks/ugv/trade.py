@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 import jax
 
+from benchmarks.timing import Compiled, built
 from benchmarks.ugv import tracks
 from benchmarks.ugv.errors import errors_of, truth_of
-from benchmarks.ugv.program import Compiled, Way, answers, built, given, timed
+from benchmarks.ugv.program import Way, answers, given, timed
 from stickslip.dynamics.ugv import PoseSolver, Track
 
 BATCHES = (1, 1 << 14)

@@ -1,0 +1,64 @@
+"""Programs compiled ahead of time, and what a run of them takes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+CORES = 2
+"""A batch is split over this many threads."""
+
+
+class Compiled(NamedTuple):
+    """A program and what it cost to build."""
+
+    call: Callable[..., Any]
+    seconds: float
+    bytes: int
+    """Working memory, arguments and results of one call."""
+
+
+def built(function: Callable[..., Any], *arguments: Any) -> Compiled:
+    """Compile `function` for these arguments' shapes; seconds from Python to machine code."""
+    begun = time.perf_counter()
+    call = jax.jit(function).lower(*arguments).compile()
+    seconds = time.perf_counter() - begun
+    memory = call.memory_analysis()
+    used = ("temp_size_in_bytes", "argument_size_in_bytes", "output_size_in_bytes")
+    return Compiled(call, seconds, sum(int(getattr(memory, name)) for name in used))
+
+
+def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
+    """Processor time and wall time of a run [s]: medians of several, blocking on all outputs.
+
+    The processor time is of all threads together. It does not grow when others want the processor.
+    """
+    taken = []
+    for _ in range(repeats):
+        begun, used = time.perf_counter(), time.process_time()
+        jax.block_until_ready(run())
+        taken.append((time.process_time() - used, time.perf_counter() - begun))
+    processor, wall = np.median(taken, axis=0).tolist()
+    return processor, wall
+
+
+def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
+    """Run each in a thread of its own, a single one in this; their results."""
+    if len(runs) == 1:
+        return [jax.block_until_ready(runs[0]())]
+    results: list[Any] = [None] * len(runs)
+
+    def work(index: int) -> None:
+        results[index] = jax.block_until_ready(runs[index]())
+
+    workers = [threading.Thread(target=work, args=(i,)) for i in range(len(runs))]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    return results
