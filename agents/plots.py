@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import io
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.files import write_whole
 from stickslip.agents.histories import Histories, histories
+from stickslip.agents.sheet import make_sheet, name_below, save_sheet
 from stickslip.dynamics.scene import Grip
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from stickslip.agents.rollout import Rollout
     from stickslip.envs.biped_params import BipedEnvParams
@@ -68,7 +66,7 @@ def plot_comparison(
         raise ValueError("played is empty; accepted: at least one rollout")
     courses = {name: histories(one, params) for name, one in played.items()}
     every = list(courses.values())
-    figure, axes = _sheet(4, title or "Controllers compared", legend=True)
+    figure, axes = _sheet(4, title or "Controllers compared")
     rate, momentum, use, slid = axes
     rate.axhline(every[0].commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
     _name(rate, "crank rate [rad/s]", "dashed: commanded mean")
@@ -92,21 +90,8 @@ def plot_comparison(
     return _save(figure, axes, every, path)
 
 
-def _sheet(rows: int, title: str, legend: bool = False):
-    figure = require("matplotlib.figure").Figure(
-        figsize=(11, 1.75 * rows + 0.9), dpi=110, facecolor=theme.PAGE, layout="constrained"
-    )
-    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
-    axes = figure.subplots(rows, 1, sharex=True)
-    for axis in axes:
-        axis.set_facecolor(theme.PANEL)
-        axis.set_axisbelow(True)
-        axis.grid(color=theme.RULE, lw=0.7)
-        axis.tick_params(colors=theme.MUTED, labelsize=9, length=0)
-        for spine in axis.spines.values():
-            spine.set_visible(False)
-    return figure, axes
+def _sheet(rows: int, title: str) -> tuple[Any, np.ndarray]:
+    return make_sheet(rows, 1, (11, 1.75 * rows + 0.9), title)
 
 
 def _name(axis: Any, label: str, note: str) -> None:
@@ -169,8 +154,6 @@ def _shade(axis: Any, course: Histories) -> None:
 
 
 def _save(figure: Any, axes: Any, courses: list[Histories], path: str | Path) -> Path:
-    axes[-1].set_xlabel("time [s]", fontsize=9.5, color=theme.MUTED)
+    name_below(axes[-1], "time [s]")
     axes[-1].set_xlim(0, max(float(course.time[-1]) for course in courses))
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
-    return write_whole(path, file.getvalue())
+    return save_sheet(figure, path)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.files import write_whole
 from stickslip.agents.metrics import read_columns
+from stickslip.agents.sheet import make_sheet, name_below, save_sheet
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
@@ -57,8 +56,8 @@ def plot_learning(directory: str | Path, config: TrainConfig, torque_limit: floa
         panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
 
     def commanded(axes: Any) -> None:
-        axes[0, 1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
-        axes[0, 1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
+        axes[1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
+        axes[1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
 
     return plot_panels(directory, config, panels, "biped", commanded)
 
@@ -70,34 +69,25 @@ def plot_panels(
     machine: str,
     add: Callable[[Any], None] = lambda axes: None,
 ) -> Path:
-    """Write learning.png with six panels; add: draws more on the axes [2, 3]. Returns its path."""
+    """Write learning.png with six panels; add: draws more on the axes [6]. Returns its path."""
     directory = Path(directory)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
-    figure = require("matplotlib.figure").Figure(
-        figsize=(12, 6.2), dpi=110, facecolor=theme.PAGE, layout="constrained"
-    )
-    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    axes = figure.subplots(2, 3, sharex=True)
+    seconds = (metrics.get("seconds") or [0.0])[-1]
+    name = config.algorithm.upper()
+    title = f"{name} on the {machine}: {seconds:.0f} s of training"
+    figure, axes = make_sheet(2, 3, (12, 6.2), title)
     unit, scale = _unit(config.timesteps)
-    for axis, panel in zip(axes.flat, panels, strict=True):
+    for axis, panel in zip(axes, panels, strict=True):
         _draw(axis, panel, metrics, tests, scale)
     add(axes)
-    for axis in axes[-1]:
-        axis.set_xlabel(f"control steps [{unit}]", fontsize=9.5, color=theme.MUTED)
-    _head(figure, config, machine, metrics)
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
-    return write_whole(directory / "learning.png", file.getvalue())
+    for axis in axes[3:]:
+        name_below(axis, f"control steps [{unit}]")
+    _explain(figure)
+    return save_sheet(figure, directory / "learning.png")
 
 
 def _draw(axis: Any, panel: Panel, metrics: dict, tests: dict, scale: float) -> None:
-    axis.set_facecolor(theme.PANEL)
-    axis.set_axisbelow(True)
-    axis.grid(color=theme.RULE, lw=0.7)
-    axis.tick_params(colors=theme.MUTED, labelsize=9, length=0, which="both")
-    for spine in axis.spines.values():
-        spine.set_visible(False)
     axis.set_title(panel.title, loc="left", fontsize=10, color=theme.INK, pad=4)
     if panel.log:
         axis.set_yscale("log")
@@ -120,17 +110,8 @@ def _draw(axis: Any, panel: Panel, metrics: dict, tests: dict, scale: float) -> 
             axis.set_ylim(0, panel.ceiling * values[-1])
 
 
-def _head(figure: Any, config: Any, machine: str, metrics: dict) -> None:
-    seconds = (metrics.get("seconds") or [0.0])[-1]
-    name = config.algorithm.upper()
-    figure.suptitle(
-        f"{name} on the {machine}: {seconds:.0f} s of training",
-        x=0.012,
-        ha="left",
-        fontsize=13,
-        color=theme.INK,
-        weight="bold",
-    )
+def _explain(figure: Any) -> None:
+    """What the colours stand for."""
     lines = require("matplotlib.lines")
     handles = [lines.Line2D([], [], color=TRAINING), lines.Line2D([], [], color=TEST, lw=1.7)]
     labels = [

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.files import write_whole
 from stickslip.agents.film import pictures
 from stickslip.agents.plots_training import Panel, plot_panels
 from stickslip.agents.policy import load_policy
 from stickslip.agents.rollout import Rollout, rollout
+from stickslip.agents.sheet import make_sheet, name_below, save_sheet
 from stickslip.agents.ugv_task import make_ugv_task
 from stickslip.envs.rendering import save_animation, theme
-from stickslip.envs.rendering.extras import require
 from stickslip.envs.ugv_draw import ground
 
 if TYPE_CHECKING:
@@ -66,11 +64,7 @@ def plot_drive(
     )
     at, cost = state
     track = ground(played.start_state.drawn, params)[0].track
-    figure = require("matplotlib.figure").Figure(
-        figsize=(9, 9), dpi=110, facecolor=theme.PAGE, layout="constrained"
-    )
-    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    axes = figure.subplots(5, 1, sharex=True)
+    figure, axes = make_sheet(5, 1, (9, 9), title)
     fine = np.linspace(float(params.track.start), float(params.end), 400)
     axes[0].plot(fine, track.height(jnp.asarray(fine)), color=theme.INK)
     angles = np.degrees(at.leg_angles)
@@ -89,17 +83,9 @@ def plot_drive(
         f"{measure.name.replace('_', ' ')} [{measure.unit}]",
     )
     for axis, words in zip(axes, titles, strict=True):
-        axis.set_facecolor(theme.PANEL)
-        axis.grid(color=theme.RULE, lw=0.7)
-        axis.tick_params(colors=theme.MUTED, labelsize=9, length=0)
-        for spine in axis.spines.values():
-            spine.set_visible(False)
         axis.set_title(words, loc="left", fontsize=10, color=theme.INK, pad=4)
-    axes[-1].set_xlabel("front wheel [m]", fontsize=9.5, color=theme.MUTED)
-    figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
-    return write_whole(path, file.getvalue(), overwrite=True)
+    name_below(axes[-1], "front wheel [m]")
+    return save_sheet(figure, path)
 
 
 def _panels(env: UGVEnv) -> tuple[Panel, ...]:
