@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.canvas import Canvas
 from stickslip.envs.rendering.contact import Contact
 from stickslip.envs.rendering.floor import Floor
 from stickslip.envs.rendering.header import Header, draw_key
 from stickslip.envs.rendering.linkage import SOLE, Linkage, Mechanism, plain
-from stickslip.envs.rendering.strips import TITLE, History, Strips
+from stickslip.envs.rendering.page import make_page
+from stickslip.envs.rendering.strips import History, Strips
 from stickslip.envs.rendering.trace import SlipTrace
 
 if TYPE_CHECKING:
@@ -46,30 +45,17 @@ class BipedRenderer:
         height: int = 540,
         torque_limit: float = 4.0,
     ):
-        if width < 480 or height < 270:
-            raise ValueError(
-                f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
-                "height >= 270"
-            )
+        page = make_page(width, height)
         if not torque_limit > 0:
             raise ValueError(f"torque_limit = {torque_limit}; accepted: > 0 N m")
-        self._canvas = canvas = Canvas(width, height)
+        self._canvas, self._panel = page.canvas, page.panel
         self._mechanism = Mechanism(params)
         self._surface = -SOLE * self._mechanism.crank
-        edge, right = theme.MARGIN, canvas.width - theme.MARGIN
-        self._panel = panel = (
-            edge,
-            edge + theme.FOOTER,
-            right - theme.COLUMN,
-            canvas.height - edge - theme.HEADER - 10,
-        )
         tall = (self._mechanism.top - self._surface) * (1 + HEADROOM)
-        self._scale = (panel[3] - panel[1] - FLOOR_BAND) / tall
+        self._scale = (page.panel[3] - page.panel[1] - FLOOR_BAND) / tall
         self._add_world(params, scene)
-        top = canvas.height - edge
-        self._header = Header(canvas, (panel[0], top - theme.HEADER, panel[2], top))
-        gauges = (panel[2] + 52, panel[1], right, top + TITLE - 18)
-        self._strips = Strips(canvas, gauges, torque_limit)
+        self._header = Header(page.canvas, page.header)
+        self._strips = Strips(page.canvas, page.strips, torque_limit)
         self._history = History()
         self._last: BipedFrame | None = None
 
@@ -101,7 +87,6 @@ class BipedRenderer:
     def _add_world(self, params: BipedParams, scene: Scene) -> None:
         """The panel with floor, marks, contact and linkage, in this order."""
         canvas, panel, surface = self._canvas, self._panel, self._surface
-        canvas.area([canvas.corners(panel)], theme.PANEL, still=True)
         draw_key(canvas, panel[0] + 12, panel[3] - 18)
         self._view = canvas.view()
         self._floor = Floor(canvas, self._view, panel, scene, surface, FLOOR_BAND / self._scale)

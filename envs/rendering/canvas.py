@@ -85,6 +85,13 @@ class Canvas:
         )
         return self._add(artist, False, **place)
 
+    def dots(
+        self, edge: str, size: float, width: float, *, fill: str = theme.PAGE, **place: Any
+    ) -> Any:
+        """A round marker at each of its points, with an edge; `set_data` moves them."""
+        look = {"markerfacecolor": fill, "markeredgecolor": edge, "markeredgewidth": width}
+        return self.curve("none", 0, marker="o", markersize=size, **look, **place)
+
     def area(
         self,
         outlines: Sequence[Any],

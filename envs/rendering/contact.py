@@ -37,16 +37,7 @@ class Contact:
     def add_arrow(self) -> None:
         """The force itself, drawn over what was added to the canvas before."""
         self._arrow = self._canvas.area([], theme.HOLDS, edge=theme.PAGE, width=1.4, **self._place)
-        self._foot = self._canvas.curve(
-            "none",
-            0,
-            marker="o",
-            markersize=6.5,
-            markerfacecolor=theme.HOLDS,
-            markeredgecolor=theme.PAGE,
-            markeredgewidth=1.2,
-            **self._place,
-        )
+        self._foot = self._canvas.dots(theme.PAGE, 6.5, 1.2, fill=theme.HOLDS, **self._place)
 
     def move(self, frame: BipedFrame, surface: float, scale: float) -> None:
         """Show a frame's contact on a floor at height `surface` [m], `scale` page units a metre."""

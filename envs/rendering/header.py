@@ -2,42 +2,42 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.lettering import brief, written
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from stickslip.envs.rendering.canvas import Box, Canvas
     from stickslip.envs.rendering.frame import BipedFrame
 
 BADGE_WIDTH = 118.0
 
 
-class _Tile(NamedTuple):
-    title: str
-    share: float
-
-
-TILES = (
-    _Tile("time  [s]", 0.0),
-    _Tile("walked  [m]", 0.18),
-    _Tile("steps", 0.35),
-    _Tile("mean rate  [rad/s]", 0.465),
-    _Tile("friction / normal", 0.715),
+TITLES = (
+    ("time  [s]", 0.0),
+    ("walked  [m]", 0.18),
+    ("steps", 0.35),
+    ("mean rate  [rad/s]", 0.465),
+    ("friction / normal", 0.715),
 )
 
 
-class Header:
-    """Five numbers and a badge that says whether the foot sticks, slips or the walk has ended."""
+class Board:
+    """Numbers with their titles in a row, and a badge at its right end.
 
-    def __init__(self, canvas: Canvas, box: Box):
+    titles: each with its place, as a share of the room beside the badge.
+    """
+
+    def __init__(self, canvas: Canvas, box: Box, titles: Sequence[tuple[str, float]]):
         left, bottom, right, top = box
         room = right - left - BADGE_WIDTH - theme.GAP
         self._values = []
-        for tile in TILES:
-            x = left + tile.share * room
-            canvas.text(x, top - 10, tile.title, theme.SMALL, theme.MUTED, still=True)
+        for title, share in titles:
+            x = left + share * room
+            canvas.text(x, top - 10, title, theme.SMALL, theme.MUTED, still=True)
             self._values.append(canvas.text(x, bottom + 3, "", theme.VALUE, bold=True))
         middle = right - BADGE_WIDTH / 2
         badge = (right - BADGE_WIDTH, bottom + 2, right, top)
@@ -45,6 +45,21 @@ class Header:
         self._word = canvas.text(
             middle, (bottom + top + 2) / 2 - 5, "", 14.0, theme.PAGE, bold=True, align="center"
         )
+
+    def show(self, words: Sequence[str], badge: str, colour: str) -> None:
+        """Show the numbers, and the badge's word in its colour."""
+        for value, word in zip(self._values, words, strict=True):
+            value.words = word
+        self._badge.set_facecolor(colour)
+        self._word.words = badge
+        self._word.size = 14.0 if len(badge) < 9 else 11.0
+
+
+class Header(Board):
+    """Five numbers and a badge that says whether the foot sticks, slips or the walk has ended."""
+
+    def __init__(self, canvas: Canvas, box: Box):
+        super().__init__(canvas, box, TITLES)
 
     def move(self, frame: BipedFrame, walked: float) -> None:
         """Show a frame; `walked` is the hip's way since the start of the first step [m]."""
@@ -60,14 +75,12 @@ class Header:
             brief(frame.mean_crank_rate),
             use if frame.mu_static is None else f"{use} of {frame.mu_static:.2f}",
         )
-        for value, word in zip(self._values, words, strict=True):
-            value.words = word
-        ended = frame.status.lower() not in ("ok", "slip_onset")
-        colour = theme.HOLDS if frame.sticking else theme.SLIDES
-        self._badge.set_facecolor(theme.INK if ended else colour)
-        word = "STICK" if frame.sticking else "SLIP"
-        self._word.words = frame.status.replace("_", " ").upper() if ended else word
-        self._word.size = 14.0 if len(self._word.words) < 9 else 11.0
+        if frame.status.lower() not in ("ok", "slip_onset"):
+            self.show(words, frame.status.replace("_", " ").upper(), theme.INK)
+        elif frame.sticking:
+            self.show(words, "STICK", theme.HOLDS)
+        else:
+            self.show(words, "SLIP", theme.SLIDES)
 
 
 def draw_key(canvas: Canvas, left: float, top: float) -> None:

@@ -122,17 +122,9 @@ class Linkage:
         swing = _Leg(canvas, mechanism, theme.SWING, 1, place)
         self._legs = _Leg(canvas, mechanism, theme.SUPPORT, 0, place), swing
         self._crank = canvas.lines([], [theme.PAGE, theme.MOTOR], [9.5, 6.5], **place)
-        dot = {"marker": "o", "markeredgecolor": theme.MOTOR, **place}
-        self._motor = canvas.curve(
-            "none", 0, markersize=13, markerfacecolor=theme.PAGE, markeredgewidth=3.2, **dot
-        )
-        self._crank_pins = canvas.curve(
-            "none", 0, markersize=5, markerfacecolor=theme.PAGE, markeredgewidth=1.4, **dot
-        )
-        dot["markeredgecolor"] = theme.HIP_EDGE
-        self._hip_pins = canvas.curve(
-            "none", 0, markersize=7, markerfacecolor=theme.PAGE, markeredgewidth=1.6, **dot
-        )
+        self._motor = canvas.dots(theme.MOTOR, 13, 3.2, **place)
+        self._crank_pins = canvas.dots(theme.MOTOR, 5, 1.4, **place)
+        self._hip_pins = canvas.dots(theme.HIP_EDGE, 7, 1.6, **place)
 
     def move(self, pose: Pose, floor_position: float) -> None:
         """Put every link where `pose` has it, the supporting ankle at a floor position [m]."""
@@ -172,16 +164,7 @@ class _Leg:
             [w for width in widths for w in (width + 2 * theme.CASING, width)],
             **place,
         )
-        self._pins = canvas.curve(
-            "none",
-            0,
-            marker="o",
-            markersize=4.4,
-            markerfacecolor=theme.PAGE,
-            markeredgecolor=colours["main"],
-            markeredgewidth=1.2,
-            **place,
-        )
+        self._pins = canvas.dots(colours["main"], 4.4, 1.2, **place)
 
     def move(self, pins: dict[str, np.ndarray], feet: np.ndarray) -> None:
         here = {name: place[self._leg] for name, place in pins.items()}

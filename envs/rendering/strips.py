@@ -71,16 +71,19 @@ class History:
         return columns
 
 
+def strip_boxes(box: Box) -> list[Box]:
+    """The places of three strips, the highest first, with room for a title above each."""
+    left, bottom, right, top = box
+    height = (top - bottom - 2 * theme.GAP) / 3
+    lows = (bottom + i * (height + theme.GAP) for i in (2, 1, 0))
+    return [(left, low, right, low + height - TITLE) for low in lows]
+
+
 class Strips:
     """Three strips above each other with one time axis; slides are shaded in all of them."""
 
     def __init__(self, canvas: Canvas, box: Box, torque_limit: float):
-        left, bottom, right, top = box
-        height = (top - bottom - 2 * theme.GAP) / 3
-        boxes = [
-            (left, low, right, low + height - TITLE)
-            for low in (bottom + i * (height + theme.GAP) for i in (2, 1, 0))
-        ]
+        boxes = strip_boxes(box)
         self._torque = Strip(canvas, boxes[0], "motor torque", "N m", theme.MOTOR)
         self._rate = Strip(canvas, boxes[1], "crank rate", "rad/s", theme.MOTOR, second=True)
         self._slide = Strip(canvas, boxes[2], "slide of the feet", "mm", theme.SLIDES)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.canvas import Canvas
 from stickslip.envs.rendering.header import draw_entries
-from stickslip.envs.rendering.strips import TITLE
+from stickslip.envs.rendering.page import make_page
 from stickslip.envs.rendering.ugv_ground import Ground
 from stickslip.envs.rendering.ugv_panels import UGVHeader, UGVStrips
 from stickslip.envs.rendering.ugv_vehicle import Forces, Vehicle
@@ -48,36 +47,22 @@ class UGVRenderer:
         width: int = 960,
         height: int = 540,
     ):
-        if width < 480 or height < 270:
-            raise ValueError(
-                f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
-                "height >= 270"
-            )
+        page = make_page(width, height)
         if any(np.ndim(value) for value in (vehicle.body_length, vehicle.wheel_radius)):
             raise ValueError("vehicle holds a batch; accepted: one vehicle")
-        self._canvas = canvas = Canvas(width, height)
-        edge, right = theme.MARGIN, canvas.width - theme.MARGIN
-        top = canvas.height - edge
-        self._panel = panel = (
-            edge,
-            edge + theme.FOOTER,
-            right - theme.COLUMN,
-            top - theme.HEADER - 10,
-        )
+        self._canvas, self._panel = canvas, panel = page.canvas, page.panel
         length, radius = float(vehicle.body_length), float(vehicle.wheel_radius)
         reach = length + 2 * float(vehicle.leg_length)
         self._span = SPAN * reach
         self._scale = (panel[2] - panel[0]) / self._span
-        canvas.area([canvas.corners(panel)], theme.PANEL, still=True)
         draw_entries(canvas, KEY, panel[0] + 12, panel[3] - 18)
         self._view = canvas.view()
         self._ground = Ground(canvas, self._view, panel)
         self._forces = Forces(canvas, self._view, panel, weight=float(vehicle.weight))
         self._vehicle = Vehicle(canvas, self._view, panel, radius=radius, length=length)
         self._forces.add_arrows()
-        box = (panel[0], top - theme.HEADER, panel[2], top)
-        self._header = UGVHeader(canvas, box, criterion, unit)
-        self._strips = UGVStrips(canvas, (panel[2] + 52, panel[1], right, top + TITLE - 18))
+        self._header = UGVHeader(canvas, page.header, criterion, unit)
+        self._strips = UGVStrips(canvas, page.strips)
 
     @property
     def span(self) -> float:

@@ -25,16 +25,7 @@ class Ground:
         place = {"view": view, "clip": panel}
         self._fill = canvas.area([], theme.floor_colour(0.8), **place)
         self._surface = canvas.curve(theme.INK, 1.6, solid_joinstyle="round", **place)
-        self._seen = canvas.curve(
-            "none",
-            0,
-            marker="o",
-            markersize=5.0,
-            markerfacecolor=theme.PAGE,
-            markeredgecolor=theme.MOTOR,
-            markeredgewidth=1.4,
-            **place,
-        )
+        self._seen = canvas.dots(theme.MOTOR, 5.0, 1.4, **place)
         beside = (left, bottom - 8, right, bottom)
         self._ticks = canvas.lines([], theme.MUTED, 1.0, cap="butt", clip=beside)
         self._numbers = [

@@ -9,21 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.header import BADGE_WIDTH
+from stickslip.envs.rendering.header import Board
 from stickslip.envs.rendering.lettering import brief, written
-from stickslip.envs.rendering.strips import KEPT_ROWS, SPAN, TITLE, Strip, draw_axis
+from stickslip.envs.rendering.strips import KEPT_ROWS, SPAN, Strip, draw_axis, strip_boxes
 
 if TYPE_CHECKING:
     from stickslip.envs.rendering.canvas import Box, Canvas
     from stickslip.envs.rendering.ugv_frame import UGVFrame
 
 
-class UGVHeader:
+class UGVHeader(Board):
     """Five numbers and a badge that says whether the wheels grip or how the drive has ended."""
 
     def __init__(self, canvas: Canvas, box: Box, criterion: str, unit: str):
-        left, bottom, right, top = box
-        room = right - left - BADGE_WIDTH - theme.GAP
         cost = criterion.replace("_", " ") + ("" if unit == "-" else f"  [{unit}]")
         titles = (
             ("driven  [m]", 0.0),
@@ -32,15 +30,7 @@ class UGVHeader:
             ("pitch  [°]", 0.615),
             ("friction / normal", 0.745),
         )
-        self._values = []
-        for title, share in titles:
-            x = left + share * room
-            canvas.text(x, top - 10, title, theme.SMALL, theme.MUTED, still=True)
-            self._values.append(canvas.text(x, bottom + 3, "", theme.VALUE, bold=True))
-        badge = (right - BADGE_WIDTH, bottom + 2, right, top)
-        self._badge = canvas.rounded(badge, theme.HOLDS, 6.0)
-        middle, height = right - BADGE_WIDTH / 2, (bottom + top + 2) / 2 - 5
-        self._word = canvas.text(middle, height, "", 14.0, theme.PAGE, bold=True, align="center")
+        super().__init__(canvas, box, titles)
 
     def move(self, frame: UGVFrame) -> None:
         """Show a frame."""
@@ -52,25 +42,17 @@ class UGVHeader:
             written(degrees(frame.pitch), 1),
             f"{demand} of {frame.mu:.2f}",
         )
-        for value, word in zip(self._values, words, strict=True):
-            value.words = word
         ended = frame.status != "ok"
         colour = theme.SLIDES if frame.slips else theme.INK if ended else theme.HOLDS
-        self._badge.set_facecolor(colour)
-        self._word.words = frame.status.upper() if ended else "SLIP" if frame.slips else "GRIP"
-        self._word.size = 14.0 if len(self._word.words) < 9 else 11.0
+        badge = frame.status.upper() if ended else "SLIP" if frame.slips else "GRIP"
+        self.show(words, badge, colour)
 
 
 class UGVStrips:
     """Torque, leg angles and grip over the last metres, above each other with one axis."""
 
     def __init__(self, canvas: Canvas, box: Box):
-        left, bottom, right, top = box
-        height = (top - bottom - 2 * theme.GAP) / 3
-        boxes = [
-            (left, low, right, low + height - TITLE)
-            for low in (bottom + (height + theme.GAP) * place for place in (2, 1, 0))
-        ]
+        boxes = strip_boxes(box)
         self._torque = Strip(canvas, boxes[0], "torque on each wheel", "N m", theme.MOTOR)
         self._legs = Strip(canvas, boxes[1], "legs", "°", theme.HOLDS, second=True)
         self._legs.aside = "rear, front dashed"

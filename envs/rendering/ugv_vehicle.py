@@ -35,13 +35,8 @@ class Vehicle:
         legs = [theme.PANEL, theme.SUPPORT["mid"]] * 2
         width = theme.BAR_WIDTH["main"] + 2.0
         self._legs = canvas.lines([], legs, [width + 2 * theme.CASING, width] * 2, **place)
-        dot = {"marker": "o", "markerfacecolor": theme.PAGE, **place}
-        self._hinges = canvas.curve(
-            "none", 0, markersize=8, markeredgecolor=theme.HIP_EDGE, markeredgewidth=1.8, **dot
-        )
-        self._hubs = canvas.curve(
-            "none", 0, markersize=8, markeredgecolor=theme.MOTOR, markeredgewidth=2.4, **dot
-        )
+        self._hinges = canvas.dots(theme.HIP_EDGE, 8, 1.8, **place)
+        self._hubs = canvas.dots(theme.MOTOR, 8, 2.4, **place)
 
     def move(self, frame: UGVFrame) -> None:
         """Put everything where the frame has it."""
