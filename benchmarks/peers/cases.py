@@ -134,6 +134,34 @@ def reference(case: Case, torques: tuple[float, ...] = (TORQUE,), steps: int = 7
     return np.asarray(angles)
 
 
+def ends(case: Case, batch: int) -> np.ndarray:
+    """The reference of a batch's first and last member, or of a single walk."""
+    return reference(case, SPREAD) if batch > 1 else reference(case)
+
+
+def measured(
+    program: str,
+    case: Case,
+    setting: str,
+    run: Callable[[], Any],
+    repeats: int,
+    build: float,
+    *,
+    batch: int = 1,
+    threads: int = 1,
+    walks: int | None = None,
+) -> Measured:
+    """Run once for the error of the first and the last walk, then for the time, about a second.
+
+    run: gives crank angles [walks, SAMPLES]. walks: how many it takes, where it gives fewer.
+    """
+    angles = np.atleast_2d(np.asarray(run()))
+    error = error_of(angles[[0, -1]], ends(case, batch))
+    taken = timed(run, repeats, 1.0)
+    rates = taken.rates((walks or len(angles)) * DURATION)
+    return Measured(program, case.name, setting, batch, threads, error, build=build, **rates)
+
+
 def check_reference(path: Path) -> dict[str, float]:
     """Our crank angle at the end of the first trajectory of a file of reference values, and its."""
     told = json.loads(path.read_text(encoding="utf-8"))["trajectories"][0]

@@ -12,16 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.cases import (
-    DURATION,
-    SPREAD,
-    TORQUE,
-    Case,
-    Measured,
-    Timing,
-    error_of,
-    reference,
-)
+from benchmarks.peers.cases import DURATION, Case, Measured, Timing, ends, error_of
 from benchmarks.peers.mechanism import Mechanism, mechanism
 from benchmarks.peers.mjcf import Settings
 from stickslip.dynamics.biped import BipedParams
@@ -65,9 +56,8 @@ def _measure(
         nothing: dict[str, Any] = {"error": float("inf"), "build": 0.0}
         nothing |= dict.fromkeys(("rate", "slowest", "core_rate"), 0.0)
         return Measured(**common, **nothing, note=why)
-    torques = SPREAD if batch > 1 else (TORQUE, TORQUE)
     rates = Timing(found["seconds"], found["core_seconds"]).rates(batch * DURATION)
-    error = error_of(found["angles"], reference(case, torques))
+    error = error_of(found["angles"], ends(case, batch))
     return Measured(**common, error=error, **rates, build=found["build"])
 
 

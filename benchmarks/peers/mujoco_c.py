@@ -5,22 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
-from benchmarks.peers.cases import (
-    DURATION,
-    SAMPLES,
-    SPREAD,
-    TORQUE,
-    Case,
-    Measured,
-    error_of,
-    load,
-    reference,
-    timed,
-)
+from benchmarks.peers.cases import DURATION, SAMPLES, SPREAD, TORQUE, Case, Measured, load, measured
 from benchmarks.peers.mechanism import Mechanism, mechanism
 from benchmarks.peers.mjcf import CRANK_JOINT, Settings, mjcf
 from stickslip.dynamics.biped import BipedParams
@@ -87,20 +76,15 @@ def _measure(
 ) -> Measured:
     engine = Engine(case, settings, threads)
     torques = np.array([TORQUE]) if batch == 1 else np.linspace(*SPREAD, batch)
-    angles = engine.run(torques)
-    members = [0, -1] if batch > 1 else [0]
-    wanted = reference(case, SPREAD if batch > 1 else (TORQUE,))
-    taken = timed(lambda: engine.run(torques), 2 if quick else 5, 1.0)
-    rates = taken.rates(batch * DURATION)
-    return Measured(
-        program=NAME,
-        case=case.name,
-        setting=describe(settings),
+    return measured(
+        NAME,
+        case,
+        describe(settings),
+        partial(engine.run, torques),
+        2 if quick else 5,
+        engine.build,
         batch=batch,
         threads=threads,
-        error=error_of(angles[members], wanted),
-        **rates,
-        build=engine.build,
     )
 
 

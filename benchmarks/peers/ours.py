@@ -22,17 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.peers.cases import (
-    DURATION,
-    SAMPLES,
-    SPREAD,
-    TORQUE,
-    Case,
-    Measured,
-    error_of,
-    reference,
-    timed,
-)
+from benchmarks.peers.cases import DURATION, SAMPLES, SPREAD, TORQUE, Case, Measured, measured
 from benchmarks.timing import on_threads
 from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, Table, prepare, step
 
@@ -136,23 +126,17 @@ def plain(case: Case, quick: bool) -> Iterator[Measured]:
 def _measure(
     name: str, case: Case, program: Program, per_sample: int, quick: bool, threads: int = 1
 ) -> Measured:
-    angles = np.asarray(program.run(per_sample, threads))
-    members = [0, -1]
-    asked = SPREAD if program.batch > 1 else (TORQUE, TORQUE)
-    error = error_of(angles[members], reference(case, asked))
-    taken = timed(lambda: program.run(per_sample, threads), 5 if quick else 10, 1.0)
     table, length = program.table, 1e3 * DURATION / (SAMPLES * per_sample)
-    return Measured(
-        program=name,
-        case=case.name,
-        setting=(
-            f"{np.dtype(program.dtype).name}, table {table.pieces}x{table.degree}, {length:.3g} ms"
-        ),
+    return measured(
+        name,
+        case,
+        f"{np.dtype(program.dtype).name}, table {table.pieces}x{table.degree}, {length:.3g} ms",
+        partial(program.run, per_sample, threads),
+        5 if quick else 10,
+        program.build,
         batch=threads * program.batch,
         threads=threads,
-        error=error,
-        **taken.rates(threads * len(angles) * DURATION),
-        build=program.build,
+        walks=threads * len(program.torques),
     )
 
 
@@ -166,5 +150,5 @@ if __name__ == "__main__":
 
     jax.config.update("jax_enable_x64", True)
     wanted = next(case for case in CASES if case.name == sys.argv[1])
-    for measured in plain(wanted, sys.argv[2] == "1"):
-        print(json.dumps(measured.row()), flush=True)
+    for row in plain(wanted, sys.argv[2] == "1"):
+        print(json.dumps(row.row()), flush=True)

@@ -14,17 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.cases import (
-    DURATION,
-    SAMPLES,
-    TORQUE,
-    Case,
-    Measured,
-    error_of,
-    load,
-    reference,
-    timed,
-)
+from benchmarks.peers.cases import DURATION, SAMPLES, TORQUE, Case, Measured, load, measured
 from benchmarks.peers.mechanism import LOOPS, SLOT, TREE, Mechanism, mechanism
 from stickslip.dynamics.biped import BODIES, BipedParams
 
@@ -127,19 +117,9 @@ def measure(case: Case, quick: bool) -> Iterator[Measured]:
         return
     linkage = Linkage(mechanism(BipedParams.from_bars(dtype=np.float64)))
     for steps in STEPS[: 6 if quick else None]:
-        angles = linkage.walk(steps)
-        taken = timed(partial(linkage.walk, steps), 2 if quick else 5, 1.0)
-        rates = taken.rates(DURATION)
-        yield Measured(
-            program=NAME,
-            case=case.name,
-            setting=f"constraintDynamics, RK4, {1e3 * DURATION / steps:.3g} ms, from Python",
-            batch=1,
-            threads=1,
-            error=error_of(angles, reference(case)[0]),
-            **rates,
-            build=linkage.build,
-        )
+        setting = f"constraintDynamics, RK4, {1e3 * DURATION / steps:.3g} ms, from Python"
+        run = partial(linkage.walk, steps)
+        yield measured(NAME, case, setting, run, 2 if quick else 5, linkage.build)
 
 
 def _space(plane: np.ndarray) -> np.ndarray:
