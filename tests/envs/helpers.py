@@ -58,20 +58,26 @@ def task(
 
 def make(name: str = "default", **more: Any) -> GymEnv:
     """The Gymnasium environment without wrappers."""
-    env = gymnasium.make(BIPED, **options(name), **more).unwrapped
+    return single_env(BIPED, options(name) | more)
+
+
+def make_vec(
+    num_envs: int = 3, mode: Any = "next_step", name: str = "random", **more: Any
+) -> GymVectorEnv:
+    return vector_env(BIPED, num_envs, mode, options(name) | more)
+
+
+def single_env(environment: str, given: dict[str, Any]) -> GymEnv:
+    """What gymnasium.make gives for an id and keyword arguments, without wrappers."""
+    env = gymnasium.make(environment, **given).unwrapped
     assert isinstance(env, GymEnv)
     return env
 
 
-def make_vec(num_envs: int = 3, mode: Any = "next_step", name: str = "random", **more: Any):
-    env = gymnasium.make_vec(
-        BIPED,
-        num_envs=num_envs,
-        vectorization_mode="vector_entry_point",
-        autoreset_mode=mode,
-        **options(name),
-        **more,
-    )
+def vector_env(environment: str, num_envs: int, mode: Any, given: dict[str, Any]) -> GymVectorEnv:
+    """The same of gymnasium.make_vec; mode: of autoreset."""
+    how = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
+    env = gymnasium.make_vec(environment, num_envs=num_envs, **how, **given)
     assert isinstance(env, GymVectorEnv)
     return env
 

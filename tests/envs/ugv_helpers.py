@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,7 +19,7 @@ from stickslip.envs import (
     UGVEnvParams,
     UGVRandomisation,
 )
-from tests.envs.helpers import Rollout, _lone_walk
+from tests.envs.helpers import Rollout, _lone_walk, single_env, vector_env
 
 UGV = "stickslip/UGV-v0"
 QUICK = PoseSolver(iterations=4, samples=4)
@@ -62,23 +61,11 @@ def task(
 
 def make(name: str = "random", **more: Any) -> GymEnv:
     """The Gymnasium environment without wrappers."""
-    env = gymnasium.make(UGV, solver=QUICK, **options(name), **more).unwrapped
-    assert isinstance(env, GymEnv)
-    return env
+    return single_env(UGV, {"solver": QUICK} | options(name) | more)
 
 
 def make_vec(num_envs: int, mode: Any, name: str = "random", **more: Any) -> GymVectorEnv:
-    env = gymnasium.make_vec(
-        UGV,
-        num_envs=num_envs,
-        vectorization_mode="vector_entry_point",
-        autoreset_mode=mode,
-        solver=QUICK,
-        **options(name),
-        **more,
-    )
-    assert isinstance(env, GymVectorEnv)
-    return env
+    return vector_env(UGV, num_envs, mode, {"solver": QUICK} | options(name) | more)
 
 
 def actions(steps: int, seed: int = 0, scale: float = 1.0) -> np.ndarray:
