@@ -10,13 +10,11 @@ keep the rest of the file; every theme says where and when it was measured.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections import Counter
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -25,7 +23,7 @@ import numpy as np
 
 from benchmarks.long_walks import LONG_WALKS, energy, long_walks
 from benchmarks.marching import March, Start, march
-from benchmarks.report import markdown, provenance, read_json, write_json
+from benchmarks.report import markdown, options, provenance, read_json, write_json
 from stickslip.dynamics import Status
 from stickslip.dynamics.biped import (
     SUPPORT_END,
@@ -291,10 +289,9 @@ def case_rows() -> dict[str, list[dict[str, Any]]]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the tables, write the JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.extremes", description=__doc__)
+    parser = options("extremes", __doc__)
     parser.add_argument("--calls", type=int, default=1_000_000)
     parser.add_argument("--integrators", nargs="*", default=["rk4_split"])
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/extremes.json"))
     themes = {
         "cases": case_rows,
         "time-steps": lambda: {"time steps": step_size_rows()},

@@ -9,17 +9,15 @@ where an onset of sliding is about to vanish. docs/gradients.md discusses the nu
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
 from functools import cache, partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, options, provenance, write_json
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     RK4,
@@ -263,9 +261,7 @@ def grazing(ratio: float) -> list[dict[str, Any]]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the tables, write the JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.gradients", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/gradients.json"))
-    given = parser.parse_args(arguments)
+    given = options("gradients", __doc__).parse_args(arguments)
     with jax.enable_x64(True):
         tables = {
             "relative errors of derivatives": accuracy(),

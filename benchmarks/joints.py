@@ -11,18 +11,16 @@ condition numbers over the turn, and time per solve.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import kept_parts, markdown, write_json
+from benchmarks.report import kept_parts, markdown, options, write_json
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.body_equations import body_equations
 from stickslip.dynamics.biped.joint_solvers import SOLVERS, unit_solutions
@@ -264,8 +262,7 @@ PARTS = {
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the tables, write the JSON file."""
     jax.config.update("jax_enable_x64", True)
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/joints.json"))
+    parser = options("joints", __doc__)
     parser.add_argument(
         "--only",
         nargs="+",
@@ -273,9 +270,9 @@ def main(arguments: list[str] | None = None) -> None:
         default=list(PARTS),
         help="measure these parts; the file keeps its others, each with its commit",
     )
-    options = parser.parse_args(arguments)
-    found = kept_parts(options.out, PARTS)
-    for name in options.only:
+    given = parser.parse_args(arguments)
+    found = kept_parts(given.out, PARTS)
+    for name in given.only:
         print(f"\n{name}: worst (median)" if name in WITH_MEDIANS else f"\n{name}")
         rows = []
         for row in PARTS[name]():
@@ -284,8 +281,8 @@ def main(arguments: list[str] | None = None) -> None:
         print(markdown(rows), flush=True)
         found[name] = rows
         found["parts"][name] = {key: found[key] for key in ("commit", "measured")}
-        write_json(found, options.out)
-    print(f"\nwritten to {options.out}")
+        write_json(found, given.out)
+    print(f"\nwritten to {given.out}")
 
 
 if __name__ == "__main__":

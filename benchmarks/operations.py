@@ -11,7 +11,6 @@ under vmap; warm, compilation apart, best of several runs.
 
 from __future__ import annotations
 
-import argparse
 import re
 import time
 from collections import Counter
@@ -24,7 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, provenance, put_between, write_json
+from benchmarks.report import markdown, options, provenance, put_between, write_json
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     FIDELITIES,
@@ -195,8 +194,7 @@ def row_of(name: str, case: Case, times: bool) -> dict[str, Any]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Count, time, print the table, write the JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.operations", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/operations.json"))
+    parser = options("operations", __doc__)
     parser.add_argument("--sizes-only", action="store_true", help="compile, but do not time")
     parser.add_argument("--docs", type=Path, help="page to put the table into")
     given = parser.parse_args(arguments)

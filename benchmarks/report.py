@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import platform
@@ -17,8 +18,23 @@ import jax
 from stickslip.agents.files import write_whole
 
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
+RESULTS = Path("benchmarks/results")
 MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
 """What a page holds around the tables made from a measurement."""
+
+
+def options(name: str, about: str | None, out: Path | None = None) -> argparse.ArgumentParser:
+    """The command line of `python -m benchmarks.NAME`: --out and whatever its caller adds.
+
+    about: the docstring of the module, shown as it is. out: the default, else results/NAME.json.
+    """
+    parser = argparse.ArgumentParser(
+        prog=f"python -m benchmarks.{name}",
+        description=about,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--out", type=Path, default=out or RESULTS / f"{name}.json")
+    return parser
 
 
 def provenance() -> dict[str, Any]:

@@ -9,10 +9,8 @@ docs/gradients.md discusses the numbers.
 
 from __future__ import annotations
 
-import argparse
 import math
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -21,7 +19,7 @@ import numpy as np
 
 from benchmarks import gradients
 from benchmarks.gradients import default_model
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, options, provenance, write_json
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     RK4,
@@ -213,9 +211,7 @@ def stable_steps(mu: float = 0.1, slip_speed: float = 1e-4) -> list[dict[str, An
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the tables, write the JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.smoothed", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/smoothed.json"))
-    given = parser.parse_args(arguments)
+    given = options("smoothed", __doc__).parse_args(arguments)
     tables = {}
     with jax.enable_x64(True):
         for title, measure in (

@@ -9,11 +9,9 @@ second of the same actions. Results go to a JSON file with machine, versions and
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -21,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, options, provenance, write_json
 from benchmarks.timing import on_threads
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.envs import BipedEnv
@@ -223,9 +221,8 @@ def _scaled(action: Any, scale: float) -> Any:
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the table, write the JSON."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.throughput", description=__doc__)
+    parser = options("throughput", __doc__)
     parser.add_argument("--quick", action="store_true", help="shorter runs, noisier numbers")
-    parser.add_argument("--out", type=Path, default=Path("benchmarks/results/throughput.json"))
     given = parser.parse_args(arguments)
     register()
     measured = []

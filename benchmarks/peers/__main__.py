@@ -9,7 +9,6 @@ the extra `bench`, Pinocchio with `peers`, the loop needs a C compiler.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 from collections.abc import Callable, Iterator
@@ -23,7 +22,7 @@ import jax
 from benchmarks.peers import c_loop, mjx_batches, mujoco_c, ours, pinocchio_loops
 from benchmarks.peers.cases import BOUNDS, CASES, Case, Measured, check_reference, reference
 from benchmarks.peers.summary import aims, at_bounds, draw
-from benchmarks.report import markdown, provenance, write_json
+from benchmarks.report import markdown, options, provenance, write_json
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks/results/peers.json"
@@ -73,10 +72,9 @@ def measurements(only: list[str], quick: bool) -> Iterator[Measured]:
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the tables, write the JSON and the figure."""
     names = [*PROGRAMS, c_loop.NAME]
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.peers", description=__doc__)
+    parser = options("peers", __doc__, RESULTS)
     parser.add_argument("--quick", action="store_true", help="fewer settings and repeats")
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME")
-    parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--figure", type=Path, default=ROOT / "docs/peers.png")
     given = parser.parse_args(arguments)
     # before JAX starts its backend; see ours.py

@@ -11,14 +11,13 @@ the JSON as it is, without measuring.
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.fronts import front_of, knee_of
-from benchmarks.report import provenance, put_between, write_json
+from benchmarks.report import options, provenance, put_between, write_json
 from benchmarks.tradeoff import module, picture, tables
 from benchmarks.tradeoff.measure import measure
 from benchmarks.tradeoff.points import COSTS, points_of, short
@@ -35,15 +34,10 @@ MODULE = Path("dynamics/biped/measured.py")
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print the knees, write the files."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.tradeoff",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = options("tradeoff", __doc__, RESULTS)
     parser.add_argument("--quick", action="store_true", help="few settings, to try the way")
     parser.add_argument("--update", action="store_true", help="also measured.py and the tables")
     parser.add_argument("--redraw", action="store_true", help="write all from the JSON there is")
-    parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--picture", type=Path, default=PICTURE)
     given = parser.parse_args(arguments)
     if given.redraw:

@@ -12,14 +12,13 @@ from, and the tables of docs/ugv_tradeoff.md; --redraw does that without measuri
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.report import kept_parts, provenance, put_between, write_json
+from benchmarks.report import kept_parts, options, provenance, put_between, write_json
 from benchmarks.ugv import module, picture, tables
 from benchmarks.ugv.growth import grids, growth
 from benchmarks.ugv.methods import methods
@@ -49,16 +48,11 @@ NAMES = {"throughput": ("throughput",), "dp": ("growth", "grids"), "methods": ("
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, print, write the files."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.ugv",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = options("ugv", __doc__, RESULTS)
     parser.add_argument("--quick", action="store_true", help="a few of each, to try the way")
     parser.add_argument("--update", action="store_true", help="also picture, module and tables")
     parser.add_argument("--redraw", action="store_true", help="write all from the JSON there is")
     parser.add_argument("--only", nargs="+", choices=list(NAMES), default=list(NAMES))
-    parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args(arguments)
     if given.redraw:
         content = json.loads(given.out.read_text(encoding="utf-8"))
