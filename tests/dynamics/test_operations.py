@@ -171,10 +171,10 @@ def test_every_integrator_and_fidelity_has_a_row():
 
 def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
     few = {name: operations.cases()[name] for name in ("grip", "uniform")}
-    names = {id(case): name for name, case in few.items()}
+    programs = {id(case): program(name) for name, case in few.items()}
     monkeypatch.setattr(operations, "cases", lambda: few)
     monkeypatch.setattr(operations, "STEPS", {1: operations.STEPS[1]})
-    monkeypatch.setattr(operations, "compiled_walk", lambda case, batch=1: program(names[id(case)]))
+    monkeypatch.setattr(operations, "compiled_walk", lambda case, batch=1: programs[id(case)])
     monkeypatch.setattr(operations, "seconds_of", lambda *_: 2e-3)
     path, page = tmp_path / "deep" / "operations.json", tmp_path / "page.md"
     page.write_text("\nold\n".join(["before", *operations.MARKS, "after"]), encoding="utf-8")
