@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import jax
@@ -48,17 +48,8 @@ def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
 
 
 def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
-    """Run each in a thread of its own, a single one in this; their results."""
+    """Run each in a thread of its own, a single one in this; their results, or what one raised."""
     if len(runs) == 1:
         return [jax.block_until_ready(runs[0]())]
-    results: list[Any] = [None] * len(runs)
-
-    def work(index: int) -> None:
-        results[index] = jax.block_until_ready(runs[index]())
-
-    workers = [threading.Thread(target=work, args=(i,)) for i in range(len(runs))]
-    for worker in workers:
-        worker.start()
-    for worker in workers:
-        worker.join()
-    return results
+    with ThreadPoolExecutor(len(runs)) as pool:
+        return list(pool.map(lambda run: jax.block_until_ready(run()), runs))
