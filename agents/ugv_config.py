@@ -46,8 +46,8 @@ class UGVTrainConfig(Configuration):
         high=180,
         optional=True,
     )
-    preview: int = entry(8, int, "points of the ground ahead that are observed", low=0, high=256)
-    preview_length: float = entry(2.0, float, "how far ahead [m]", low=0, strict=True)
+    preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
+    preview_length: float = entry(4.0, float, "how far ahead [m]", low=0, strict=True)
     preview_noise: float | None = entry(
         None, float, "standard deviation of each [m]", low=0, optional=True
     )
@@ -64,19 +64,19 @@ class UGVTrainConfig(Configuration):
     num_envs: int = _same("num_envs", 64)
     learning_rate: float = _same("learning_rate", 3e-3)
     final_learning_rate: float = _same("final_learning_rate", 3e-4)
-    discount: float = _same("discount", 0.98)
+    discount: float = _same("discount", 0.99)
     batch_size: int = _same("batch_size", 512)
     hidden: int = _same("hidden", 64)
     layers: int = _same("layers", 2)
     threads: int = _same("threads", 1)
     rollout_steps: int = _same("rollout_steps", 128)
     epochs: int = _same("epochs", 10)
-    gae_lambda: float = _same("gae_lambda", 0.9)
+    gae_lambda: float = _same("gae_lambda", 0.95)
     clip_range: float = _same("clip_range", 0.2)
     noise: float = entry(
-        0.5, float, "standard deviation of exploration, in leg rates", low=0, strict=True
+        1.0, float, "standard deviation of exploration, in leg rates", low=0, strict=True
     )
-    final_noise: float = entry(0.1, float, "the same at the end", low=0, strict=True)
+    final_noise: float = entry(0.2, float, "the same at the end", low=0, strict=True)
 
     checkpoint_interval: int = _same("checkpoint_interval", 65_536)
     keep_checkpoints: int = _same("keep_checkpoints", 2)

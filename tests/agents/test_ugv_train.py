@@ -19,8 +19,6 @@ from stickslip.agents.ugv_task import make_ugv_task
 from stickslip.agents.ugv_tracks import TRACK_NAMES, ground_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 
-pytestmark = pytest.mark.long
-
 pytest.importorskip("stable_baselines3")
 
 TINY = UGVTrainConfig.of(
@@ -71,6 +69,7 @@ def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trai
     assert policy(np.zeros(about["observation_size"], np.float32)).shape == (2,)
 
 
+@pytest.mark.long
 def test_a_run_goes_on_where_it_was(run: Trained, tmp_path: Path):
     path = Path(shutil.copytree(run.directory, tmp_path / "run"))
     shutil.rmtree(path / "checkpoints" / f"{256:012d}")
@@ -131,6 +130,7 @@ def test_the_biped_is_meant_where_no_machine_is_named(capsys: pytest.CaptureFixt
     assert "track 'moon' is unknown" in refusal(capsys, "train", "ugv", "--tracks", "moon")
 
 
+@pytest.mark.long
 def test_evaluate_and_view_read_a_policy_of_the_ugv(
     run: Trained, capsys: pytest.CaptureFixture[str]
 ):
