@@ -26,7 +26,7 @@ help:  ## list the targets
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
 test: check  ## lint, types, and every test but the long ones
-	@$(PY) -m pytest -n 2 --dist loadfile
+	@$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 check: lint typecheck  ## lint and types only
 

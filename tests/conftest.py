@@ -6,6 +6,8 @@ make the arrays inside the test; an array made at module level is always float32
 
 import json
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,10 +19,23 @@ os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
+# Tests compile the same programs over and over: new functions, other files, commands in processes
+# of their own. All processes of a run share what they have compiled, in a folder that goes with the
+# run. With a size it is locked: without, one process may read what another has half written.
+os.environ.setdefault(
+    "JAX_COMPILATION_CACHE_DIR", f"{tempfile.gettempdir()}/stickslip-programs-{os.getpid()}"
+)
+os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", str(4 * 10**9))
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "0")
+
 import hypothesis
 import jax
 import jax.numpy as jnp
 import pytest
+
+LONGEST = ("test_readme.py", "test_wheel.py")
+"""Files of few tests that take about a minute."""
 
 REFERENCE = Path(__file__).parent / "reference"
 
@@ -37,6 +52,17 @@ hypothesis.settings.register_profile(
     ],
 )
 hypothesis.settings.load_profile("stickslip")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that take long, or one process is alone with them at the end."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)  # stable: else as they were
+
+
+def pytest_unconfigure() -> None:
+    """Leave no programs behind; a worker's own folder does not exist."""
+    own = f"{tempfile.gettempdir()}/stickslip-programs-{os.getpid()}"
+    shutil.rmtree(own, ignore_errors=True)
 
 
 @pytest.fixture(autouse=True)
