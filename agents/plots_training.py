@@ -115,7 +115,7 @@ def _explain(figure: Any) -> None:
     lines = require("matplotlib.lines")
     handles = [lines.Line2D([], [], color=TRAINING), lines.Line2D([], [], color=TEST, lw=1.7)]
     labels = [
-        "training: short episodes, with exploration",
+        "training episodes, with exploration",
         "evaluation: whole episodes, without (band: 95 %)",
     ]
     figure.legend(handles, labels, loc="upper right", ncols=2, frameon=False, fontsize=9.5)
