@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.fronts import front_of, knee_of
 from benchmarks.pictures import logarithmic, pyplot
 from benchmarks.ugv.methods import RUNS
-from benchmarks.ugv.points import Point, points_of, short
+from benchmarks.ugv.points import Point, points_of, reliable, short
 from benchmarks.ugv.trade import BATCHES
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ def draw(content: dict[str, Any], path: Path) -> None:
 def _front(axis, points: list[Point]) -> None:
     if not points:
         return
-    along = front_of(points)
+    good = reliable(points)
+    along = front_of(good)
     for point in points:
         colour = COLOURS[point.interpolation]
         axis.plot(
@@ -54,7 +55,7 @@ def _front(axis, points: list[Point]) -> None:
         )
     heights = [p.error for p in along]
     axis.plot([p.cost for p in along], heights, "k", lw=0.8, drawstyle="steps-post", zorder=0)
-    chosen = knee_of(points)
+    chosen = knee_of(good)
     axis.plot(chosen.cost, chosen.error, "o", ms=13, mfc="none", mec="#d00000")
     half = (min(p.cost for p in points) * max(p.cost for p in points)) ** 0.5
     places = {along[0]: (9, 22), along[-1]: (6, -22), chosen: (12, -24)}

@@ -22,6 +22,8 @@ class Point(NamedTuple):
     torque_error: float
     contact_error: float
     cost: float
+    failed: float = 0.0
+    """Share of the poses that were called failed though they are not, or the reverse."""
 
     @property
     def error(self) -> float:
@@ -45,12 +47,17 @@ def points_of(rows: list[dict[str, Any]], track: str, batch: int) -> list[Point]
     ]
 
 
+def reliable(points: list[Point]) -> list[Point]:
+    """Points that called no pose failed which is not: the others are cheap, but of no use."""
+    return [p for p in points if p.failed == 0]
+
+
 def undominated(points: list[Point]) -> list[Point]:
-    """Points that none of the same precision and checks beats in cost, torque and contact.
+    """Reliable points that none of the same precision and checks beats in cost, torque and contact.
 
     Only what `recommend` can build: the ground as it is, or a table of quintics.
     """
-    able = [p for p in points if p.interpolation in ("exact", "quintic")]
+    able = [p for p in reliable(points) if p.interpolation in ("exact", "quintic")]
     kept = unbeaten(
         able, lambda p: (p.torque_error, p.contact_error), lambda p: (p.dtype, p.checked)
     )

@@ -14,6 +14,7 @@ from benchmarks.ugv.points import (
     Point,
     ground_name,
     points_of,
+    reliable,
     solver_name,
 )
 from benchmarks.ugv.trade import BATCHES, DENSITIES
@@ -64,7 +65,7 @@ def fronts(rows: list[dict[str, Any]]) -> str:
     lines = []
     for track in dict.fromkeys(row["track"] for row in rows):
         for batch in BATCHES:
-            every = points_of(rows, track, batch)
+            every = reliable(points_of(rows, track, batch))
             for checked in (True, False):
                 points = [p for p in every if p.checked or not checked]
                 if front_of(points):
