@@ -31,7 +31,7 @@ test: check  ## lint, types, and every test but the long ones
 check: lint typecheck  ## lint and types only
 
 test-long: $(INSTALLED)  ## the tests that take minutes
-	@$(PY) -m pytest -m long
+	@$(PY) -m pytest -m long -n 2 --dist loadfile
 
 lint: $(INSTALLED)  ## ruff: rules and formatting
 	@$(PY) -m ruff check $(SOURCES)
