@@ -43,7 +43,7 @@ def apart(got, want, size) -> float:
     return float(np.max(np.abs(np.asarray(got) - np.asarray(want)) / size))
 
 
-@pytest.mark.parametrize("solver", ["refined", "groups"])
+@pytest.mark.parametrize("solver", [pytest.param("refined", marks=pytest.mark.long), "groups"])
 def test_every_system_agrees_with_the_reduced_equations(solver, float64):
     robots, given = random_robots(), random_instants()
     got, want = every_system(robots, given, solver), by_reduced(robots, given)

@@ -8,8 +8,6 @@ from stickslip.optim.epigraph import Epigraph
 from stickslip.optim.linearise import Near
 from tests.optim.helpers import over_bump, random_x
 
-pytestmark = pytest.mark.long
-
 MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
 
 

@@ -7,8 +7,6 @@ from stickslip.optim import CRITERIA, OptimStatus, solve
 from stickslip.optim.posture_grid import build_grid
 from tests.optim.helpers import over_bump, tiny
 
-pytestmark = pytest.mark.long
-
 
 @pytest.fixture(scope="module")
 def grid():

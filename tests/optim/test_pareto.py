@@ -11,8 +11,6 @@ from stickslip.optim import PostureProblem, criterion_by_name
 from stickslip.optim.pareto import pareto_front
 from tests.optim.helpers import plain_cost, tiny
 
-pytestmark = pytest.mark.long
-
 ANGLES = 3
 PAIRS = (
     ("wheel_energy", "torque_variation"),

@@ -13,8 +13,6 @@ from stickslip.optim.linearise import Near
 from stickslip.optim.scp import GOOD
 from tests.optim.helpers import over_bump, random_x
 
-pytestmark = pytest.mark.long
-
 GRID = 9
 BALANCE = Weighted((("wheel_energy", 1.0), ("torque_variation", 0.1)))
 MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
