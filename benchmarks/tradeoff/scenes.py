@@ -84,7 +84,8 @@ def _ice() -> Scene:
 
 
 _LISTED = (
-    Walk("smooth", _grip, "grip", rate=3.0, gain=1.0, wanted_rate=4.0, duration=2.0),
+    # after the floor's structure: rate, gain, wanted_rate, duration
+    Walk("smooth", _grip, "grip", 3.0, 1.0, 4.0, 2.0),
     Walk("stick-slip", _slippery(0.06, 0.05), "uniform", 4.0, 0.5, 5.0, 2.0),
     # so fast that the ground's force falls to a sixth
     Walk("lift-off", _slippery(0.4, 0.3), "uniform", 8.4, 1.0, 9.0, 2.0),

@@ -170,7 +170,6 @@ def test_solvers_are_named_by_what_they_do():
 
 
 @pytest.mark.long
-@pytest.mark.long
 def test_the_command_measures_writes_and_keeps_the_other_parts(tmp_path, monkeypatch, capsys):
     for name in ("MODULE", "DOCUMENT", "PICTURE"):
         monkeypatch.setattr(command, name, tmp_path / f"{name}.png")
