@@ -1,8 +1,36 @@
-"""Checks of values given by a user, made before tracing. Traced values pass unchecked."""
+"""Checks of values given by a user, made before tracing. Traced values pass unchecked.
+
+One rule for every number: a real number, or an array, list or tuple of them, not empty, finite in
+the precision that it will be computed in. Text, bytes, booleans, None, objects and ragged lists are
+refused. Every refusal is a ValueError that names the field, shows what was given in at most a line
+and says what is accepted.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import reprlib
+from typing import TYPE_CHECKING, Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MEMORY_LIMIT = "STICKSLIP_MEMORY_LIMIT"
+"""The environment variable that holds the most bytes that one request may need."""
+DEFAULT_MEMORY_LIMIT = 4 * 2**30
+"""Bytes, where the variable is not set."""
+SMALL_SIZES = 10**6
+"""Whole numbers beyond this are shown by their magnitude."""
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = _short.maxlong = 60
+_short.maxlist = _short.maxtuple = _short.maxdict = _short.maxarray = 6
 
 
 def is_concrete(*values: object) -> bool:
@@ -10,25 +38,163 @@ def is_concrete(*values: object) -> bool:
     return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(values))
 
 
-def require_number(name: str, value: object, *, low: float, accepted: str, strict: bool = False):
-    """Raise ValueError unless every element is finite and >= low (> low when strict)."""
+def shown(value: object) -> str:
+    """The value for a message: its repr on one line, shortened where it is long."""
+    try:
+        text = " ".join(_short.repr(value).split())
+    except Exception as error:  # noqa: BLE001, a repr of a user's own class may raise anything
+        text = f"a {type(value).__name__} without a repr ({type(error).__name__})"
+    return text if len(text) <= 120 else f"{text[:100]} ... ({len(text)} characters)"
+
+
+def require_number(
+    name: str,
+    value: Any,
+    *,
+    low: float = -np.inf,
+    accepted: str,
+    strict: bool = False,
+    high: float = np.inf,
+    dtype: Any = None,
+) -> None:
+    """Raise ValueError unless every element is finite and low <= it <= high (low < it if strict).
+
+    dtype: the precision that the number will be computed in; by default its own where it is a
+    floating array that JAX keeps, else JAX's default type. A number that overflows there is not
+    finite, and one that JAX would round to 0 is not > 0.
+    """
     if not is_concrete(value):
         return
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} = {value!r} is not a number; accepted: {accepted}") from error
-    good = np.isfinite(array) & ((array > low) if strict else (array >= low))
-    if not np.all(good):
-        shown = (
-            array.item() if array.ndim == 0 else f"{array[~good].flat[0]} (one of {array.shape})"
-        )
-        raise ValueError(f"{name} = {shown} is not accepted; accepted: {accepted}")
+    array = _as_real(name, value, accepted)
+    rounded = _rounded(value, array, dtype)
+    good = np.isfinite(array) & (array <= high) & ((array > low) if strict else (array >= low))
+    fits = np.isfinite(rounded) & ((rounded > low) | (not strict) | (low != 0))
+    for passed, why in ((good, "is not accepted"), (fits, f"is out of range in {rounded.dtype}")):
+        if not np.all(passed):
+            bad = array if array.ndim == 0 else array[~passed].flat[0]
+            place = "" if array.ndim == 0 else f" (one of {array.shape})"
+            raise ValueError(f"{name} = {bad.item()!r}{place} {why}; accepted: {accepted}")
 
 
-def require_choice(name: str, value: object, choices: tuple[str, ...]):
-    """Raise ValueError unless `value` is one of `choices`."""
-    if value not in choices:
+def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
+    """The value of a field that `require_number` has checked, as what pytrees hold.
+
+    Python and NumPy scalars become floats (which take the type of the arrays they meet), lists and
+    tuples arrays of JAX's default type; arrays and traced values pass unchanged.
+    """
+    require_number(name, value, accepted=accepted, **rule)
+    if isinstance(value, list | tuple):
+        return jnp.asarray(value, dtype=float) if is_concrete(value) else jnp.stack(value)
+    if isinstance(value, np.number | int) and not isinstance(value, np.floating):
+        return float(value)
+    return value
+
+
+def require_integer(
+    name: str, value: Any, *, low: int = 1, high: int | None = None, accepted: str | None = None
+) -> int:
+    """The integer, or ValueError unless it is one from low to high; booleans are none."""
+    if accepted is None:
+        accepted = f"an integer >= {low}" + ("" if high is None else f", <= {high}")
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_)
+    if not whole or value < low or (high is not None and value > high):
+        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+    return int(value)
+
+
+def require_choice(name: str, value: Any, choices: Iterable[str]) -> None:
+    """Raise ValueError unless `value` is one of `choices`, with the nearest of them."""
+    known = tuple(choices)
+    if not isinstance(value, str) or value not in known:
         raise ValueError(
-            f"{name} = {value!r} is unknown; accepted: {', '.join(map(repr, choices))}"
+            f"{name} = {shown(value)} is unknown; accepted: {', '.join(map(repr, known))}"
+            f"{nearest(value, known)}"
         )
+
+
+def require_known(names: Iterable[str], known: Iterable[str], what: str = "field") -> None:
+    """Raise ValueError for the first name that is not known: all that are, and the nearest."""
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise ValueError(
+                f"{shown(name)} is no {what}; accepted: {', '.join(known) or 'none'}"
+                f"{nearest(name, known)}"
+            )
+
+
+def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted: str) -> None:
+    """Raise ValueError unless `value` is an instance of one of the classes."""
+    if not isinstance(value, kinds):
+        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+
+
+def nearest(value: object, known: Iterable[str]) -> str:
+    """' (did you mean ...?)' for a name that looks like one of the known ones, else ''."""
+    if not isinstance(value, str):
+        return ""
+    near = difflib.get_close_matches(value[:200].lower(), tuple(known), n=1)
+    return f" (did you mean {near[0]}?)" if near else ""
+
+
+def memory_limit() -> float:
+    """The most bytes that one request may need: MEMORY_LIMIT, or the default."""
+    given = os.environ.get(MEMORY_LIMIT)
+    if given is None:
+        return DEFAULT_MEMORY_LIMIT
+    try:
+        limit = float(given)
+    except ValueError:
+        limit = np.nan
+    if not limit > 0:
+        raise ValueError(f"{MEMORY_LIMIT} = {shown(given)}; accepted: a number of bytes > 0")
+    return limit
+
+
+def require_memory(given: str, what: str, count: float, bytes_each: float) -> None:
+    """Raise ValueError where `count` things of so many bytes would not fit the memory limit.
+
+    Call it before anything of that size exists. given: the argument at fault with its value, as
+    "spacing = 1e-09"; what: the things, as "waypoints". count: a float may be infinite.
+    """
+    needed, limit = float(count) * float(bytes_each), memory_limit()
+    if not needed <= limit:
+        number = f"{int(count):,}" if count <= SMALL_SIZES else f"{count:.3g}"
+        raise ValueError(
+            f"{given} makes {number} {what}, about {needed:.2g} bytes; accepted: what fits "
+            f"{limit:.3g} bytes (set the environment variable {MEMORY_LIMIT} for more)"
+        )
+
+
+def _as_real(name: str, value: Any, accepted: str) -> np.ndarray:
+    """The value in its own type or in float64, or ValueError for what is no real number."""
+    try:
+        array = np.asarray(value)
+        if array.dtype == object and _whole(value):
+            array = np.asarray(float(value))
+    except OverflowError:
+        raise ValueError(f"{name} = {shown(value)} is too large; accepted: {accepted}") from None
+    except Exception as error:  # whatever an object's own conversion raises
+        raise ValueError(
+            f"{name} = {shown(value)} is not a number; accepted: {accepted}"
+        ) from error
+    if not (np.issubdtype(array.dtype, np.integer) or jnp.issubdtype(array.dtype, jnp.floating)):
+        raise ValueError(f"{name} = {shown(value)} is not a number; accepted: {accepted}")
+    if array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}, no number; accepted: {accepted}")
+    return array if array.dtype.itemsize >= 4 and array.dtype.kind == "f" else array.astype(float)
+
+
+def _whole(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _rounded(value: Any, array: np.ndarray, dtype: Any) -> np.ndarray:
+    """What JAX makes of the numbers: in its precision, and 0 where they are subnormal there."""
+    if dtype is None:
+        typed = isinstance(value, jax.Array | np.ndarray) and value.dtype.kind == "f"
+        dtype = jax.dtypes.canonicalize_dtype(value.dtype if typed else float)
+    with np.errstate(over="ignore", under="ignore"):
+        rounded = array.astype(dtype)
+    tiny = float(jnp.finfo(rounded.dtype).tiny)
+    return np.where(np.abs(rounded) < tiny, rounded.dtype.type(0), rounded)
