@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,35 +16,57 @@ from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
 from stickslip.optim import posture as traced
 from stickslip.optimise.vehicle import draw_scene, extent, poses
-from stickslip.paper import drawing
-from stickslip.paper.result import NOT_STATED, Claim, Result, Setting, verdict_of
+from stickslip.paper import bump_claims, drawing
+from stickslip.paper.result import Columns, Result, Setting
 
 TRACK = Track.bump()
 """f(x) = 0.1 exp(-(x - 4)^2) [m]."""
-LEAST, MOST = 70, 150
-"""Leg angles [degrees]. With both legs steeper than 67 the wheels of this radius would overlap."""
-VEHICLE = UGVParams(leg_angle_min=float(np.radians(LEAST)), leg_angle_max=float(np.radians(MOST)))
-ALIKE = ((75, 75), (90, 90), (105, 105), (120, 120), (150, 150))
-UNLIKE = ((75, 120), (120, 75))
-"""Rear and front leg [degrees]. The chapter does not say which are drawn; these are ours."""
+VEHICLE = UGVParams()
 STEP = 10
-"""Between the angles of all pairs that are tried [degrees]."""
+"""Between the angles of all pairs that are tried, over the vehicle's whole range [degrees]."""
+ALIKE = ((75, 75), (90, 90), (105, 105), (120, 120), (150, 150))
+UNLIKE = ((30, 100), (100, 30))
+"""Rear and front leg [degrees]. The chapter does not say which are drawn; these are ours."""
 FROM, TO = 1.5, 8.0
 """Of the front wheel [m]: both wheels where the bump is lower than 0.2 mm."""
 FRICTION = 0.8
 BATCH = 8
 """Postures evaluated in one call."""
 
+Pair = tuple[float, float]
+"""Angles of the rear and the front leg [degrees]."""
+
+
+class Tried(NamedTuple):
+    """Pairs of leg angles held over the bump. x: of the front wheel [K, m]. wheelbase: of each
+    [pairs, m]. stations: [pairs, K]. radius: of the wheels [m]. overlapping: how many more pairs
+    let them overlap."""
+
+    pairs: Sequence[Pair]
+    x: np.ndarray
+    wheelbase: np.ndarray
+    stations: Station
+    radius: float
+    overlapping: int
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest torque of each pair, whichever way it turns [pairs, N m]."""
+        return np.max(np.abs(self.stations.torque), axis=1)
+
 
 def along_bump(
-    waypoints: int, criterion: str = "torque_variation", leg_rate: float | None = None
+    waypoints: int,
+    criterion: str = "torque_variation",
+    leg_rate: float | None = None,
+    vehicle: UGVParams = VEHICLE,
 ) -> PostureProblem:
     """The drive over the soft bump; leg_rate [rad/m]."""
     x = np.linspace(FROM, TO, waypoints)
-    return PostureProblem(VEHICLE, TRACK, x, criterion, friction=FRICTION, leg_rate=leg_rate)
+    return PostureProblem(vehicle, TRACK, x, criterion, friction=FRICTION, leg_rate=leg_rate)
 
 
-def held(problem: PostureProblem, pairs: Sequence[tuple[float, float]]) -> Station:
+def held(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:
     """Stations [pairs, K] of drives with the legs held at pairs of angles [degrees]."""
     posture = replace(problem.posture, criterion=None)
     count = -(-len(pairs) // BATCH) * BATCH
@@ -55,102 +79,121 @@ def held(problem: PostureProblem, pairs: Sequence[tuple[float, float]]) -> Stati
     return Station._make(np.concatenate(of)[: len(pairs)] for of in zip(*found, strict=True))
 
 
+def wheelbases(pairs: Sequence[Pair]) -> np.ndarray:
+    """Distance between the wheels' centres, which the legs alone fix [pairs, m]."""
+    cosines = np.cos(np.radians(pairs))
+    return VEHICLE.body_length - VEHICLE.leg_length * np.sum(cosines, axis=1)
+
+
+def all_pairs() -> list[Pair]:
+    """Every pair of the vehicle's range by STEP degrees, wheels that overlap among them."""
+    low, high = (
+        round(float(np.degrees(end))) for end in (VEHICLE.leg_angle_min, VEHICLE.leg_angle_max)
+    )
+    return list(product(range(low, high + 1, STEP), repeat=2))
+
+
 def statics(setting: Setting) -> Result:
     """Fig. 24."""
     problem = along_bump(setting.samples + 1)
-    drawn = [*ALIKE, *UNLIKE]
-    angles = range(LEAST, MOST + 1, STEP)
-    every = [(rear, front) for rear in angles for front in angles]
-    setting.say(f"{len(every)} pairs of leg angles")
-    found = held(problem, [*drawn, *every])
-    shown, tried = (found.map(lambda of, s=s: of[s]) for s in (slice(7), slice(7, None)))
-    columns = {"front wheel [m]": problem.x} | {
-        f"torque with legs at {_name(pair)} [N m]": torque
+    every, drawn = all_pairs(), [*ALIKE, *UNLIKE]
+    clear = wheelbases(every) >= 2 * VEHICLE.wheel_radius
+    pairs = [pair for pair, apart in zip(every, clear, strict=True) if apart]
+    setting.say(f"{len(pairs)} pairs of leg angles")
+    found = held(problem, [*drawn, *pairs])
+    cut = len(drawn)
+    shown, rest = (found.map(lambda of, s=s: of[s]) for s in (slice(cut), slice(cut, None)))
+    radius = float(VEHICLE.wheel_radius)
+    tried = Tried(pairs, problem.x, wheelbases(pairs), rest, radius, len(every) - len(pairs))
+    curves = {"front wheel [m]": problem.x} | {
+        f"torque with legs at {bump_claims.name_of(pair)} [N m]": torque
         for pair, torque in zip(drawn, shown.torque, strict=True)
     }
-    claims = [_passes(tried, len(every)), _peaks(drawn, shown), _work(problem, shown)]
-    return Result({"": columns}, lambda: _draw(problem, drawn, np.asarray(shown.torque)), claims)
-
-
-def _passes(tried: Station, count: int) -> Claim:
-    fine = np.all(np.asarray(tried.status) == Status.OK, axis=1)
-    demand = max(
-        float(np.max(np.abs(F) / N))
-        for F, N in ((tried.F_rear, tried.N_rear), (tried.F_front, tried.N_front))
-    )
-    return Claim(
-        "there is a torque function for any static configuration angles passing the bump",
-        f"{int(np.sum(fine))} of {count} pairs from {LEAST} to {MOST}° by {STEP}° pass: |F| / N up "
-        f"to {demand:.3f} (μ = {FRICTION:g} taken), body and legs "
-        f"{1e3 * np.min(tried.clearance):.0f} mm above the ground or more, no wheel lifts",
-        verdict_of(np.all(fine), np.any(fine)),
-        "a posture has one equilibrium at each place. Radius, friction and the legs' range are not "
-        "in the chapter; with both legs below 67° the wheels would overlap",
+    claims = [
+        bump_claims.exists(tried),
+        bump_claims.passes(tried),
+        bump_claims.drawn(drawn, shown.torque),
+        bump_claims.extremes(tried),
+        _work(problem, shown),
+    ]
+    return Result(
+        {"": curves, "-pairs": _table(tried)},
+        lambda: _draw(tried, drawn, np.asarray(shown.torque)),
+        claims,
     )
 
 
-def _peaks(drawn: Sequence[tuple[float, float]], shown: Station) -> Claim:
-    largest = np.max(np.abs(shown.torque), axis=1)
-    numbers = ", ".join(f"{peak:.1f} ({_name(p)})" for p, peak in zip(drawn, largest, strict=True))
-    return Claim(
-        "the angles of the curves",
-        f"drawn: rear / front {', '.join(map(_name, drawn))}; largest torque {numbers} N m",
-        NOT_STATED,
-        "the chapter does not name them. Legs outwards make the wheelbase longer, so that the "
-        "wheels are on the steepest places one after the other",
-    )
-
-
-def _work(problem: PostureProblem, shown: Station) -> Claim:
-    mean = (shown.torque[:, 1:] + shown.torque[:, :-1]) / 2
-    work = mean * np.diff(shown.turn, axis=1)
-    put_in = np.sum(np.maximum(work, 0), axis=1)
-    left = np.sum(work, axis=1)
+def _work(problem: PostureProblem, shown: Station):
+    """The work of the curves drawn beside what the weights rise by with the legs straight down."""
     straight = ALIKE.index((90, 90))
     placed = poses(VEHICLE, TRACK, problem.x, np.radians([ALIKE[straight]] * len(problem.x)))
-    rise = np.ptp(placed.potential_energy(VEHICLE))
-    return Claim(
-        "(the curves' work)",
-        f"legs straight down: {put_in[straight]:.1f} J up, where the weights rise by {rise:.1f} J; "
-        f"all drawn: {np.min(put_in):.0f} to {np.max(put_in):.0f} J up, "
-        f"{np.max(np.abs(left)):.2f} J or less left over the whole bump",
-        NOT_STATED,
-        "a check: with the legs held, the torque times the wheels' turn is the change of potential "
-        "energy, so each curve goes down as much as up, but for the trapezoid rule between points "
-        "and the bump's last traces at the ends",
-    )
+    rise = float(np.ptp(placed.potential_energy(VEHICLE)))
+    return bump_claims.work(shown, straight, rise)
 
 
-def _name(pair: tuple[float, float]) -> str:
-    return f"{pair[0]:g}/{pair[1]:g}°"
+def _table(tried: Tried) -> Columns:
+    at, largest = tried.stations, tried.largest
+    where = np.argmax(np.abs(at.torque), axis=1)
+    return {
+        "rear leg [deg]": [rear for rear, _ in tried.pairs],
+        "front leg [deg]": [front for _, front in tried.pairs],
+        "wheelbase [m]": tried.wheelbase,
+        "largest torque [N m]": largest,
+        "front wheel there [m]": tried.x[where],
+        "largest |F| / N [-]": bump_claims.demand(at),
+        "least normal force [N]": np.minimum(at.N_rear, at.N_front).min(axis=1),
+        "least clearance [m]": at.clearance.min(axis=1),
+        "status": [Status(int(np.max(of))).name for of in at.status],
+    }
 
 
-def _draw(problem: PostureProblem, drawn: Sequence[tuple[float, float]], torques: np.ndarray):
+def _draw(tried: Tried, drawn: Sequence[Pair], torques: np.ndarray):
     standing = _standing(drawn)
     left, right, bottom, top = extent(VEHICLE, standing)
     low = 1.3 * 8.3 * (top - bottom) / (right - left)
-    figure, axes = drawing.sheet(2, height=2.5, height_ratios=[3.4, low])
-    curves, postures = axes[:, 0]
+    figure, axes = drawing.sheet(3, height=2.5, height_ratios=[3.4, 2.1, low])
+    curves, largest, postures = axes[:, 0]
     colours = [*drawing.shades(len(ALIKE)), theme.SLIDES, theme.HIP_EDGE]
+    curves.plot(tried.x, tried.stations.torque.T, color=theme.MUTED, lw=0.5, alpha=0.25)
     for i, (pair, torque) in enumerate(zip(drawn, torques, strict=True)):
         style = "-" if pair in ALIKE else "--"
-        curves.plot(problem.x, torque, color=colours[i], ls=style, lw=1.4, label=_name(pair))
+        curves.plot(
+            tried.x, torque, color=colours[i], ls=style, lw=1.6, label=bump_claims.name_of(pair)
+        )
     drawing.legend(curves, title="rear/front", title_fontsize=8.5)
     drawing.mark(curves, x=4.0, y=0.0)
     curves.set_xlim(FROM, TO)
     drawing.name_panel(
         curves,
         "torque on each wheel [N m]",
-        "negative: drives forwards; dashed upright: crest",
+        f"negative: drives forwards; dashed upright: crest; thin: all {len(tried.pairs)} pairs",
         "front wheel [m]",
     )
+    _draw_largest(largest, tried)
     draw_scene(postures, VEHICLE, Track.flat(), standing)
-    postures.set_xticks([float(x) for x in standing.body[:, 0]], [_name(pair) for pair in drawn])
+    names = [bump_claims.name_of(pair) for pair in drawn]
+    postures.set_xticks([float(x) for x in standing.body[:, 0]], names)
     drawing.name_panel(postures, "the postures", "90°: straight down; more: outwards")
     return figure
 
 
-def _standing(drawn: Sequence[tuple[float, float]]):
+def _draw_largest(axis, tried: Tried) -> None:
+    """Every pair's largest torque by its wheelbase, mixed angles apart from equal ones."""
+    mixed = np.array([rear != front for rear, front in tried.pairs])
+    looks = {
+        "unlike angles": (mixed, {"facecolors": "none", "edgecolors": theme.SLIDES}),
+        "equal angles": (~mixed, {"color": theme.INK}),
+    }
+    for label, (which, look) in looks.items():
+        x, y = tried.wheelbase[which], tried.largest[which]
+        axis.scatter(x, y, s=18, lw=0.9, label=label, **look)
+    drawing.legend(axis)
+    drawing.mark(axis, x=2 * tried.radius)
+    note = "dashed: the wheels touch"
+    drawing.name_panel(axis, "largest torque over the bump [N m]", note, "wheelbase [m]")
+
+
+def _standing(drawn: Sequence[Pair]):
     """The postures on level ground, side by side, a wheel's radius apart."""
     angles = np.radians(drawn)
     alone = poses(VEHICLE, Track.flat(), np.zeros(len(drawn)), angles)

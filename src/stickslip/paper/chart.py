@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, Euler, Paper
 from stickslip.envs.rendering import theme
 from stickslip.paper import drawing
-from stickslip.paper.result import NOT_STATED, Claim, Columns, Result, Setting, verdict_of
+from stickslip.paper.result import NOT_STATED, Claim, Columns, Result, Setting, by_construction
 from stickslip.paper.walks import SAME_INSTANT, Slide, Walk, walk
 
 RATE, FRICTION = 3.0, 0.05
@@ -46,33 +46,38 @@ def states(setting: Setting) -> Result:
     )
     timelines = {"instants located": spells(exact), f"Euler, T / {setting.samples}": spells(steps)}
     located, stepped = timelines.values()
-    same = [spell.state for spell in located] == [spell.state for spell in stepped]
-    late = _lag(located, stepped)
-    shown = ", ".join(
-        f"{spell.state} to {spell.end:.3f}" for spell in located if spell.start < 1 - SAME_INSTANT
-    )
-    claims = [
-        Claim(
-            "static friction, imminent sliding, sliding and back (flow chart)",
-            f"first step at {RATE:g} rad/s, μ = {FRICTION:g}, in T: {shown}",
-            verdict_of({spell.state for spell in located} == {RESTS, FORWARDS, BACKWARDS}),
-            "imminent sliding lasts no time: it is the choice of the friction's direction at the "
-            "instant when |f| passes μs N",
-        ),
-        Claim(
-            "(the chart's time steps against located instants)",
-            f"{'the same' if same else 'not the same'} sequence of states with Euler steps of "
-            f"T / {setting.samples}"
-            + (f", each change within {late * setting.samples:.1f} time steps" if same else ""),
-            NOT_STATED,
-            "the chart tests eq. (32) once a time step, so sliding starts up to a step late, and "
-            "takes the accelerations at the step's start for the whole step, which moves the end",
-        ),
-    ]
+    claims = [_flow(located), _euler(located, stepped, setting.samples)]
     return Result(
         {"": _columns(located), "-euler": _columns(stepped)},
         lambda: _draw(timelines, exact),
         claims,
+    )
+
+
+def _flow(located: list[Spell]) -> Claim:
+    shown = ", ".join(
+        f"{spell.state} to {spell.end:.3f}" for spell in located if spell.start < 1 - SAME_INSTANT
+    )
+    return Claim(
+        "static friction, imminent sliding, sliding and back (flow chart)",
+        f"first step at {RATE:g} rad/s, μ = {FRICTION:g}, in T: {shown}",
+        by_construction({spell.state for spell in located} == set(COLOURS)),
+        "the walk switches by the chart's own rules, eqs. (32), (33) and (36); the example is one "
+        "that goes through all of its states. Imminent sliding lasts no time: it is the choice of "
+        "the friction's direction at the instant when |f| passes μs N",
+    )
+
+
+def _euler(located: list[Spell], stepped: list[Spell], samples: int) -> Claim:
+    same = [spell.state for spell in located] == [spell.state for spell in stepped]
+    lag = _lag(located, stepped) * samples
+    return Claim(
+        "(the chart's time steps against located instants)",
+        f"{'the same' if same else 'not the same'} sequence of states with Euler steps of "
+        f"T / {samples}" + (f", each change within {lag:.1f} time steps" if same else ""),
+        NOT_STATED,
+        "the chart tests eq. (32) once a time step, so sliding starts up to a step late, and "
+        "takes the accelerations at the step's start for the whole step, which moves the end",
     )
 
 
@@ -92,7 +97,7 @@ def spells(course: Walk) -> list[Spell]:
 
 
 def _direction(slide: Slide) -> str:
-    return FORWARDS if slide.advance > 0 else BACKWARDS
+    return FORWARDS if slide.displacement > 0 else BACKWARDS
 
 
 def _lag(first: list[Spell], second: list[Spell]) -> float:
@@ -111,7 +116,7 @@ def _columns(timeline: list[Spell]) -> Columns:
 
 def _draw(timelines: Mapping[str, list[Spell]], course: Walk):
     figure, axes = drawing.sheet(2, height=2.2, sharex=True)
-    bars, slide = axes[:, 0]
+    bars, place = axes[:, 0]
     for row, timeline in enumerate(timelines.values()):
         for spell in timeline:
             bars.barh(
@@ -129,14 +134,14 @@ def _draw(timelines: Mapping[str, list[Spell]], course: Walk):
     bars.invert_yaxis()
     bars.grid(axis="y", visible=False)
     drawing.name_panel(bars, "state of the foot", f"{RATE:g} rad/s, μ = {FRICTION:g}")
-    slide.plot(course.share, 1e3 * np.asarray(course.slide), color=theme.INK, lw=1.4)
+    place.plot(course.share, 1e3 * np.asarray(course.place), color=theme.INK, lw=1.4)
     drawing.name_panel(
-        slide, "slide of the foot x1 [mm]", "dashed: it breaks loose", "time in steps, t / T"
+        place, "place of the foot x1 [mm]", "dashed: it breaks loose", "time in steps, t / T"
     )
     for one in course.slides:
         if one.start < STEPS - SAME_INSTANT:
-            drawing.mark(slide, x=one.start)
-    shown = 1e3 * np.asarray(course.slide)[course.share <= STEPS]
-    slide.set_ylim(shown.min() - 0.5, shown.max() + 0.5)
-    slide.set_xlim(0, STEPS)
+            drawing.mark(place, x=one.start)
+    shown = 1e3 * np.asarray(course.place)[course.share <= STEPS]
+    place.set_ylim(shown.min() - 0.5, shown.max() + 0.5)
+    place.set_xlim(0, STEPS)
     return figure

@@ -6,10 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.biped import BODIES, JOINT_FORCES, BipedParams, InverseDynamics
+from stickslip.dynamics.biped import (
+    BODIES,
+    JOINT_FORCES,
+    BipedParams,
+    InverseDynamics,
+    Kinematics,
+)
 from stickslip.envs.rendering import theme
 from stickslip.paper import drawing
-from stickslip.paper.result import Claim, Result, Setting, verdict_of
+from stickslip.paper.result import Claim, Result, Setting, by_construction, verdict_of
 from stickslip.paper.torque import phases, poses, steady
 
 RATE = 3.0
@@ -34,7 +40,8 @@ def forces(setting: Setting) -> Result:
     params, angles = BipedParams.from_bars(), phases(setting.samples)
     setting.say("joint forces")
     found = foot_forces(steady(params, angles, RATE, outputs="joints"))
-    bar_pin = np.asarray(poses(params, angles).pins.ankle_bar)[:, 0]
+    placed = poses(params, angles)
+    bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
     foot = BODIES.index(FOOT)
     mass, gravity = float(params.mass[foot]), float(params.gravity)
     weight = gravity * float(params.total_mass)
@@ -49,32 +56,67 @@ def forces(setting: Setting) -> Result:
         },
         "zero-moment point from the ankle [m]": found.zmp,
     }
-    claims = [
+    claims = [*_equations(linear, moment, weight, found.zmp), _pins(placed)]
+    return Result({"": columns}, lambda: _draw(share, found, bar_pin, params), claims)
+
+
+def _equations(linear: float, moment: float, weight: float, zmp: np.ndarray) -> list[Claim]:
+    return [
         Claim(
             "eq. (29): f01 - f12 - f112 = m1 a1, the foot at rest",
-            f"largest residual {linear:.1e} N, of a weight of {weight:.1f} N, over a step at "
+            f"largest residual {_below(linear)} N, of a weight of {weight:.1f} N, over a step at "
             f"{RATE:g} rad/s",
-            verdict_of(linear < ROUNDING * weight),
-            "read with the foot's second pin to link 11, not 12 (as the drawing has it), and the "
-            "y line with f01y first and m1 g on its right",
+            by_construction(linear < ROUNDING * weight),
+            "Newton's law for the foot, read with its second pin to link 11, not 12, and the y "
+            "line with f01y first and m1 g on its right. The joint forces solve all bodies' "
+            "equations, the ground's force comes apart from them from P and Y: the residual checks "
+            "the two computations by each other, not the chapter",
         ),
         Claim(
             "eq. (30) gives the zero-moment point from the foot's joint forces",
-            f"largest residual {moment:.1e} N m; the point moves from {found.zmp.min():.3f} to "
-            f"{found.zmp.max():.3f} m from the ankle",
-            verdict_of(moment < ROUNDING * weight),
-            "the point is computed from the whole robot's moments, without joint forces; the "
-            "foot's own moments give the same one",
-        ),
-        Claim(
-            "the foot is joined to links 2 and 12 (drawing, eq. 29)",
-            f"pins of the foot: {', '.join(sorted(_partners()))}",
-            verdict_of(_partners() == {"2", "12"}),
-            "the parallelogram on the tibia is link 11; with link 12 the knee's and the ankle's "
-            "parallelograms would not close",
+            f"largest residual {_below(moment)} N m; the point moves from {zmp.min():.3f} to "
+            f"{zmp.max():.3f} m from the ankle",
+            by_construction(moment < ROUNDING * weight),
+            "the foot's moments balance for any robot. The point is computed from the whole "
+            "robot's angular momentum, without joint forces; the foot's own moments give the same "
+            "one: again one computation checked by another",
         ),
     ]
-    return Result({"": columns}, lambda: _draw(share, found, bar_pin, params), claims)
+
+
+def _pins(placed: Kinematics) -> Claim:
+    """Which bar can hold the foot's second pin: its other end must stay equally far away."""
+    far = reaches(placed)
+    fits = [name for name, lengths in far.items() if np.ptp(lengths) < ROUNDING * lengths.max()]
+    shown = "; ".join(
+        f"to link {name}'s other end {1e3 * lengths.min():.1f} to {1e3 * lengths.max():.1f} mm"
+        for name, lengths in far.items()
+    )
+    return Claim(
+        "the foot is joined to links 2 and 12 (drawing, eq. 29)",
+        f"over a step, from the foot's second pin {shown}",
+        verdict_of("12" in fits),
+        "a bar keeps its length. Link 11 is parallel to the tibia and so ends beside the knee; "
+        "link 12 is parallel to the femur (eq. 9) and ends beside C",
+    )
+
+
+def reaches(placed: Kinematics) -> dict[str, np.ndarray]:
+    """How far from the supporting foot's second pin the far end of each bar is [n, m].
+
+    Link 11 is parallel to the tibia, link 12 to the femur (eq. 9). placed: of n crank angles.
+    """
+    pins = placed.pins
+    foot, knee, C = (
+        np.asarray(place)[:, 0] for place in (pins.ankle_bar, pins.knee_bar, pins.C_bar)
+    )
+    ends = {"11": knee, "12": C}
+    return {name: np.linalg.norm(place - foot, axis=-1) for name, place in ends.items()}
+
+
+def _below(residual: float) -> str:
+    """What is left over by rounding, which differs from machine to machine, to a power of ten."""
+    return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
 
 
 def foot_forces(motion: InverseDynamics) -> FootForces:
@@ -110,11 +152,6 @@ def _on_foot(joints: np.ndarray, other: str) -> np.ndarray:
         else:
             components.append(-joints[:, JOINT_FORCES.index((other, FOOT, axis))])
     return np.stack(components, -1)
-
-
-def _partners() -> set[str]:
-    pairs = {frozenset(names) for *names, _ in JOINT_FORCES if FOOT in names}
-    return {name for pair in pairs for name in pair} - {FOOT}
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

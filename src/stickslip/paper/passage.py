@@ -9,43 +9,37 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.optim import PostureProblem, Station, solve
+from stickslip.optim import PostureProblem, solve
 from stickslip.optim import Result as Solved
 from stickslip.optimise.picture import FRONT, REAR
 from stickslip.optimise.vehicle import draw_scene, extent, poses
-from stickslip.paper import drawing
-from stickslip.paper.bump import FRICTION, LEAST, MOST, TRACK, VEHICLE, along_bump
-from stickslip.paper.result import NOT_STATED, Claim, Columns, Result, Setting, verdict_of
+from stickslip.paper import drawing, passage_claims
+from stickslip.paper.bump import TRACK, along_bump
+from stickslip.paper.bump import VEHICLE as WHOLE_RANGE
+from stickslip.paper.passage_claims import CRITERIA, FREE, HELD, LIMITED, POINTWISE, RATE, Drive
+from stickslip.paper.result import Columns, Result, Setting
 
+LEAST, MOST = 70, 150
+"""Leg angles [degrees]. With both legs steeper than 67 the wheels of this radius would overlap, and
+a planner keeps each leg in a range of its own."""
+VEHICLE = replace(
+    WHOLE_RANGE,
+    leg_angle_min=float(np.radians(LEAST)),
+    leg_angle_max=float(np.radians(MOST)),
+)
 WAYPOINTS = 66
 """Every 0.1 m."""
-RATE = 1.0
-"""What the legs may turn for each metre of the front wheel [rad/m]; the chapter has no limit."""
+BETWEEN = 10
+"""Drives are looked at again at so many times as many points, legs turning evenly between."""
 FINE, COARSE = 33, 17
 """Angles of each leg on the grid: with the rate limited; without limit, each move to each pair."""
-HELD, LIMITED, FREE, POINTWISE = "legs held", f"up to {RATE:g} rad/m", "no limit", "point by point"
 VEHICLES = 4
 """Drawn in each sequence."""
-NUMBERS = {
-    "torque_variation": "variation of torque",
-    "peak_torque": "largest torque",
-    "wheel_energy": "motors' work",
-    "total_energy": "motors' and legs' work",
-    "friction_demand": "largest |F| / N",
-}
-
-
-class Drive(NamedTuple):
-    """A drive, its stations and its values by the criteria of NUMBERS."""
-
-    x: np.ndarray
-    stations: Station
-    values: Mapping[str, float]
 
 
 def least_variation(setting: Setting) -> Result:
     """Fig. 25."""
-    limited, free = along_bump(WAYPOINTS, leg_rate=RATE), along_bump(WAYPOINTS)
+    limited, free = _problem(WAYPOINTS, leg_rate=RATE), _problem(WAYPOINTS)
     setting.say("legs held")
     held = _best_held(limited)
     setting.say(f"legs turning up to {RATE:g} rad/m")
@@ -55,6 +49,10 @@ def least_variation(setting: Setting) -> Result:
     setting.say("point by point")
     pointwise = solve(free, "grid", angles=FINE)
     bottleneck = solve(replace(free, criterion="peak_torque"), "grid", angles=FINE)
+    setting.say("the vehicle's whole range")
+    whole = along_bump(WAYPOINTS, leg_rate=RATE)
+    _, widest = _solved(whole, FINE)
+    setting.say("between the points")
     found = {
         HELD: held.x,
         LIMITED: refined.x,
@@ -63,14 +61,30 @@ def least_variation(setting: Setting) -> Result:
     }
     drives = {name: _drive(limited, np.asarray(x)) for name, x in found.items()}
     claims = [
-        _varies_less(drives, held.degrees),
-        _proved(grid, refined, grid_free, refined_free),
-        _peak(drives, bottleneck, held),
-        _energy(drives),
-        _pointwise(drives),
-        _passes(drives),
+        passage_claims.varies_less(drives, held.degrees, FINE),
+        passage_claims.between(drives),
+        passage_claims.proved(
+            {f"{FINE} x {FINE} angles at {RATE:g} rad/m": (grid, refined)}
+            | {f"{COARSE} x {COARSE} without limit": (grid_free, refined_free)}
+        ),
+        passage_claims.wider(drives[LIMITED], whole.angles(widest.x), widest.value),
+        passage_claims.peak(drives, *_bottleneck(bottleneck), held.peak, FINE),
+        passage_claims.energy(drives),
+        passage_claims.pointwise(drives),
+        passage_claims.passes(drives[LIMITED]),
     ]
-    return Result({"": _columns(drives)}, lambda: _draw(limited, drives), claims)
+    tables = {"": _columns(drives), "-between": _between(drives)}
+    return Result(tables, lambda: _draw(limited, drives), claims)
+
+
+def _problem(waypoints: int, leg_rate: float | None = None) -> PostureProblem:
+    return along_bump(waypoints, leg_rate=leg_rate, vehicle=VEHICLE)
+
+
+def _bottleneck(solved: Solved) -> tuple[float, float]:
+    """The largest torque that no posture gets below [N m], and where it is needed [m]."""
+    at = _problem(WAYPOINTS).stations(np.asarray(solved.x))
+    return solved.value, float(at.x[int(np.argmax(np.abs(at.torque)))])
 
 
 class Held(NamedTuple):
@@ -100,101 +114,17 @@ def _solved(problem: PostureProblem, angles: int) -> tuple[Solved, Solved]:
 
 
 def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
-    values = {name: replace(problem, criterion=name).objective(x) for name in NUMBERS}
-    return Drive(x, problem.stations(x), values)
+    """The drive at the problem's points, and with BETWEEN times as many, legs turning evenly."""
+    finer = _problem((len(problem.x) - 1) * BETWEEN + 1)
+    angles = problem.angles(x)
+    legs = [np.interp(finer.x, problem.x, angles[:, leg]) for leg in (0, 1)]
+    dense = np.stack(legs, -1).reshape(-1)
 
+    def values(problem: PostureProblem, x: np.ndarray) -> dict[str, float]:
+        return {name: replace(problem, criterion=name).objective(x) for name in CRITERIA}
 
-def _each(drives: Mapping[str, Drive], name: str, digits: str, *which: str) -> str:
-    """A value of several drives in words."""
-    return ", ".join(f"{drives[one].values[name]:{digits}} ({one})" for one in which or drives)
-
-
-def _less(drives: Mapping[str, Drive], name: str, which: str) -> float:
-    """By what share a value is below that of the legs held [-]."""
-    return 1 - drives[which].values[name] / drives[HELD].values[name]
-
-
-def _varies_less(drives: Mapping[str, Drive], pair: tuple[float, float]) -> Claim:
-    shares = [_less(drives, "torque_variation", which) for which in (LIMITED, FREE)]
-    return Claim(
-        "(read as: leg angles that vary make the torque vary less)",
-        f"∫(dM/dx)² dx {_each(drives, 'torque_variation', '.0f', HELD, LIMITED, FREE)} N² m: "
-        f"{100 * shares[0]:.0f} and {100 * shares[1]:.0f} % below the best posture held "
-        f"({pair[0]:g}/{pair[1]:g}° of {FINE} x {FINE})",
-        verdict_of(min(shares) > 0.01),
-        "the chapter prints curves alone, neither its measure of variation nor how fast the legs "
-        "turn; the measure and the limit are ours",
-    )
-
-
-def _proved(grid: Solved, refined: Solved, grid_free: Solved, refined_free: Solved) -> Claim:
-    return Claim(
-        "the minimum variation of torque",
-        f"dynamic programming: {grid.value:.0f} N² m is the least of all paths over "
-        f"{FINE} x {FINE} angles at {RATE:g} rad/m, {grid_free.value:.0f} over {COARSE} x {COARSE} "
-        f"without limit; from there off the grid {refined.value:.0f} and {refined_free.value:.0f}",
-        NOT_STATED,
-        "the first are proved for the grid (every path is looked at), the last are local optima: "
-        f"scp ends {refined.status.name} and {refined_free.status.name}",
-    )
-
-
-def _peak(drives: Mapping[str, Drive], bottleneck: Solved, held: Held) -> Claim:
-    at = np.asarray(drives[HELD].stations.x)
-    where = at[
-        int(np.argmax(np.abs(along_bump(WAYPOINTS).stations(np.asarray(bottleneck.x)).torque)))
-    ]
-    return Claim(
-        "(the largest torque)",
-        f"{_each(drives, 'peak_torque', '.2f', HELD, LIMITED, FREE)} N m; "
-        f"the lowest with the legs held {held.peak[0]:.2f} N m at "
-        f"{held.peak[1][0]:g}/{held.peak[1][1]:g}°",
-        NOT_STATED,
-        f"with the front wheel at {where:.1f} m no posture of {FINE} x {FINE} needs less than "
-        f"{bottleneck.value:.2f} N m, so turning the legs hardly lowers the peak",
-    )
-
-
-def _energy(drives: Mapping[str, Drive]) -> Claim:
-    return Claim(
-        "(what it costs)",
-        "work of the wheels' motors "
-        f"{_each(drives, 'wheel_energy', '.0f', HELD, LIMITED, FREE)} J; with the legs' actuators "
-        f"{_each(drives, 'total_energy', '.0f', HELD, LIMITED, FREE)} J",
-        NOT_STATED,
-        "the chapter counts the wheels alone. Legs that turn under load work too; none is "
-        "recovered here. Where the legs begin and end is free",
-    )
-
-
-def _pointwise(drives: Mapping[str, Drive]) -> Claim:
-    name = "torque_variation"
-    step = np.max(np.abs(np.diff(drives[POINTWISE].stations.leg_angles, axis=0)))
-    return Claim(
-        "angles chosen for each position alone, among all pairs",
-        f"{_each(drives, name, '.0f', POINTWISE, FREE, HELD)} N² m; the legs jump up to "
-        f"{np.degrees(step):.0f}° in 0.1 m",
-        NOT_STATED,
-        "each place takes the torque nearest to the last one's. A sum over the drive is not least "
-        "where each part of it is"
-        + (
-            "; here even holding the legs is better"
-            if drives[POINTWISE].values[name] > drives[HELD].values[name]
-            else ""
-        ),
-    )
-
-
-def _passes(drives: Mapping[str, Drive]) -> Claim:
-    of = drives[LIMITED]
-    least = min(float(np.min(N)) for N in (of.stations.N_rear, of.stations.N_front))
-    return Claim(
-        "the sequence shows the UGV passing the bump",
-        f"{LIMITED}: |F| / N up to {of.values['friction_demand']:.3f} (μ = {FRICTION:g} taken), "
-        f"normal forces {least:.0f} N or more, {1e3 * np.min(of.stations.clearance):.0f} mm of "
-        "clearance or more",
-        verdict_of(np.all(np.asarray(of.stations.status) == 0)),
-        "every waypoint has a place, a grip and a load on both wheels",
+    return Drive(
+        problem.stations(x), values(problem, x), finer.stations(dense), values(finer, dense)
     )
 
 
@@ -211,11 +141,16 @@ def _columns(drives: Mapping[str, Drive]) -> Columns:
     return columns
 
 
+def _between(drives: Mapping[str, Drive]) -> Columns:
+    torques = {f"{name}: torque [N m]": drive.dense.torque for name, drive in drives.items()}
+    return {"front wheel [m]": drives[HELD].dense.x} | torques
+
+
 def _draw(problem: PostureProblem, drives: Mapping[str, Drive]):
     shown = np.linspace(0, WAYPOINTS - 1, VEHICLES).round().astype(int)
     placed = {}
     for name in (HELD, LIMITED):
-        angles = problem.angles(drives[name].x)[shown]
+        angles = drives[name].stations.leg_angles[shown]
         placed[name] = poses(VEHICLE, TRACK, problem.x[shown], angles)
     both = np.array([extent(VEHICLE, of) for of in placed.values()])
     (left, _, bottom, _), (_, right, _, top) = both.min(axis=0), both.max(axis=0)
@@ -240,10 +175,12 @@ def _draw(problem: PostureProblem, drives: Mapping[str, Drive]):
         POINTWISE: {"color": theme.HIP_EDGE, "ls": "-.", "lw": 1.2},
     }
     for name, look in looks.items():
-        torque.plot(problem.x, drives[name].stations.torque, label=name, **look)
+        torque.plot(drives[name].dense.x, drives[name].dense.torque, label=name, **look)
     drawing.mark(torque, y=0.0)
     drawing.legend(torque)
-    drawing.name_panel(torque, "torque on each wheel [N m]", "negative: drives forwards")
+    drawing.name_panel(
+        torque, "torque on each wheel [N m]", "legs turn evenly between points 0.1 m apart"
+    )
     for axis, name in ((still, HELD), (moving, LIMITED)):
         draw_scene(axis, VEHICLE, TRACK, placed[name], (left, right))
     drawing.name_panel(still, "(b) the best posture held")

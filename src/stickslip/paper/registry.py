@@ -37,26 +37,31 @@ FIGURES = {
         "Through the flow chart: sticking and sliding", "chart", "states", ("", "-euler")
     ),
     "fig17": Figure(
-        "Slide of the foot at 3 rad/s, friction from 0.03 to 0.1",
+        "Place of the foot at 3 rad/s, friction from 0.03 to 0.1",
         "slip",
         "frictions",
         ("", "-slides"),
     ),
     "fig18": Figure(
-        "Slide of the foot with friction 0.1, crank speeds up to 5.5 rad/s",
+        "Place of the foot with friction 0.1, crank speeds up to 5.5 rad/s",
         "slip",
         "speeds",
         ("", "-slides"),
     ),
     "fig19": Figure(
-        "Slide of the foot at 5 rad/s, static friction 0.2, kinetic friction varied",
+        "Place of the foot at 5 rad/s, static friction 0.2, kinetic friction varied",
         "slip",
         "kinetic",
         ("", "-slides"),
     ),
-    "fig24": Figure("UGV: torque over the soft bump, legs held still", "bump", "statics"),
+    "fig24": Figure(
+        "UGV: torque over the soft bump, legs held still", "bump", "statics", ("", "-pairs")
+    ),
     "fig25": Figure(
-        "UGV: over the soft bump with the least variation of torque", "passage", "least_variation"
+        "UGV: over the soft bump with the least variation of torque",
+        "passage",
+        "least_variation",
+        ("", "-between"),
     ),
     "scheme": Figure("The chapter's own scheme beside the exact one", "scheme", "scheme"),
 }

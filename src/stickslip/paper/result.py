@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +13,11 @@ PARTLY = "partly"
 DIFFERS = "differs"
 BY_CALIBRATION = "by calibration"
 """The default masses were chosen so that this number comes out: no evidence."""
+BY_CONSTRUCTION = "by construction"
+"""It comes out so for every robot and every parameter: a check of the computation, no evidence."""
 NOT_STATED = "not stated"
 """The chapter prints a curve or nothing; the measurement is ours alone."""
-VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, NOT_STATED)
+VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION, NOT_STATED)
 
 Columns = Mapping[str, np.ndarray | Sequence[Any]]
 """Names with units, and equally long columns of numbers or words; NaN is an empty cell."""
@@ -41,6 +43,22 @@ class Claim:
 def verdict_of(agrees: object, partly: object = False) -> str:
     """AGREES, PARTLY or DIFFERS by two conditions."""
     return AGREES if agrees else PARTLY if partly else DIFFERS
+
+
+def share_of(holds: Iterable[object]) -> str:
+    """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
+    cases = [bool(one) for one in holds]
+    return verdict_of(cases and all(cases), any(cases))
+
+
+def by_construction(holds: object) -> str:
+    """For what cannot come out otherwise: where it does, DIFFERS, for the computation is wrong."""
+    return BY_CONSTRUCTION if holds else DIFFERS
+
+
+def by_calibration(holds: object) -> str:
+    """For a number that the default masses were chosen for; DIFFERS where it does not come out."""
+    return BY_CALIBRATION if holds else DIFFERS
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from stickslip.envs.rendering import theme
 from stickslip.paper import drawing
 from stickslip.paper.chart import DIFFERENCES, EULER, FRICTION, RATE
 from stickslip.paper.result import NOT_STATED, Claim, Columns, Result, Setting
-from stickslip.paper.slip import QUARTER
+from stickslip.paper.slip_claims import QUARTER
 from stickslip.paper.start import SCENE, TORQUE, first_step, torque_by_work
 from stickslip.paper.walks import PERIODS, Walk, walk
 
@@ -37,7 +37,7 @@ class Error(NamedTuple):
 
     angle: largest error of the crank angle during the first step [rad]. step_time: of the first
     step [s]. least_torque: that walks, minus the exact one [N m]. onset: of the slide at mid-step
-    [T]. slide: of the foot's displacement in the first step [m].
+    [T]. displacement: of the foot in the first step, forwards positive [m].
     """
 
     motion: str
@@ -47,7 +47,7 @@ class Error(NamedTuple):
     step_time: float = nan
     least_torque: float = nan
     onset: float = nan
-    slide: float = nan
+    displacement: float = nan
 
 
 @dataclass(frozen=True)
@@ -122,13 +122,13 @@ def _slip(params: BipedParams, exact: Exact, paper: Paper, coarser: int) -> Erro
         fidelity=paper,
     )
     dt = found.period / per_step
-    slide = float(found.slide[per_step] - exact.walk.slide[exact.count])
-    return Error(SLIP, paper.step, dt, onset=_onset(found) - _onset(exact.walk), slide=slide)
+    moved = float(found.place[per_step] - exact.walk.place[exact.count])
+    return Error(SLIP, paper.step, dt, onset=_onset(found) - _onset(exact.walk), displacement=moved)
 
 
 def _onset(course: Walk) -> float:
     """When the first slide after the first quarter starts [T]; NaN if none does."""
-    onsets = [slide.start for slide in course.within(0) if slide.onset > QUARTER]
+    onsets = [slide.start for slide in course.starting_in(0) if slide.onset > QUARTER]
     return onsets[0] if onsets else nan
 
 
@@ -195,24 +195,27 @@ def _start_claims(in_time: list[Error], in_angle: list[Error], exact: Exact) -> 
 
 def _slip_claims(in_time: list[Error], in_angle: list[Error], exact: Exact) -> list[Claim]:
     by_dt, by_D = _of(in_time, SLIP), _of(in_angle, SLIP)
-    whole = exact.walk.slide[exact.count]
+    whole = exact.walk.place[exact.count]
     onset = _onset(exact.walk)
     return [
         Claim(
             "Fig. 17 by eqs. (32)-(36), μ = 0.05",
-            f"slide after a step (exact {1e3 * whole:.3f} mm) off by "
-            + ", ".join(f"{1e3 * row.slide:+.3f} mm at {1e3 * row.dt:.3g} ms" for row in by_dt)
+            f"displacement of the foot after the first step (exact {1e3 * whole:+.3f} mm) off by "
+            + ", ".join(
+                f"{1e3 * row.displacement:+.3f} mm at {1e3 * row.dt:.3g} ms" for row in by_dt
+            )
             + f"; onset (exact {onset:.4f} T) by "
             + ", ".join(f"{row.onset:+.4f}" for row in by_dt)
             + " T",
             NOT_STATED,
-            "the onset waits for the next time step; the slide's error is of order "
-            f"{_order([r.dt for r in by_dt], [r.slide for r in by_dt]):.2f} in the time step",
+            "the onset waits for the next time step; the displacement's error is of order "
+            f"{_order([r.dt for r in by_dt], [r.displacement for r in by_dt]):.2f} in the step",
         ),
         Claim(
             "(the same at several D)",
             ", ".join(
-                f"{1e3 * row.slide:+.3f} mm and {row.onset:+.4f} T at D = {row.D:g}" for row in by_D
+                f"{1e3 * row.displacement:+.3f} mm and {row.onset:+.4f} T at D = {row.D:g}"
+                for row in by_D
             )
             + f" (time step {1e3 * by_D[0].dt:.3g} ms)",
             NOT_STATED,
@@ -243,7 +246,7 @@ def _columns(rows: list[Error]) -> Columns:
         "step_time": "error of the first step's time [s]",
         "least_torque": "error of the least torque [N m]",
         "onset": "error of the onset [T]",
-        "slide": "error of the slide in a step [m]",
+        "displacement": "error of the displacement in the first step [m]",
     }
     return {title: [getattr(row, name) for row in rows] for name, title in names.items()}
 
@@ -252,7 +255,7 @@ def _draw(in_time: list[Error], in_angle: list[Error]):
     figure, axes = drawing.sheet(2, 2, height=2.8)
     panels: Mapping[str, tuple[str, float, str]] = {
         START: ("angle", 1.0, "crank angle, largest error [rad]"),
-        SLIP: ("slide", 1e3, "slide in a step, |error| [mm]"),
+        SLIP: ("displacement", 1e3, "displacement in the first step, |error| [mm]"),
     }
     for row, (motion, (name, scale, label)) in enumerate(panels.items()):
         for axis, rows, by in ((axes[row, 0], in_time, "dt"), (axes[row, 1], in_angle, "D")):

@@ -20,14 +20,13 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.paper import drawing
 from stickslip.paper.result import (
-    BY_CALIBRATION,
-    DIFFERS,
     NOT_STATED,
     Claim,
     Columns,
     Result,
     Setting,
-    verdict_of,
+    by_calibration,
+    by_construction,
 )
 from stickslip.paper.torque import peak_of, phases, steady
 
@@ -37,6 +36,8 @@ DURATION = 4.0
 """Seconds drawn."""
 PATIENCE = 20.0
 """A torque that has not ended the first step after this time does not walk [s]."""
+TOLERANCE = 1e-4
+"""To which the least torque is bisected [N m]."""
 TORQUE = 1.0
 WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
 """Total masses of Fig. 14 [kg]."""
@@ -54,14 +55,7 @@ def torques(setting: Setting) -> Result:
     least, steps = least_torque(params, setting.samples)
     by_work, place = torque_by_work(params, setting.samples)
     claims = [
-        Claim(
-            f"the least torque that makes it walk is {STATED_TORQUE:g} N m",
-            f"{least:.4f} N m by bisection in {steps} walks of {PATIENCE:g} s, {by_work:.4f} N m "
-            f"by the work done up to the phase {place:.3f} T where it nearly stops",
-            BY_CALIBRATION if round(least, 2) == STATED_TORQUE else DIFFERS,
-            "the hip's mass and the bars' density were chosen for this number; that the two "
-            "methods agree checks the computation",
-        ),
+        _least(least, steps, by_work, place),
         _peak(params, least, setting.samples),
         _ends(courses),
         _friction(params, courses[TORQUE]),
@@ -86,10 +80,7 @@ def weights(setting: Setting) -> Result:
         setting.say(f"{mass:g} kg")
         courses[mass] = from_rest(denser(params, mass / own), TORQUE, DURATION, setting.samples)
     least, _ = torque_by_work(params, setting.samples)
-    heaviest = own * TORQUE / least
     step = {mass: first_step(course) for mass, course in courses.items()}
-    walks = [time for mass, time in step.items() if mass < heaviest]
-    expected = all(np.isfinite(time) == (mass < heaviest) for mass, time in step.items())
     claims = [
         Claim(
             "1 N m and several weights: curves only",
@@ -100,13 +91,7 @@ def weights(setting: Setting) -> Result:
             NOT_STATED,
             "the chapter prints neither the weights nor a number",
         ),
-        Claim(
-            "(read as: heavier is slower, and too heavy does not walk)",
-            f"walks up to {heaviest:.2f} kg = {own:.2f} kg x 1 N m / {least:.4f} N m; drawn up to "
-            f"{max(m for m, t in step.items() if np.isfinite(t)):g} kg",
-            verdict_of(expected and bool(np.all(np.diff(walks) > 0))),
-            "with all densities scaled alike, M, P and Y scale, so only torque per weight counts",
-        ),
+        _heavier(step, own, least),
     ]
     curves = {f"{mass:g} kg": course for mass, course in courses.items()}
     note = f"{TORQUE:g} N m; x: the foot would have to be pulled down"
@@ -138,7 +123,9 @@ def first_step(course: Trajectory) -> float:
     return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
-def least_torque(params: BipedParams, samples: int, tolerance: float = 1e-4) -> tuple[float, int]:
+def least_torque(
+    params: BipedParams, samples: int, tolerance: float = TOLERANCE
+) -> tuple[float, int]:
     """The torque from which on the first step is walked to its end [N m], by bisection between 0
     and 2 N m; and how many walks that took."""
     low, high, count = 0.0, 2.0, 0
@@ -163,14 +150,47 @@ def torque_by_work(params: BipedParams, samples: int) -> tuple[float, float]:
     return least, (1 + place * (samples - 1)) / samples
 
 
+def _least(least: float, walks: int, by_work: float, place: float) -> Claim:
+    """least: by bisection in so many walks; by_work: at the place [T]; both [N m]."""
+    apart = abs(least - by_work)
+    return Claim(
+        f"the least torque that makes it walk is {STATED_TORQUE:g} N m",
+        f"{least:.4f} N m by bisection in {walks} walks of {PATIENCE:g} s, {by_work:.4f} N m "
+        f"by the work done up to the phase {place:.3f} T where it nearly stops",
+        by_calibration(round(least, 2) == STATED_TORQUE and apart < TOLERANCE),
+        "the hip's mass and the bars' density were chosen for this number; that the two methods "
+        f"are less than {TOLERANCE:g} N m apart checks the computation",
+    )
+
+
+def _heavier(step: dict[float, float], own: float, least: float) -> Claim:
+    """step: when the first step ends, by mass, rising [s]. own: the robot's mass [kg]. least: the
+    torque that it needs by the balance of work [N m]."""
+    heaviest = own * TORQUE / least
+    does = [mass for mass, time in step.items() if np.isfinite(time)]
+    times = [step[mass] for mass in does]
+    expected = does == [mass for mass in step if mass < heaviest]
+    return Claim(
+        "(read as: heavier is slower, and too heavy does not walk)",
+        f"walks up to {heaviest:.2f} kg = {own:.2f} kg x {TORQUE:g} N m / {least:.4f} N m; of the "
+        f"drawn ones up to {max(does, default=0):g} kg",
+        by_construction(expected and np.all(np.diff(times) > 0)),
+        "with all densities scaled alike, M, P and Y scale, so for any robot only torque per "
+        "weight counts, and less of it is slower. That the walks drawn stop where the balance of "
+        "work says checks the computation",
+    )
+
+
 def _peak(params: BipedParams, least: float, samples: int) -> Claim:
-    _, peak = peak_of(np.asarray(steady(params, phases(samples), 0.0).torque))
+    still = np.asarray(steady(params, phases(samples), 0.0).torque)
+    _, peak = peak_of(still)
     return Claim(
         "(Figs. 11 and 13 together)",
-        f"holding still at the steepest phase takes {peak:.2f} N m, starting to walk {least:.2f}",
+        f"holding still at the steepest phase takes {peak:.2f} N m, starting to walk {least:.2f}; "
+        f"holding still at pi/2 takes {still[0]:.2f} N m",
         NOT_STATED,
-        "the legs' weight drives the crank first (it starts by itself: g Y < 0 at pi/2), and that "
-        "momentum carries it over the steepest phase",
+        "where holding still takes a negative torque, at pi/2, the weight drives the crank by "
+        "itself, and that momentum carries it over the steepest phase",
     )
 
 

@@ -1,4 +1,8 @@
-"""Walks at a constant crank rate with a foot that may slip (Fig. 16), and the slides in them."""
+"""Walks at a constant crank rate with a foot that may slip (Fig. 16), and the slides in them.
+
+A slide runs from an instant of slip to the next instant of stick, always one way. Displacement is
+signed, forwards positive; the way slid adds up distances, whichever way they go.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +30,13 @@ SAME_INSTANT = 1e-6
 
 @dataclass(frozen=True)
 class Slide:
-    """One slide of the foot. start, end: in steps, t / T. onset: the start's place in its step,
-    from 0 to 1. advance: of the foot over the floor, forwards positive [m]. ended: False if the
-    walk ended first."""
+    """One slide of the foot, or the part of it in one step. start, end: in steps, t / T. onset: the
+    start's place in its step, from 0 to 1. displacement: of the foot over the floor, forwards
+    positive [m]. ended: False if the walk ended first."""
 
     start: float
     end: float
-    advance: float
+    displacement: float
     ended: bool = True
 
     @property
@@ -54,20 +58,42 @@ class Slide:
 @dataclass(frozen=True)
 class Walk:
     """A walk at constant crank rate. period: T = pi / rate [s]. share: times in T [n + 1].
-    slide: foot position x1 [n + 1, m]."""
+    place: of the foot, x1, forwards positive [n + 1, m]."""
 
     period: float
     share: np.ndarray
-    slide: np.ndarray
+    place: np.ndarray
     slides: tuple[Slide, ...]
 
-    def within(self, step: int) -> tuple[Slide, ...]:
-        """The slides that start in a step, counted from 0."""
+    @property
+    def displacement(self) -> float:
+        """Of the foot over the whole walk, forwards positive [m]."""
+        return float(self.place[-1] - self.place[0])
+
+    def starting_in(self, step: int) -> tuple[Slide, ...]:
+        """The slides that start in a step, counted from 0, whole: they may end in the next one."""
         return tuple(one for one in self.slides if one.step == step)
 
-    def path(self, step: int) -> float:
-        """How far the foot slides in the slides that start in a step, either direction [m]."""
-        return sum(abs(one.advance) for one in self.within(step))
+    def within(self, step: int) -> tuple[Slide, ...]:
+        """The slides of a step, counted from 0, cut off where the step begins and ends."""
+        parts, origin = [], float(self.place[0])
+        for one in self.slides:
+            start, end = max(one.start, float(step)), min(one.end, step + 1.0)
+            reached = origin + one.displacement
+            if end - start > SAME_INSTANT:
+                left = origin if start == one.start else self._at(start)
+                right = reached if end == one.end else self._at(end)
+                parts.append(Slide(start, end, right - left, one.ended))
+            origin = reached
+        return tuple(parts)
+
+    def way(self, step: int) -> float:
+        """How far the foot slides within a step, forwards and backwards added up [m]."""
+        return sum(abs(one.displacement) for one in self.within(step))
+
+    def _at(self, share: float) -> float:
+        """The foot's place at an exchange of support, where a sample is [m]."""
+        return float(np.interp(share, self.share, self.place))
 
 
 def walk(
@@ -108,8 +134,8 @@ def walk(
             f"({status.name}); accepted: walks inside it"
         )
     share = np.asarray(course.states.time) / period
-    slide = np.asarray(course.states.foot_position)
-    return Walk(period, share, slide, slides_of(course, period))
+    place = np.asarray(course.states.foot_position)
+    return Walk(period, share, place, slides_of(course, period))
 
 
 def slides_of(course: Trajectory, period: float) -> tuple[Slide, ...]:
