@@ -135,11 +135,11 @@ def test_the_timeline_has_no_gaps_and_never_repeats_a_state(out: Path, ending: s
 @pytest.mark.parametrize("name", ["fig17", "fig18", "fig19"])
 def test_the_slides_add_up_to_where_the_foot_ends(out: Path, name: str):
     table, slides = Table(out / f"{name}.csv"), Table(out / f"{name}-slides.csv")
-    cases, advance = slides.numbers(slides.names[0]), slides.numbers("advance")
+    cases, moved = slides.numbers(slides.names[0]), slides.numbers("displacement")
     for column in table.names[1:]:
-        case = float(re.findall(r"[\d.]+", column.removeprefix("slide"))[0])
+        case = float(re.findall(r"[\d.]+", column)[0])
         final = table.numbers(column)[-1]
-        assert advance[np.isclose(cases, case)].sum() == pytest.approx(final, abs=1e-9)
+        assert moved[np.isclose(cases, case)].sum() == pytest.approx(final, abs=1e-9)
     assert np.all(slides.numbers("end") > slides.numbers("start"))
 
 
@@ -165,7 +165,7 @@ def test_kinetic_friction_does_not_enter_where_a_slide_starts_from_rest(out: Pat
 def test_the_chapters_scheme_is_of_first_order_in_its_time_step(out: Path):
     table = Table(out / "scheme.csv")
     size = table.numbers("dt")
-    for name in ("largest error of crank angle", "error of the slide"):
+    for name in ("largest error of crank angle", "error of the displacement"):
         error = np.abs(table.numbers(name))
         found = np.isfinite(error)
         order = np.polyfit(np.log(size[found]), np.log(error[found]), 1)[0]
@@ -175,6 +175,28 @@ def test_the_chapters_scheme_is_of_first_order_in_its_time_step(out: Path):
     steps = size[np.isfinite(table.numbers("error of the onset"))] / (np.pi / 3)
     assert np.all(late > -1e-4)  # D = 1e-4 rad looks that far ahead, at most
     assert np.all(late < steps)
+
+
+def test_way_and_displacement_of_fig19_are_those_of_its_data(out: Path):
+    table, said = Table(out / "fig19.csv"), row(out, "the bigger μk, the smaller the slide")
+    share = table.numbers("time")
+    second = (share > 1 - 1e-9) & (share < 2 + 1e-9)
+    for column in table.names[1:]:
+        mu = re.findall(r"[\d.]+", column)[0]
+        place = 1e3 * table.numbers(column)
+        way = np.abs(np.diff(place[second])).sum()
+        (told,) = re.findall(rf"([\d.]+) mm for {re.escape(mu)}\b", said)
+        # between two samples the foot may turn round: the sum of differences is a little short
+        assert way - 0.006 < float(told) < way * 1.02
+        assert f"{place[-1]:+.2f}" in said
+    assert re.search(r", -0\.\d+, ", said)  # μk = 0.1 ends behind its start
+
+
+def row(out: Path, stated: str) -> str:
+    """What is measured, of the one row of the table that says so."""
+    lines = (out / "table.md").read_text(encoding="utf-8").splitlines()
+    (found,) = [cells[2] for line in lines if (cells := line.split(" | "))[1] == stated]
+    return found
 
 
 def test_files_in_the_way_are_left_alone(out: Path, capsys: pytest.CaptureFixture[str]):

@@ -7,7 +7,7 @@ from stickslip.paper.registry import FIGURES, figures_of
 from stickslip.paper.result import Claim, Setting
 from stickslip.paper.text import claims_text, csv_text
 from stickslip.paper.torque import peak_of
-from stickslip.paper.walks import Slide
+from stickslip.paper.walks import Slide, Walk
 
 
 def test_a_peak_between_samples_is_found_to_third_order():
@@ -25,6 +25,25 @@ def test_a_slide_belongs_to_the_step_whose_exchange_starts_it():
     early, late = Slide(0.9999999999, 1.2, 1e-3), Slide(1.4, 2.1, 1e-3)
     assert (early.step, early.onset) == (1, 0.0)
     assert (late.step, late.onset, late.stop) == (1, pytest.approx(0.4), pytest.approx(1.1))
+
+
+def test_a_slide_over_the_exchange_counts_in_each_step_with_its_share():
+    share = np.linspace(0, 3, 31)
+    # -2 mm in the first step; +6 mm from 1.4 T to 2.2 T, 3/4 of it in the second step
+    place = -2e-3 * np.clip(share / 0.5, 0, 1) + 6e-3 * np.clip((share - 1.4) / 0.8, 0, 1)
+    one = Walk(1.0, share, place, (Slide(0.0, 0.5, -2e-3), Slide(1.4, 2.2, 6e-3)))
+    parts = [one.within(step) for step in range(3)]
+    assert [[(p.start, p.end) for p in of] for of in parts] == [
+        [(0.0, 0.5)],
+        [(1.4, 2.0)],
+        [(2.0, 2.2)],
+    ]
+    moved = [p.displacement for of in parts for p in of]
+    assert moved == pytest.approx([-2e-3, 4.5e-3, 1.5e-3])
+    assert [one.way(step) for step in range(3)] == pytest.approx([2e-3, 4.5e-3, 1.5e-3])
+    assert sum(moved) == pytest.approx(one.displacement)
+    assert one.starting_in(1) == one.slides[1:]
+    assert one.starting_in(2) == ()
 
 
 def test_names_come_in_the_chapters_order_and_all_means_all():

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.cli import OK, main
 from stickslip.paper import passage
-from stickslip.paper.bump import LEAST, MOST
+from stickslip.paper.passage import LEAST, MOST
 
 pytestmark = pytest.mark.long
 
@@ -41,10 +41,34 @@ def columns(path: Path) -> dict[str, np.ndarray]:
 
 def test_the_mirrored_posture_needs_the_mirrored_torque(out: Path):
     table = columns(out / "fig24.csv")
-    for here, mirrored in (("75/120°", "120/75°"), ("90/90°", "90/90°")):
+    for here, mirrored in (("30/100°", "100/30°"), ("90/90°", "90/90°")):
         up, down = (table[f"torque with legs at {name}"] for name in (here, mirrored))
         assert -up.min() == pytest.approx(down.max(), rel=2e-3)
         assert up.max() == pytest.approx(-down.min(), rel=2e-3)
+
+
+def test_every_pair_of_angles_is_tabulated_and_mirrors_the_other_way_round(out: Path):
+    with (out / "fig24-pairs.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    largest = {
+        (int(row["rear leg [deg]"]), int(row["front leg [deg]"])): float(
+            row["largest torque [N m]"]
+        )
+        for row in rows
+    }
+    every = {(rear, front) for rear in range(30, 151, 10) for front in range(30, 151, 10)}
+    cosines = {pair: np.sum(np.cos(np.radians(pair))) for pair in every}
+    clear = {pair for pair, both in cosines.items() if 0.83 - 0.35 * both >= 0.56}
+    assert set(largest) == clear  # wheels of 0.28 m would overlap in the others
+    assert {(30, 100), (150, 70)} < clear < every
+    for (rear, front), peak in largest.items():
+        assert peak == pytest.approx(largest[front, rear], rel=0.01)
+    worst = max(largest, key=largest.__getitem__)
+    assert worst[0] != worst[1]
+    table = columns(out / "fig24.csv")
+    for name in ("30/100°", "100/30°"):
+        drawn = np.abs(table[f"torque with legs at {name}"]).max()
+        assert drawn >= 0.999 * largest[worst]
 
 
 def test_astride_the_crest_a_symmetric_posture_needs_no_torque(out: Path):
@@ -85,3 +109,16 @@ def test_every_claim_has_both_energies_and_a_verdict(out: Path):
     assert "legs' actuators" in cost
     for name in ("fig24", "fig25"):
         assert (out / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_between_its_points_a_drive_varies_the_torque_more(out: Path):
+    at, between = columns(out / "fig25.csv"), columns(out / "fig25-between.csv")
+    x, closer = at["front wheel"], between["front wheel"]
+    np.testing.assert_allclose(closer[:: passage.BETWEEN], x, atol=1e-9)
+    varied = {}
+    for name in (passage.HELD, passage.LIMITED, passage.FREE):
+        torque = between[f"{name}: torque"]
+        np.testing.assert_allclose(torque[:: passage.BETWEEN], at[f"{name}: torque"], atol=1e-6)
+        varied[name] = np.sum(np.diff(torque) ** 2 / np.diff(closer))
+        assert varied[name] > np.sum(np.diff(at[f"{name}: torque"]) ** 2 / np.diff(x))
+    assert varied[passage.LIMITED] < varied[passage.HELD]

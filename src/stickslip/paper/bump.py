@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 from math import inf
 from typing import NamedTuple
 
@@ -90,7 +89,8 @@ def all_pairs() -> list[Pair]:
     low, high = (
         round(float(np.degrees(end))) for end in (VEHICLE.leg_angle_min, VEHICLE.leg_angle_max)
     )
-    return list(product(range(low, high + 1, STEP), repeat=2))
+    angles = range(low, high + 1, STEP)
+    return [(rear, front) for rear in angles for front in angles]
 
 
 def statics(setting: Setting) -> Result:
@@ -112,7 +112,7 @@ def statics(setting: Setting) -> Result:
     claims = [
         bump_claims.exists(tried),
         bump_claims.passes(tried),
-        bump_claims.drawn(drawn, shown.torque),
+        bump_claims.drawn(drawn, np.asarray(shown.torque)),
         bump_claims.extremes(tried),
         _work(problem, shown),
     ]
@@ -141,9 +141,9 @@ def _table(tried: Tried) -> Columns:
         "largest torque [N m]": largest,
         "front wheel there [m]": tried.x[where],
         "largest |F| / N [-]": bump_claims.demand(at),
-        "least normal force [N]": np.minimum(at.N_rear, at.N_front).min(axis=1),
-        "least clearance [m]": at.clearance.min(axis=1),
-        "status": [Status(int(np.max(of))).name for of in at.status],
+        "least normal force [N]": bump_claims.load(at),
+        "least clearance [m]": np.min(np.asarray(at.clearance), axis=1),
+        "status": [Status(int(np.max(of))).name for of in np.asarray(at.status)],
     }
 
 

@@ -26,6 +26,11 @@ def demand(at: Station) -> np.ndarray:
     return np.max([np.max(np.abs(F) / N, axis=1) for F, N in wheels], axis=0)
 
 
+def load(at: Station) -> np.ndarray:
+    """Least normal force of each drive, of both wheels [n, N]."""
+    return np.min(np.minimum(np.asarray(at.N_rear), np.asarray(at.N_front)), axis=1)
+
+
 def exists(tried: Tried) -> Claim:
     """That every posture has a torque."""
     finite = np.all(np.isfinite(tried.stations.torque), axis=1)
@@ -42,20 +47,20 @@ def passes(tried: Tried) -> Claim:
     """That the ground can give what these torques need."""
     at, pairs = tried.stations, tried.pairs
     fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
-    need, load = demand(at), np.minimum(at.N_rear, at.N_front).min(axis=1)
+    need, loads = demand(at), load(at)
     clear = np.min(at.clearance, axis=1)
-    most, least, low = int(np.argmax(need)), int(np.argmin(load)), int(np.argmin(clear))
+    most, least, low = int(np.argmax(need)), int(np.argmin(loads)), int(np.argmin(clear))
     angles = sorted({angle for pair in pairs for angle in pair})
     step = angles[1] - angles[0]
     return Claim(
         "(the same, passing the bump)",
         f"{int(np.sum(fine))} of {len(pairs)} pairs from {angles[0]} to {angles[-1]}° by {step}° "
         f"pass: |F| / N up to {need[most]:.3f} ({name_of(pairs[most])}), normal forces "
-        f"{load[least]:.0f} N or more ({name_of(pairs[least])}), body and legs "
+        f"{loads[least]:.0f} N or more ({name_of(pairs[least])}), body and legs "
         f"{1e3 * clear[low]:.0f} mm above the ground or more ({name_of(pairs[low])})",
         share_of(fine),
         "a wheel that lifts, slips or a body that touches would have failed. Radius, friction and "
-        f"the legs' range are not in the chapter: {tried.radius:g} m, {at.friction.flat[0]:g} and "
+        f"the legs' range are not in the chapter: {tried.radius:g} m, {np.max(at.friction):g} and "
         f"{angles[0]} to {angles[-1]}° are ours; with any friction above {need[most]:.2f} as many "
         f"pass. {tried.overlapping} more pairs are left out, as the wheels would overlap",
     )
@@ -97,7 +102,7 @@ def extremes(tried: Tried) -> Claim:
         NOT_STATED,
         "mirrored pairs need as much the other way. A longer wheelbase has the wheels on the "
         "steepest places one after the other: largest torque and wheelbase have a rank correlation "
-        f"of {np.corrcoef(*ranks)[0, 1]:.2f}",
+        f"of {np.corrcoef(ranks)[0, 1]:.2f}",
     )
 
 

@@ -67,7 +67,7 @@ def least_variation(setting: Setting) -> Result:
             {f"{FINE} x {FINE} angles at {RATE:g} rad/m": (grid, refined)}
             | {f"{COARSE} x {COARSE} without limit": (grid_free, refined_free)}
         ),
-        passage_claims.wider(drives[LIMITED], whole.angles(widest.x), widest.value),
+        passage_claims.wider(drives[LIMITED], whole.angles(np.asarray(widest.x)), widest.value),
         passage_claims.peak(drives, *_bottleneck(bottleneck), held.peak, FINE),
         passage_claims.energy(drives),
         passage_claims.pointwise(drives),
@@ -142,15 +142,17 @@ def _columns(drives: Mapping[str, Drive]) -> Columns:
 
 
 def _between(drives: Mapping[str, Drive]) -> Columns:
-    torques = {f"{name}: torque [N m]": drive.dense.torque for name, drive in drives.items()}
-    return {"front wheel [m]": drives[HELD].dense.x} | torques
+    torques = {
+        f"{name}: torque [N m]": np.asarray(drive.dense.torque) for name, drive in drives.items()
+    }
+    return {"front wheel [m]": np.asarray(drives[HELD].dense.x)} | torques
 
 
 def _draw(problem: PostureProblem, drives: Mapping[str, Drive]):
     shown = np.linspace(0, WAYPOINTS - 1, VEHICLES).round().astype(int)
     placed = {}
     for name in (HELD, LIMITED):
-        angles = drives[name].stations.leg_angles[shown]
+        angles = np.asarray(drives[name].stations.leg_angles)[shown]
         placed[name] = poses(VEHICLE, TRACK, problem.x[shown], angles)
     both = np.array([extent(VEHICLE, of) for of in placed.values()])
     (left, _, bottom, _), (_, right, _, top) = both.min(axis=0), both.max(axis=0)

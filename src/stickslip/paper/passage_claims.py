@@ -164,7 +164,7 @@ def passes(drive: Drive) -> Claim:
     own, closer = drive.spacings
     return Claim(
         "the sequence shows the UGV passing the bump",
-        f"{LIMITED}, every {closer:.2g} m: |F| / N up to {need:.3f} (μ = {at.friction.flat[0]:g} "
+        f"{LIMITED}, every {closer:.2g} m: |F| / N up to {need:.3f} (μ = {np.max(at.friction):g} "
         f"taken), normal forces {load:.0f} N or more, {1e3 * np.min(at.clearance):.0f} mm of "
         "clearance or more",
         verdict_of(np.all(np.asarray(at.status) == Status.OK)),

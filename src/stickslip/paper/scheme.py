@@ -208,8 +208,8 @@ def _slip_claims(in_time: list[Error], in_angle: list[Error], exact: Exact) -> l
             + ", ".join(f"{row.onset:+.4f}" for row in by_dt)
             + " T",
             NOT_STATED,
-            "the onset waits for the next time step; the displacement's error is of order "
-            f"{_order([r.dt for r in by_dt], [r.displacement for r in by_dt]):.2f} in the step",
+            "the onset waits for the next time step; in it the displacement's error is of order "
+            f"{_order([r.dt for r in by_dt], [r.displacement for r in by_dt]):.2f}",
         ),
         Claim(
             "(the same at several D)",

@@ -156,7 +156,7 @@ def _draw(walks: Mapping[str, Walk], note: str):
             look = {"height": 0.75, "color": colour, "edgecolor": theme.PANEL}
             bars.barh(row, part.end - part.start, left=part.start - 1, **look)
     bars.set_yticks(range(len(walks)), list(walks), fontsize=7)
-    bars.invert_yaxis()
+    bars.set_ylim(len(walks) - 0.5, -0.5)
     bars.set_xlim(0, 1)
     drawing.name_panel(bars, "when it slides in a step", "the second step", "share of the step")
     return figure

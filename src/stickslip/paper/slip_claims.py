@@ -1,6 +1,6 @@
 """What the chapter says of the slides of Figs. 17 and 19, judged by walks at constant crank rate.
 
-The second step stands for all: the first begins at rest, which the others do not.
+They are looked at in the second step: the first begins with the foot at rest.
 """
 
 from __future__ import annotations

@@ -1,0 +1,48 @@
+"""docs/paper.md says what the command says."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from stickslip.cli import OK, main
+from stickslip.paper.registry import FIGURES
+from stickslip.paper.result import VERDICTS
+
+pytest.importorskip("matplotlib")
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "paper.md"
+TEXT = DOCUMENT.read_text(encoding="utf-8")
+TABLE = TEXT[TEXT.index("| figure | the chapter states |") :].splitlines()[2:]
+SLOW = {"fig13", "fig16", "fig25", "scheme"}
+"""Half a minute of compilation each."""
+
+
+def test_the_table_has_every_figure_and_known_verdicts():
+    rows = [line.strip("| ").split(" | ") for line in TABLE]
+    assert {len(row) for row in rows} == {5}
+    assert list(dict.fromkeys(row[0] for row in rows)) == list(FIGURES)
+    assert {row[3] for row in rows} == set(VERDICTS)
+
+
+def test_the_summary_has_a_verdict_of_the_table_in_every_row():
+    summary = TEXT[TEXT.index("| the chapter | here | |") :].split("\n\n")[0].splitlines()[2:]
+    verdicts = [re.split("[|;]", line.rsplit(" | ", 1)[1])[0].strip() for line in summary]
+    assert set(verdicts) == set(VERDICTS) - {"not stated"}
+    for verdict in set(verdicts):
+        told = [line for line in TABLE if f" | {verdict} | " in line]
+        assert len(told) >= verdicts.count(verdict)
+
+
+def test_every_figure_is_shown_by_its_picture():
+    shown = re.findall(r"\]\(paper/(\w+)\.png\)", TEXT)
+    assert sorted(shown) == sorted(FIGURES)
+    assert {path.stem for path in (DOCUMENT.parent / "paper").iterdir()} == set(FIGURES)
+
+
+@pytest.mark.long
+def test_the_table_is_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    names = [name for name in FIGURES if name not in SLOW]
+    assert main(["reproduce", *names, "--out", str(tmp_path)]) == OK
+    printed = capsys.readouterr().out.splitlines()[2:]
+    assert printed == [line for line in TABLE if line.split(" | ")[0].strip("| ") in names]
