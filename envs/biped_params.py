@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -17,10 +17,15 @@ from stickslip.dynamics.biped import (
     prepare,
 )
 from stickslip.dynamics.biped.fidelity import Fidelity
-from stickslip.dynamics.biped.model import unit_payload
 from stickslip.dynamics.biped.simulate import require_exchange
-from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+)
+from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.numeric import Numeric, float_kind
 from stickslip.dynamics.scene import Grip, Scene
 
 if TYPE_CHECKING:
@@ -47,18 +52,18 @@ class Randomisation:
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
         lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
-        for field in fields(self):
-            given = getattr(self, field.name)
+        for one in fields(self):
+            given = getattr(self, one.name)
             if given is None:
                 continue
-            low = lowest.get(field.name, -np.inf)
+            low = lowest.get(one.name, -np.inf)
             accepted = f"(low, high), finite, low <= high, low >= {low}"
             if not isinstance(given, tuple) or len(given) != 2:
-                raise ValueError(f"{field.name} = {given!r} is no range; accepted: {accepted}")
-            require_number(field.name, given[0], low=low, accepted=accepted)
-            require_number(field.name, given[1], low=low, accepted=accepted)
+                raise ValueError(f"{one.name} = {given!r} is no range; accepted: {accepted}")
+            require_number(one.name, given[0], low=low, accepted=accepted)
+            require_number(one.name, given[1], low=low, accepted=accepted)
             if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
-                raise ValueError(f"{field.name} = {given} has low > high; accepted: {accepted}")
+                raise ValueError(f"{one.name} = {given} has low > high; accepted: {accepted}")
         if self.phase is not None and is_concrete(self.phase):
             low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
             if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
@@ -66,14 +71,15 @@ class Randomisation:
         return self
 
 
-@jax.tree_util.register_dataclass
+@register_derived
 @dataclass(frozen=True)
 class BipedEnvParams:
     """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
 
-    robot: the model that is stepped (its `params` are the robot's). scene: floor and walk.
-    unit_payload: inertia of 1 kg on the hip, only if payloads are drawn. randomisation: what a
-    reset draws.
+    robot: the model that is stepped, with the scene's payload; `robot.params` is the robot without.
+    scene: floor, walk and payload. randomisation: what a reset draws. unit_payload: inertia of 1 kg
+    on the hip, only if payloads are drawn; it follows from the others. A change of scene, robot or
+    randomisation, by `replace` or `dataclasses.replace`, prepares what depends on it anew.
     torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
     commanded_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
@@ -83,7 +89,6 @@ class BipedEnvParams:
 
     robot: BipedModel
     scene: Scene
-    unit_payload: Inertia | None
     randomisation: Randomisation
     torque_limit: Numeric
     control_period: Numeric
@@ -95,14 +100,48 @@ class BipedEnvParams:
     slip_weight: Numeric
     energy_weight: Numeric
     fall_penalty: Numeric
+    unit_payload: Inertia | None = field(init=False, repr=False)
+
+    def __post_init__(self):
+        require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
+        if self.robot.load is not None:
+            raise ValueError("robot carries a load; accepted: a BipedModel as `prepare` makes it")
+        unit = None
+        if holds_numbers(self.robot.params):
+            carried = self.scene.payload if isinstance(self.scene, Scene) else self.robot.payload
+            if not _same_number(self.robot.payload, carried):
+                settle(self, robot=replace(self.robot, payload=carried))
+            if getattr(self.randomisation, "payload", None) is not None:
+                unit = self.robot.unit_inertia()
+        settle(self, unit_payload=unit)
 
     def replace(self, **changes: Any) -> BipedEnvParams:
-        """A copy with some numbers changed, validated. ValueError for an unknown field."""
-        known = [field.name for field in fields(self)]
-        for name in changes:
-            if name not in known:
-                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
+        """A copy with some entries changed, validated: fields, or biped, fidelity, dtype.
+
+        robot may be a BipedParams, too, as biped is: it is then prepared with the fidelity and in
+        the type of the robot before. ValueError for an unknown name.
+        """
+        known = [one.name for one in fields(self) if one.init]
+        require_known(changes, [*known, *ROBOT])
+        given = {name: changes.pop(name) for name in ROBOT if name in changes}
+        if isinstance(changes.get("robot"), BipedParams):
+            given.setdefault("biped", changes.pop("robot"))
+        if given and "robot" in changes:
+            raise ValueError(f"robot beside {', '.join(given)}; accepted: one or the others")
+        if given:
+            changes["robot"] = self._other_robot(**given)
         return replace(self, **changes).validate()
+
+    def _other_robot(
+        self, biped: BipedParams | None = None, fidelity: Any = None, dtype: Any = None
+    ) -> BipedModel:
+        before = self.robot
+        biped = before.params if biped is None else biped
+        require_kind("biped", biped, BipedParams, "a BipedParams")
+        biped.validate()
+        kind = float_kind(dtype, jnp.result_type(before.params.crank))
+        fidelity = before.fidelity if fidelity is None else fidelity
+        return BipedModel(biped.astype(kind), before.payload, fidelity)
 
     def validate(self) -> BipedEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
@@ -110,6 +149,8 @@ class BipedEnvParams:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="finite, > 0")
         for name in NON_NEGATIVE:
             require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
+        require_kind("scene", self.scene, Scene, "a Scene")
+        require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
         self.scene.validate()
         self.randomisation.validate()
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
@@ -128,6 +169,18 @@ POSITIVE = (
     "max_crank_rate",
 )
 NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+
+
+def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
+    """Whether two payloads are known to be the same: one object, or equal in value and shape."""
+    if one is None or other is None or not is_concrete(one, other):
+        return one is other
+    same = np.shape(one) == np.shape(other)
+    return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
+
+
+ROBOT = ("biped", "fidelity", "dtype")
+"""What the robot of the parameters is made of, by its names in `make_params`."""
 
 CONTROL_PERIOD = 0.02
 """Time from one action to the next [s], unless another is chosen."""
@@ -163,13 +216,10 @@ def make_params(
         if not isinstance(given, kind):
             raise ValueError(f"{name} = {given!r}; accepted: None or a {kind.__name__}")
     biped.validate()
-    biped = biped.astype(dtype or jnp.result_type(biped.mass))
-    robot = _prepare(biped, fidelity, scene.payload)
-    unit = None if drawn.payload is None else _unit_payload(biped, fidelity)
+    biped = biped.astype(float_kind(dtype, jnp.result_type(biped.mass)))
     return BipedEnvParams(
-        robot=robot,
+        robot=prepare(biped, fidelity=fidelity, payload=scene.payload),
         scene=scene,
-        unit_payload=unit,
         randomisation=drawn,
         torque_limit=torque_limit,
         control_period=control_period,
@@ -182,11 +232,3 @@ def make_params(
         energy_weight=energy_weight,
         fall_penalty=fall_penalty,
     ).validate()
-
-
-_unit_payload = jax.jit(unit_payload, static_argnums=1)
-
-
-@jax.jit(static_argnums=1)
-def _prepare(biped: BipedParams, fidelity: Fidelity, payload: Numeric | None) -> BipedModel:
-    return prepare(biped, fidelity=fidelity, payload=payload)

@@ -38,7 +38,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             raise ValueError(
                 f"render_mode = {render_mode!r} is unknown; accepted: None, 'human', 'rgb_array'"
             )
-        self.functional, self.params, self.render_mode = env, params, render_mode
+        self._functional, self._params, self.render_mode = env, params, render_mode
         self.observation_space = observation_space(env, params)
         self.action_space = action_space(env)
         self.metadata = self.metadata | {"render_fps": round(1 / float(params.control_period))}
@@ -48,6 +48,16 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._info: dict[str, Any] = {}
         self._renderer: Any = None
         self._window: Window | None = None
+
+    @property
+    def functional(self) -> FunctionalEnv:
+        """The functional environment."""
+        return self._functional
+
+    @property
+    def params(self) -> Any:
+        """Its parameters; fixed, as they are compiled in: make another environment for others."""
+        return self._params
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

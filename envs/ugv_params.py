@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.checks import is_concrete, require_kind, require_known, require_number
+from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.numeric import Numeric, float_kind
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.ugv_draw import UGVRandomisation
 from stickslip.optim.waypoints import waypoints_along
@@ -19,22 +20,24 @@ if TYPE_CHECKING:
     from stickslip.optim.criteria import Criterion
 
 
-@jax.tree_util.register_dataclass
+@register_derived
 @dataclass(frozen=True)
 class UGVEnvParams:
     """Parameters of UGVEnv, a pytree to vmap over. Build it with `UGVEnv.make_params`.
 
-    vehicle: the UGV. odometer: the ground and the arc length along it; a drawn ground takes its
-    place. randomisation: what a reset draws.
+    vehicle: the UGV. odometer: the ground and the arc length along it, made anew where the drive
+    leaves what it covers; a drawn ground takes its place. randomisation: what a reset draws.
     friction: mu between wheels and ground [-]. leg_rate: how far action 1 turns a leg for each
     metre that the front wheel advances [rad/m]. spacing: how far it advances in a step [m]. start,
     end: where it stands at first and at last [m]. start_angles: of the legs [2], rear and front
     [rad]. min_clearance: body and legs must be as far above the ground [m].
     preview_length: how far ahead the ground is seen [m]. preview_noise: standard deviation of each
     height seen [m], or None for exact ones.
-    failure_penalty: taken off the reward, once, when the episode terminates, in the criterion's
-    unit. reward_scale: factor on the whole reward; 1 leaves it in the criterion's unit.
-    speed: of the front wheel along x in pictures [m/s]; nothing else knows of time.
+    reward_scale: factor on the whole reward; 1 leaves it in the criterion's unit. speed: of the
+    front wheel along x in pictures [m/s]; nothing else knows of time.
+    given_penalty: the failure penalty, or None for the one that `penalty_for` makes of vehicle,
+    friction (the greatest that is drawn) and way in penalty_unit, the criterion's unit.
+    failure_penalty: which of them it is; taken off the reward, once, when the episode terminates.
     """
 
     vehicle: UGVParams
@@ -49,9 +52,25 @@ class UGVEnvParams:
     min_clearance: Numeric
     preview_length: Numeric
     preview_noise: Numeric | None
-    failure_penalty: Numeric
     reward_scale: Numeric
     speed: Numeric
+    given_penalty: Numeric | None
+    penalty_unit: str = field(metadata={"static": True})
+    failure_penalty: Numeric = field(init=False)
+
+    def __post_init__(self):
+        penalty = self.given_penalty
+        numbers = (self.vehicle, self.odometer, self.friction, self.start, self.end)
+        if holds_numbers(*numbers):
+            settle(self, odometer=_covering(self.odometer, self.start, self.end))
+            if penalty is None:
+                penalty = self._ample_penalty()
+        settle(self, failure_penalty=penalty)
+
+    def _ample_penalty(self):
+        drawn = self.randomisation.friction
+        friction = self.friction if drawn is None else jnp.maximum(self.friction, drawn[1])
+        return penalty_in(self.penalty_unit, self.vehicle, friction, self.end - self.start)
 
     @property
     def track(self) -> Track:
@@ -85,16 +104,17 @@ class UGVEnvParams:
     def replace(self, **changes: Any) -> UGVEnvParams:
         """A copy with some entries changed, validated: fields, or `track`. The numbers take the
         type of those before. ValueError for an unknown name."""
-        known = [*(field.name for field in fields(self)), "track"]
-        for name in changes:
-            if name not in known:
-                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
+        known = [one.name for one in fields(self) if one.init and one.name != "given_penalty"]
+        require_known(changes, [*known, "track", "failure_penalty"])
         dtype = jnp.result_type(self.start)
+        if "failure_penalty" in changes:
+            changes["given_penalty"] = changes.pop("failure_penalty")
         track = changes.pop("track", None)
-        changed = replace(self, **changes)
         if track is not None:
-            changed = replace(changed, odometer=_odometer(track, changed.start, changed.end, dtype))
-        return _cast(changed.validate(), dtype)
+            require_kind("track", track, Track, "a Track")
+            start, end = (changes.get(name, getattr(self, name)) for name in ("start", "end"))
+            changes["odometer"] = _odometer(track, start, end, dtype)
+        return _cast(replace(self, **changes).validate(), dtype)
 
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
@@ -157,9 +177,7 @@ def make_params(
             raise ValueError(f"{name} = {given!r}; accepted: None or a {kind.__name__}")
     places = waypoints_along(track, vehicle, spacing, start, end)
     first, last = float(places[0]), float(places[-1])
-    dtype = jnp.dtype(dtype or jnp.result_type(float))
-    if failure_penalty is None:
-        failure_penalty = penalty_for(criterion, vehicle, friction, last - first)
+    dtype = float_kind(dtype, jnp.result_type(float))
     params = UGVEnvParams(
         vehicle=vehicle,
         odometer=_odometer(track, first, last, dtype),
@@ -173,9 +191,10 @@ def make_params(
         min_clearance=min_clearance,
         preview_length=preview_length,
         preview_noise=preview_noise,
-        failure_penalty=failure_penalty,
         reward_scale=reward_scale,
         speed=speed,
+        given_penalty=failure_penalty,
+        penalty_unit=criterion.unit,
     )
     return _cast(params.validate(), dtype)
 
@@ -189,6 +208,11 @@ def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, len
     total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
     torque's variation: W r built up and let go once a metre stands for it.
     """
+    return penalty_in(criterion.unit, vehicle, friction, length)
+
+
+def penalty_in(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
+    """`penalty_for` a criterion with this unit."""
     W, r = vehicle.weight, vehicle.wheel_radius
     bounds = {
         "J": (1 + friction) * W * length,
@@ -197,23 +221,38 @@ def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, len
         "N": (1 + friction) * W,
         "-": 1 + friction,
     }
-    if criterion.unit not in bounds:
+    if unit not in bounds:
         raise ValueError(
-            f"failure_penalty = None with {criterion.name!r}, whose unit is {criterion.unit!r}; "
-            "accepted: a number >= 0 in that unit"
+            f"failure_penalty = None with a criterion whose unit is {unit!r}; accepted: a number "
+            ">= 0 in that unit"
         )
-    return bounds[criterion.unit]
+    return bounds[unit]
+
+
+def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
+    """The odometer, or one that reaches from start to end where it does not, or may not."""
+    ends = (odometer.start, odometer.end, start, end)
+    if is_concrete(*ends):
+        first, last, start, end = map(np.asarray, ends)
+        slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
+        if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
+            return odometer
+    if np.ndim(odometer.start):
+        raise ValueError(
+            "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
+        )
+    return _odometer(odometer.track, start, end, jnp.result_type(odometer.start))
 
 
 def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
     """Over the track and the drive, whichever reaches farther."""
-    first, last = np.minimum(track.start, start), np.maximum(track.end, end)
-    return _along(*(_cast(tree, dtype) for tree in (track, first, last)))
+    return _along(*(_cast(tree, dtype) for tree in (track, start, end)))
 
 
 @jax.jit
 def _along(track: Track, start: jax.Array, end: jax.Array) -> Odometer:
-    return Odometer.along(track, start, end)
+    first, last = jnp.minimum(track.start, start), jnp.maximum(track.end, end)
+    return Odometer.along(track, first, last)
 
 
 def _cast(tree: Any, dtype: Any) -> Any:

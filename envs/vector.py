@@ -47,8 +47,8 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             raise ValueError(f"render_mode = {render_mode!r}; accepted: None, 'rgb_array'")
         self.mode = _mode(autoreset_mode)
         self.num_envs = num_envs
-        self.functional = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]
-        self.params, self.render_mode = params, render_mode
+        self._functional: FunctionalEnv = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]
+        self._params, self.render_mode = params, render_mode
         self.single_observation_space = observation_space(env, params)
         self.single_action_space = action_space(env)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -64,6 +64,16 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
         self._renderers: list[Any] | None = None
+
+    @property
+    def functional(self) -> FunctionalEnv:
+        """The functional environment."""
+        return self._functional
+
+    @property
+    def params(self) -> Any:
+        """Its parameters; fixed, as they are compiled in: make another environment for others."""
+        return self._params
 
     def reset(
         self,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
@@ -23,6 +22,7 @@ from stickslip.dynamics.biped.kinematics import kinematics
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
 from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import float_type
 from stickslip.dynamics.scene import OUTPUTS, Floor, Smoothed, Uniform
 from stickslip.dynamics.status import Status
@@ -123,7 +123,7 @@ def forward_dynamics(
     model = prepare(params, fidelity=fidelity)
     if isinstance(model.inertia, ExactInertia):  # one instant: only here must the linkage close
         closes = kinematics(model.inertia.params, jnp.asarray(theta)).closure >= 0
-        model = replace(model, closes=closes)
+        model = rebuilt(model, closes=closes)
     theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic = _floats(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic
     )

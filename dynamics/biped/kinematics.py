@@ -6,6 +6,7 @@ and parallel to the foot, y up. The supporting foot is flat, so the hip turns by
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -146,24 +147,39 @@ def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
     return jnp.maximum(jnp.max(jax.vmap(mismatch)(ends)), unbalance)
 
 
+def as_batch(params: BipedParams) -> tuple[tuple[int, ...], BipedParams]:
+    """The batch's shape, () for one robot, and every field as an array with its axes first."""
+    leaves, structure = jax.tree.flatten(params)
+    tails = [
+        np.shape(leaf)[np.ndim(leaf) - n :] for leaf, n in zip(leaves, _PLAIN_NDIM, strict=True)
+    ]
+    heads = [
+        np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, _PLAIN_NDIM, strict=True)
+    ]
+    try:
+        batch = np.broadcast_shapes(*heads)
+    except ValueError:
+        given = {
+            field.name: head for field, head in zip(fields(params), heads, strict=True) if head
+        }
+        raise ValueError(
+            f"batch axes do not broadcast: {given}; accepted: none, or the same in every field"
+        ) from None
+    whole = [
+        jnp.broadcast_to(jnp.asarray(leaf), batch + tail)
+        for leaf, tail in zip(leaves, tails, strict=True)
+    ]
+    return batch, structure.unflatten(whole)
+
+
 def require_closure(params: BipedParams, samples: int = 720) -> None:
     """Raise ValueError naming a crank angle at which the linkage cannot close, if any."""
     if not is_concrete(params):
         return
-    leaves, structure = jax.tree.flatten(params)
-    plain = jax.tree.structure(params).unflatten(_PLAIN_NDIM)
-    ndims = jax.tree.leaves(plain)
-    batch = np.broadcast_shapes(
-        *(np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, ndims, strict=True))
-    )
-    count = int(np.prod(batch))
-    flat = [
-        jnp.broadcast_to(jnp.asarray(leaf), (*batch, *np.shape(leaf)[np.ndim(leaf) - n :])).reshape(
-            count, *np.shape(leaf)[np.ndim(leaf) - n :]
-        )
-        for leaf, n in zip(leaves, ndims, strict=True)
-    ]
-    margin, angles = map(np.asarray, _closure_margins(structure.unflatten(flat), samples))
+    batch, whole = as_batch(params)
+    count, depth = int(np.prod(batch)), len(batch)
+    flat = jax.tree.map(lambda leaf: leaf.reshape(count, *leaf.shape[depth:]), whole)
+    margin, angles = map(np.asarray, _closure_margins(flat, samples))
     if np.all(margin >= 0):
         return
     member = int(np.nanargmin(margin))

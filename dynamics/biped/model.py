@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.fidelity import Fidelity, Inertia, inertia_of
-from stickslip.dynamics.biped.kinematics import exchange_mismatch, least_closure, step_length
+from stickslip.dynamics.biped.fidelity import (
+    FIDELITIES,
+    Fidelity,
+    Inertia,
+    inertia_of,
+    require_fidelity,
+)
+from stickslip.dynamics.biped.kinematics import (
+    as_batch,
+    exchange_mismatch,
+    least_closure,
+    step_length,
+)
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.derived import (
+    holds_numbers,
+    rebuilt,
+    register_derived,
+    settle,
+)
 from stickslip.dynamics.numeric import Numeric, float_type
 
 if TYPE_CHECKING:
@@ -21,21 +40,101 @@ if TYPE_CHECKING:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
+class Load:
+    """Other masses for a robot that is prepared; see `load`. payload: [kg], None for none."""
+
+    mass_factor: Numeric
+    payload: Numeric | None
+
+
+@register_derived
+@dataclass(frozen=True)
 class BipedModel:
-    """What a step needs of a robot. Build it once with `prepare` and step with it many times."""
+    """What a step needs of a robot. Build it once with `prepare` and step with it many times.
+
+    params, payload, fidelity and load say what it is; the rest is computed from these, again
+    whenever `dataclasses.replace` changes one of them.
+    """
 
     params: BipedParams
-    """The robot it was made from, the scene's payload included."""
-    inertia: Inertia | LoadedInertia
-    total_mass: Float[Array, ""]
-    gravity: Float[Array, ""]
-    step_length: Float[Array, ""]
-    heel: Float[Array, ""]
-    toe: Float[Array, ""]
-    closes: Bool[Array, ""]
+    """The robot as it was given, in one floating type."""
+    payload: Numeric | None = None
+    """Mass [kg] added at the hip's centre, the scene's; None for none."""
+    fidelity: Fidelity = field(default=FIDELITIES["reduced"], metadata={"static": True})
+    load: Load | None = None
+    """What `load` put on it."""
+    fitted: Inertia = field(init=False, repr=False)
+    """Inertia functions of the robot with its payload, without the load."""
+    unit: Inertia | None = field(init=False, repr=False)
+    """Those of 1 kg at the hip's centre, where the load has a payload."""
+    own_mass: Float[Array, ""] = field(init=False, repr=False)
+    step_length: Float[Array, ""] = field(init=False, repr=False)
+    closes: Bool[Array, ""] = field(init=False, repr=False)
     """The linkage closes at every crank angle."""
-    symmetric: Bool[Array, ""]
+    symmetric: Bool[Array, ""] = field(init=False, repr=False)
     """Support can be exchanged without an impact."""
+
+    def __post_init__(self):
+        require_kind("params", self.params, BipedParams, "a BipedParams")
+        spec = require_fidelity(self.fidelity)
+        settle(self, fidelity=spec)
+        names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
+        parts: Any = (None,) * len(names)
+        if holds_numbers(self.params):
+            parts = self._prepare()
+        settle(self, unit=None, **dict(zip(names, parts, strict=True)))
+        if self.load is not None and self.load.payload is not None:
+            settle(self, unit=self.unit_inertia())
+
+    def _prepare(self):
+        params, extra = self.params.astype(float_type(self.params, self.payload)), self.payload
+        batch, whole = as_batch(params)
+        if extra is not None:
+            extra = jnp.asarray(extra, whole.payload.dtype)
+            batch = jnp.broadcast_shapes(batch, extra.shape)
+            settle(self, payload=jnp.broadcast_to(extra, batch))
+        if batch:
+            whole = as_batch(replace(whole, crank=jnp.broadcast_to(whole.crank, batch)))[1]
+        settle(self, params=whole)
+        return _derive(self.fidelity, with_payload(whole, extra))
+
+    @property
+    def inertia(self) -> Inertia | LoadedInertia:
+        """M, P, Y and the ground moment's functions of the robot as it stands there."""
+        if self.load is None:
+            return self.fitted
+        return LoadedInertia(self.fitted, self.unit, self.load.mass_factor, self.load.payload)
+
+    @property
+    def total_mass(self) -> Float[Array, ""]:
+        """All 24 bodies, payload and load [kg]."""
+        if self.load is None:
+            return self.own_mass
+        scaled = self.own_mass * self.load.mass_factor
+        return scaled if self.load.payload is None else scaled + self.load.payload
+
+    @property
+    def gravity(self) -> Float[Array, ""]:
+        """[m/s^2]"""
+        return jnp.asarray(self.params.gravity)
+
+    @property
+    def heel(self) -> Float[Array, ""]:
+        """The foot's edge behind the ankle [m]."""
+        return jnp.asarray(self.params.heel)
+
+    @property
+    def toe(self) -> Float[Array, ""]:
+        """The foot's edge before the ankle [m]."""
+        return jnp.asarray(self.params.toe)
+
+    def unit_inertia(self) -> Inertia:
+        """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
+        return _derive(self.fidelity, _unit_mass(self.params))[0]
+
+    def replace(self, **changes: Any) -> BipedModel:
+        """The model of a robot with some fields of BipedParams changed, prepared anew."""
+        return replace(self, params=self.params.replace(**changes))
 
 
 def prepare(
@@ -57,20 +156,27 @@ def prepare(
                 "prepare(params, payload=...) and a scene without"
             )
         return params
-    if payload is not None:
-        params = replace(params, payload=params.payload + jnp.asarray(payload))
-    params = params.astype(float_type(params))
+    return BipedModel(params, payload, fidelity)
+
+
+def _derive(spec, params: BipedParams):
+    """What follows from a robot, member by member where the robots are a batch."""
+    function = partial(_derive_one, spec)
+    for _ in as_batch(params)[0]:
+        function = jax.vmap(function)
+    return function(params)
+
+
+@partial(jax.jit, static_argnums=0)
+def _derive_one(spec, params: BipedParams):
+    """One program for every robot, payload and unit payload of a fidelity and a type."""
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
-    return BipedModel(
-        params=params,
-        inertia=inertia_of(params, fidelity),
-        total_mass=params.total_mass,
-        gravity=jnp.asarray(params.gravity),
-        step_length=step_length(params),
-        heel=jnp.asarray(params.heel),
-        toe=jnp.asarray(params.toe),
-        closes=least_closure(params, 256)[0] >= 0,
-        symmetric=exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
+    return (
+        inertia_of(params, spec),
+        params.total_mass,
+        step_length(params),
+        least_closure(params, 256)[0] >= 0,
+        exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
     )
 
 
@@ -85,7 +191,7 @@ class LoadedInertia:
     empty: Inertia
     unit: Inertia | None
     mass_factor: Float[Array, ""]
-    payload: Float[Array, ""]
+    payload: Float[Array, ""] | None
 
     def at(self, theta: Float[Array, ""]) -> ReducedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
@@ -111,36 +217,45 @@ def load(
     """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
 
     Fits nothing again: the functions are sums (see LoadedInertia). unit: from `unit_payload`, or
-    None for no payload, and nothing compiled for it. model.params stays the unloaded robot.
+    None for no payload, and nothing compiled for it. model.params stays the unloaded robot. Of a
+    model with a load the load's masses are multiplied, too.
     """
-    factor, extra = jnp.asarray(mass_factor), jnp.asarray(payload)
-    extra = jnp.zeros_like(extra) if unit is None else extra
-    return replace(
-        model,
-        inertia=LoadedInertia(model.inertia, unit, factor, extra),  # type: ignore[arg-type]
-        total_mass=model.total_mass * factor + extra,
-    )
+    factor = jnp.asarray(mass_factor)
+    extra = None if unit is None else jnp.asarray(payload)
+    if model.load is not None:
+        before = model.load.payload
+        if before is not None:
+            extra = factor * before + (0.0 if extra is None else extra)
+        unit, factor = model.unit if unit is None else unit, factor * model.load.mass_factor
+    return rebuilt(model, load=Load(factor, extra), unit=unit)
 
 
 def unit_payload(params: BipedParams, fidelity: Fidelity) -> Inertia:
     """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
+    return inertia_of(_unit_mass(params), fidelity)
+
+
+def _unit_mass(params: BipedParams) -> BipedParams:
+    """The linkage without mass but for 1 kg at the hip's centre."""
     nothing = jnp.zeros_like(jnp.asarray(params.mass))
-    alone = replace(
-        params,
-        mass=nothing,
-        inertia=jnp.zeros_like(nothing),
-        payload=jnp.ones_like(jnp.asarray(params.payload)),
-    )
-    return inertia_of(alone, fidelity)
+    one = jnp.ones_like(jnp.asarray(params.payload))
+    return replace(params, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
+
+
+def with_payload(params: BipedParams, payload: Numeric | None) -> BipedParams:
+    """The robot with more mass at the hip's centre; None for none."""
+    if payload is None:
+        return params
+    return replace(params, payload=params.payload + jnp.asarray(payload))
 
 
 def loaded_params(model: BipedModel) -> BipedParams:
-    """The robot with the masses that `load` gave it."""
-    load = model.inertia
-    if not isinstance(load, LoadedInertia):
-        return model.params
-    mass, inertia = (
-        load.mass_factor * jnp.asarray(m) for m in (model.params.mass, model.params.inertia)
-    )
-    payload = load.mass_factor * model.params.payload + load.payload
-    return replace(model.params, mass=mass, inertia=inertia, payload=payload)
+    """The robot with all that it carries: the model's payload and what `load` gave it."""
+    params = with_payload(model.params, model.payload)
+    if model.load is None:
+        return params
+    factor, extra = model.load.mass_factor, model.load.payload
+    mass, inertia = (factor * jnp.asarray(value) for value in (params.mass, params.inertia))
+    payload = factor * params.payload
+    payload = payload if extra is None else payload + extra
+    return replace(params, mass=mass, inertia=inertia, payload=payload)

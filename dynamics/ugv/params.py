@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.derived import register_derived
 from stickslip.dynamics.numeric import Numeric
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
 MASSES = ("wheel_mass", "body_mass", "leg_mass")
 
 
-@jax.tree_util.register_dataclass
+@register_derived
 @dataclass(frozen=True)
 class UGVParams:
     """The half vehicle of the chapter's Fig. 20, SI units; masses of one side.

@@ -10,6 +10,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status, Uniform
 from stickslip.dynamics.biped import BipedState, step
+from stickslip.dynamics.derived import rebuilt
 from tests.dynamics.helpers import default_model
 
 MEMBERS = 400
@@ -42,7 +43,7 @@ def batch():
 @jax.jit
 def _many(model, closes, scenes, states, torques):
     def one(closes, *member):
-        return step(replace(model, closes=closes), *member, jnp.float32(0.03))
+        return step(rebuilt(model, closes=closes), *member, jnp.float32(0.03))
 
     return jax.vmap(one)(closes, scenes, states, torques)
 

@@ -111,7 +111,7 @@ def test_lengths_by_a_thousand_and_masses_by_a_million_change_rounding_only(dtyp
 def test_a_payload_of_a_hundred_kilograms_is_carried(dtype):
     """Thirteen times the robot's own mass on the hip: a weight, not a wall."""
     params = replace(default_params(dtype.name), payload=jnp.asarray(100.0, dtype))
-    loaded = replace(model_of(params), heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype))
+    loaded = model_of(replace(params, heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)))
     rows = [
         Start(0.06, 0.05, 2.0, 3.0, torque=torque, dt=2e-3, count=200, model=loaded)
         for torque in (0.0, 0.5, 5.0, -5.0)
@@ -188,7 +188,8 @@ def test_a_linkage_that_just_closes_walks_and_one_that_just_does_not_is_named(fl
 
 def replace_feet(model: BipedModel) -> BipedModel:
     """The same robot on feet too long to topple on."""
-    return replace(model, heel=jnp.asarray(1e3), toe=jnp.asarray(1e3))
+    params = replace(model.params, heel=jnp.asarray(1e3), toe=jnp.asarray(1e3))
+    return replace(model, params=params)
 
 
 def test_single_precision_knows_the_closing_margin_to_a_millionth(float64):

@@ -69,7 +69,7 @@ def test_a_foot_that_would_topple_at_once_does_not_move(float64):
 
 
 def test_longer_feet_do_not_topple(float64):
-    model = replace(default_model(), heel=jnp.asarray(0.5), toe=jnp.asarray(0.5))
+    model = default_model().replace(heel=jnp.asarray(0.5), toe=jnp.asarray(0.5))
     assert int(move(state_of(), 2.0, model=model)[1].status) == Status.OK
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, Table
+from stickslip.dynamics.derived import rebuilt
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
 from tests.envs.helpers import task
 
@@ -103,7 +104,7 @@ def test_an_impossible_floor_is_refused():
 
 
 def test_a_robot_that_cannot_be_is_refused():
-    open_ = replace(task()[1].robot, closes=np.asarray(False))
+    open_ = rebuilt(task()[1].robot, closes=np.asarray(False))
     with pytest.raises(ValueError, match=r"robot: its linkage cannot close"):
         task()[1].replace(robot=open_)
     lame = replace(BipedParams.from_bars(), heel=np.float32(-0.1))

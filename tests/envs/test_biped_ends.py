@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Setting, Status
 from stickslip.dynamics.biped import BipedParams, EventExact
+from stickslip.dynamics.derived import rebuilt
 from stickslip.envs import BipedEnv
 from stickslip.envs.functional import pure_step
 from tests.envs.helpers import STEPS, actions, constant, rollout, task
@@ -43,7 +44,7 @@ def ending(status: Status):
         Status.STEP_COMPLETE: (*task("one"), constant(0.24, 0.24, 0.23, 0.25)),
         Status.NO_EXCHANGE: (
             env,
-            replace(params, scene=sticky, robot=replace(robot, symmetric=np.asarray(False))),
+            rebuilt(params, scene=sticky, robot=rebuilt(robot, symmetric=np.asarray(False))),
             constant(0.24, 0.24, 0.23, 0.25),
         ),
         Status.NOT_CONVERGED: (BipedEnv(setting=HASTY), params, STILL),
@@ -71,7 +72,7 @@ def test_every_terminal_status_ends_the_episode_as_a_termination(status):
 
 def test_a_linkage_that_cannot_close_ends_the_episode_without_a_solution():
     env, params = task()
-    open_ = replace(params, robot=replace(params.robot, closes=np.asarray(False)))
+    open_ = rebuilt(params, robot=rebuilt(params.robot, closes=np.asarray(False)))
     run = rollout(env, open_, STILL)
     assert np.all(run.info["status"] == Status.NO_SOLUTION)
     assert run.terminated.all()
