@@ -51,6 +51,9 @@ def test_names_come_in_the_chapters_order_and_all_means_all():
     assert list(figures_of(["all"])) == list(figures_of(["fig12", "all"])) == list(FIGURES)
     with pytest.raises(ValueError, match=r"'fig1'.*accepted: fig11, .*scheme, all"):
         figures_of(["fig1"])
+    with pytest.raises(ValueError, match=r"did you mean .*fig17"):
+        figures_of(["figg17"])
+    assert list(figures_of("fig17")) == ["fig17"]
 
 
 def test_cells_hold_numbers_to_ten_digits_words_and_nothing_for_nan():
@@ -65,5 +68,6 @@ def test_bars_in_a_claim_do_not_break_the_table():
     assert claims_text({"fig1": [claim]}).splitlines()[-1].count("|") == 6
     with pytest.raises(ValueError, match="verdict = 'maybe'; accepted: agrees"):
         Claim("a", "b", "maybe", "c")
-    with pytest.raises(ValueError, match="samples = 1"):
-        Setting(1)
+    for bad in (1, 2401, 48.0, True, "48", None):
+        with pytest.raises(ValueError, match=r"samples = .*accepted: 24 to 2400"):
+            Setting(bad)  # type: ignore[arg-type]

@@ -93,7 +93,7 @@ def extremes(tried: Tried) -> Claim:
             f"{largest[which]:.1f} N m ({name_of(tried.pairs[which])}, front wheel at {at:.2f} m)"
         )
 
-    ranks = [np.argsort(np.argsort(of)) for of in (tried.wheelbase, largest)]
+    base, peak = (np.argsort(np.argsort(of)) for of in (tried.wheelbase, largest))
     return Claim(
         "(the extremes over all pairs)",
         f"largest torque from {told(int(np.argmax(largest)))} to {told(int(np.argmin(largest)))}; "
@@ -102,7 +102,7 @@ def extremes(tried: Tried) -> Claim:
         NOT_STATED,
         "mirrored pairs need as much the other way. A longer wheelbase has the wheels on the "
         "steepest places one after the other: largest torque and wheelbase have a rank correlation "
-        f"of {np.corrcoef(ranks)[0, 1]:.2f}",
+        f"of {np.corrcoef(base, peak)[0, 1]:.2f}",
     )
 
 

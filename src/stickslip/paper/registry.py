@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 
+from stickslip.dynamics.checks import nearest
 from stickslip.paper.result import Result, Setting
 
 
@@ -72,12 +73,13 @@ EVERYTHING = "all"
 
 def figures_of(names: Iterable[str]) -> dict[str, Figure]:
     """The figures asked for, each once, in the chapter's order; ValueError for unknown names."""
-    wanted = set(names)
+    wanted = {names} if isinstance(names, str) else set(names)
     unknown = sorted(wanted - {*FIGURES, EVERYTHING})
     if unknown or not wanted:
         given = ", ".join(map(repr, unknown)) or "no figure"
         accepted = ", ".join([*FIGURES, EVERYTHING])
-        raise ValueError(f"{given} is not a figure here; accepted: {accepted}")
+        near = nearest(unknown[0], FIGURES) if unknown else ""
+        raise ValueError(f"{given} is not a figure here; accepted: {accepted}{near}")
     if EVERYTHING in wanted:
         return dict(FIGURES)
     return {name: figure for name, figure in FIGURES.items() if name in wanted}

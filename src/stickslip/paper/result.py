@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_integer
+
 AGREES = "agrees"
 PARTLY = "partly"
 DIFFERS = "differs"
@@ -74,8 +76,8 @@ class Setting:
     say: Callable[[str], None] = lambda what: None
 
     def __post_init__(self):
-        if isinstance(self.samples, bool) or not 24 <= self.samples <= 2400:
-            raise ValueError(f"samples = {self.samples}; accepted: 24 to 2400 points a step")
+        accepted = "24 to 2400 points a step"
+        require_integer("samples", self.samples, low=24, high=2400, accepted=accepted)
 
 
 @dataclass(frozen=True)
