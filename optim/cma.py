@@ -13,13 +13,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim import posture as traced
 from stickslip.optim.linearise import Near, without_criterion
 from stickslip.optim.posture import Posture
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.sizes import COVARIANCE, require_stations, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings
+from stickslip.optim.waypoints import require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -57,9 +59,11 @@ def solve_cma(
     """
     cma = _package()
     began = time.perf_counter()
-    require_number("sigma", sigma, low=0.0, strict=True, accepted="a number > 0")
-    require_number("penalty", penalty, low=0.0, strict=True, accepted="a number > 0")
-    require_number("evaluations", evaluations, low=1, accepted="an integer >= 1")
+    for name, value in (("sigma", sigma), ("penalty", penalty)):
+        require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
+    evaluations = require_integer("evaluations", evaluations)
+    seed = require_integer("seed", seed, low=0)
+    population = _population(problem, population)
     begun = begin(problem, "cma", start, angles, progress, began)
     if isinstance(begun, Result):
         return begun
@@ -75,8 +79,7 @@ def solve_cma(
         "verb_log": 0,
         "verb_disp": 0,
     }
-    if population is not None:
-        options["popsize"] = population
+    options["popsize"] = population
     strategy: Any = cma.CMAEvolutionStrategy(samples.first, sigma, options)
     with Bar("cma", evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
@@ -96,6 +99,17 @@ def solve_cma(
         f"{shortcomings(problem, samples.best)}",
         details={"stop": stop, "seed": seed},
     )
+
+
+def _population(problem: PostureProblem, given: Any) -> int:
+    """How many drives a generation has; refused where they, or cma's matrices, do not fit."""
+    size = 4 + int(3 * np.log(problem.n))
+    if given is not None:
+        size = require_integer("population", given, low=2, accepted="None, or an integer >= 2")
+    drives = f"population = {size} at {len(problem.x)} waypoints"
+    require_stations(drives, 2.0 * size * len(problem.x))  # rounded up to a power of two
+    require_waypoint_matrices(problem, "cma", square=COVARIANCE)
+    return size
 
 
 class _Samples:
