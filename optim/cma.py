@@ -50,8 +50,9 @@ def solve_cma(
     start, angles: see start_point. seed: of the samples; nothing else is random, and NumPy's
     global state is neither read nor written. evaluations: of the objective, at most, to whole
     generations, besides the start's own. sigma: first standard deviation, as a part of each
-    angle's range. population: of a generation, None for cma's 4 + 3 log(2K). penalty: price of a
-    missed scaled margin, of the objective's scale.
+    angle's range. population: of a generation, None for cma's 4 + 3 log(n) of the n angles
+    that are free; given ends are not searched. penalty: price of a missed scaled margin, of the
+    objective's scale.
 
     Nothing is proved: FEASIBLE where cma's own criteria stopped it, LIMIT at `evaluations`,
     VIOLATED without a feasible sample, FAILED without a pose to begin. evaluations: drives.
@@ -103,7 +104,7 @@ def solve_cma(
 
 def _population(problem: PostureProblem, given: Any) -> int:
     """How many drives a generation has; refused where they, or cma's matrices, do not fit."""
-    size = 4 + int(3 * np.log(problem.n))
+    size = 4 + int(3 * np.log(max(problem.free.n, 1)))
     if given is not None:
         size = require_integer("population", given, low=2, accepted="None, or an integer >= 2")
     drives = f"population = {size} at {len(problem.x)} waypoints"
@@ -122,19 +123,16 @@ class _Samples:
         problem = near.problem
         self.problem, self.penalty, self.count = problem, penalty, 1
         self._shared = without_criterion(problem)
-        low, high = problem.bounds
-        self.free = low < high
-        self.low, self.range = low[self.free], (high - low)[self.free]
-        self.fixed = x
-        self.first = np.clip((x[self.free] - self.low) / self.range, 0, 1)
+        self.low, high = problem.free.bounds
+        self.range = high - self.low
+        self.first = np.clip((problem.free.reduce(x) - self.low) / self.range, 0, 1)
         self.scale = near.scale(near(x))
         self.best = x
         self.best_value = near.value(near(x)) if problem.is_feasible(x) else np.inf
 
     def values(self, points: Float[np.ndarray, "B free"]) -> np.ndarray:
         """What cma minimises, [B]; infinite where the vehicle has no pose."""
-        X = np.tile(self.fixed, (len(points), 1))
-        X[:, self.free] = self.low + np.clip(points, 0, 1) * self.range
+        X = self.problem.free.expand(self.low + np.clip(points, 0, 1) * self.range)
         value, missed = self._evaluate(X)
         self.count += len(X)
         met = np.where(missed > FLOOR, np.inf, value)

@@ -13,6 +13,7 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.optim import posture as traced
 from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.free_view import FreeProblem
 from stickslip.optim.posture import Posture
 from stickslip.optim.sizes import STATION, require_jacobian, require_stations
 from stickslip.optim.station import Station
@@ -97,6 +98,11 @@ class PostureProblem:
         if self.end_angles is not None:
             low[-2:] = high[-2:] = self.end_angles
         return low, high
+
+    @cached_property
+    def free(self) -> FreeProblem:
+        """The same without the angles that are given, for optimisers that refuse equal bounds."""
+        return FreeProblem(self)
 
     @cached_property
     def posture(self) -> Posture:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
-STATION = 1_500
+STATION = 1_000
 """Of a station while it is evaluated."""
 NODE = 360
 """Of a grid's station, kept, and copied by the recursion."""

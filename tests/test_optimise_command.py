@@ -123,7 +123,7 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ),
         (
             "ugv --spacing 1e-9",
-            "makes 6.56e+09 waypoints, about 9.8e+12 bytes; accepted:",
+            "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
         ),
         ("ugv --spacing 1e-300", "makes 6.56e+300 waypoints"),
         ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
