@@ -6,6 +6,7 @@ imports a solver: each method's module is imported when that method is asked for
 """
 
 from stickslip.optim.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
+from stickslip.optim.free_view import FreeProblem
 from stickslip.optim.problem import PostureProblem
 from stickslip.optim.result import OptimStatus, Result
 from stickslip.optim.solve import METHODS, solve
@@ -15,6 +16,7 @@ __all__ = [
     "CRITERIA",
     "METHODS",
     "Criterion",
+    "FreeProblem",
     "OptimStatus",
     "PostureProblem",
     "Result",

@@ -13,13 +13,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim import posture as traced
 from stickslip.optim.linearise import Near, without_criterion
 from stickslip.optim.posture import Posture
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.sizes import COVARIANCE, require_stations, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings
+from stickslip.optim.waypoints import require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -48,8 +50,9 @@ def solve_cma(
     start, angles: see start_point. seed: of the samples; nothing else is random, and NumPy's
     global state is neither read nor written. evaluations: of the objective, at most, to whole
     generations, besides the start's own. sigma: first standard deviation, as a part of each
-    angle's range. population: of a generation, None for cma's 4 + 3 log(2K). penalty: price of a
-    missed scaled margin, of the objective's scale.
+    angle's range. population: of a generation, None for cma's 4 + 3 log(n) of the n angles
+    that are free; given ends are not searched. penalty: price of a missed scaled margin, of the
+    objective's scale.
 
     Nothing is proved: FEASIBLE where cma's own criteria stopped it, LIMIT at `evaluations`,
     VIOLATED without a feasible sample, FAILED without a pose to begin. evaluations: drives.
@@ -57,9 +60,11 @@ def solve_cma(
     """
     cma = _package()
     began = time.perf_counter()
-    require_number("sigma", sigma, low=0.0, strict=True, accepted="a number > 0")
-    require_number("penalty", penalty, low=0.0, strict=True, accepted="a number > 0")
-    require_number("evaluations", evaluations, low=1, accepted="an integer >= 1")
+    for name, value in (("sigma", sigma), ("penalty", penalty)):
+        require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
+    evaluations = require_integer("evaluations", evaluations)
+    seed = require_integer("seed", seed, low=0)
+    population = _population(problem, population)
     begun = begin(problem, "cma", start, angles, progress, began)
     if isinstance(begun, Result):
         return begun
@@ -75,8 +80,7 @@ def solve_cma(
         "verb_log": 0,
         "verb_disp": 0,
     }
-    if population is not None:
-        options["popsize"] = population
+    options["popsize"] = population
     strategy: Any = cma.CMAEvolutionStrategy(samples.first, sigma, options)
     with Bar("cma", evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
@@ -98,6 +102,17 @@ def solve_cma(
     )
 
 
+def _population(problem: PostureProblem, given: Any) -> int:
+    """How many drives a generation has; refused where they, or cma's matrices, do not fit."""
+    size = 4 + int(3 * np.log(max(problem.free.n, 1)))
+    if given is not None:
+        size = require_integer("population", given, low=2, accepted="None, or an integer >= 2")
+    drives = f"population = {size} at {len(problem.x)} waypoints"
+    require_stations(drives, 2.0 * size * len(problem.x))  # rounded up to a power of two
+    require_waypoint_matrices(problem, "cma", square=COVARIANCE)
+    return size
+
+
 class _Samples:
     """Objective and penalty of points in the unit box of the angles that are free.
 
@@ -108,19 +123,16 @@ class _Samples:
         problem = near.problem
         self.problem, self.penalty, self.count = problem, penalty, 1
         self._shared = without_criterion(problem)
-        low, high = problem.bounds
-        self.free = low < high
-        self.low, self.range = low[self.free], (high - low)[self.free]
-        self.fixed = x
-        self.first = np.clip((x[self.free] - self.low) / self.range, 0, 1)
+        self.low, high = problem.free.bounds
+        self.range = high - self.low
+        self.first = np.clip((problem.free.reduce(x) - self.low) / self.range, 0, 1)
         self.scale = near.scale(near(x))
         self.best = x
         self.best_value = near.value(near(x)) if problem.is_feasible(x) else np.inf
 
     def values(self, points: Float[np.ndarray, "B free"]) -> np.ndarray:
         """What cma minimises, [B]; infinite where the vehicle has no pose."""
-        X = np.tile(self.fixed, (len(points), 1))
-        X[:, self.free] = self.low + np.clip(points, 0, 1) * self.range
+        X = self.problem.free.expand(self.low + np.clip(points, 0, 1) * self.range)
         value, missed = self._evaluate(X)
         self.count += len(X)
         met = np.where(missed > FLOOR, np.inf, value)

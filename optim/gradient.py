@@ -14,12 +14,14 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import NonlinearConstraint, OptimizeResult, minimize
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.convex_model import ConvexModel
 from stickslip.optim.epigraph import Epigraph
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.sizes import CONVEX, DENSE, SPARSE, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings, within_rates
+from stickslip.optim.waypoints import require_scalar
 
 if TYPE_CHECKING:
     from stickslip.optim.problem import PostureProblem
@@ -66,6 +68,12 @@ def solve_gradient(
     """
     began = time.perf_counter()
     require_choice("scipy_method", scipy_method, tuple(RUNS))
+    iterations = require_integer("iterations", iterations)
+    require_scalar("tolerance", tolerance, low=0.0, strict=True, accepted="a number > 0")
+    dense = scipy_method == "SLSQP"
+    require_waypoint_matrices(
+        problem, scipy_method, CONVEX if dense else SPARSE, DENSE if dense else 0.0
+    )
     begun = begin(problem, "gradient", start, angles, progress, began)
     if isinstance(begun, Result):
         return begun

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_kind
 from stickslip.optim.criteria import pointwise_cost
 from stickslip.optim.posture_grid import PostureGrid, build_grid
 from stickslip.optim.result import OptimStatus, Result
@@ -38,6 +39,7 @@ def solve_grid(
     stations. details: grid.
     """
     began = time.perf_counter()
+    require_kind("within_rate", within_rate, bool, "True or False")
     grid = build_grid(problem, angles, method="grid", progress=progress)
     nodes, reason, bound = _choose(grid, within_rate)
     common: dict[str, Any] = {

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_memory
 from stickslip.optim.criteria import station_cost, step_cost
 from stickslip.optim.posture_grid import PostureGrid, offsets
+from stickslip.optim.sizes import EDGE
 from stickslip.optim.station import Station
 
 if TYPE_CHECKING:
@@ -68,17 +70,13 @@ def build_graph(
     """All edges with their costs; threshold: a worst station's value to certify (see solve_lp), two
     values being the same when they differ by no more than slack.
 
-    ValueError for more than `most_edges`.
+    ValueError for more than `most_edges`, or than fit.
     """
     K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
-    found = [_moves(grid, step) for step in range(K - 1)]
     first, last = (np.flatnonzero(grid.admissible(k)) for k in (0, K - 1))
-    count = sum(len(a) for a, _ in found) + len(first) + len(last)
-    if count > most_edges:
-        raise ValueError(
-            f"the graph has {count} edges; accepted: most_edges = {most_edges}; take fewer angles "
-            "or a lower leg_rate, or raise most_edges"
-        )
+    edges = _Edges(most_edges, len(first) + len(last))
+    found = [_moves(grid, step, edges) for step in range(K - 1)]
+    edges.require_room()
     source = np.full(len(first), K * N)
     tails = [source, *(a + k * N for k, (a, _) in enumerate(found)), last + (K - 1) * N]
     heads = [first, *(b + (k + 1) * N for k, (_, b) in enumerate(found)),
@@ -90,7 +88,27 @@ def build_graph(
     return LayeredGraph(tail, head, cost, begins, K, N, empty)
 
 
-def _moves(grid: PostureGrid, step: int) -> tuple[np.ndarray, np.ndarray]:
+@dataclass
+class _Edges:
+    """How many edges there are so far; counted as they are found, so that too many never exist."""
+
+    most: int
+    count: int
+
+    def add(self, more: int) -> None:
+        self.count += more
+        if self.count > self.most:
+            raise ValueError(
+                f"the graph has {self.count} edges or more; accepted: most_edges = {self.most}; "
+                "take fewer angles or a lower leg_rate, or raise most_edges"
+            )
+
+    def require_room(self) -> None:
+        """Refuse a linear program that does not fit."""
+        require_memory(f"most_edges = {self.most}", "edges in lp's graph", self.count, EDGE)
+
+
+def _moves(grid: PostureGrid, step: int, edges: _Edges) -> tuple[np.ndarray, np.ndarray]:
     """Nodes before and after each admissible move of one step."""
     good_a, good_b = grid.admissible(step), grid.admissible(step + 1)
     first, last = grid.free
@@ -98,6 +116,7 @@ def _moves(grid: PostureGrid, step: int) -> tuple[np.ndarray, np.ndarray]:
         a, b = grid.layer(step)[0].leg_angles, grid.layer(step + 1)[0].leg_angles
         allowed = grid.within(step, a[:, None], b) & good_a[:, None] & good_b
         tail, head = np.nonzero(allowed)
+        edges.add(len(tail))
         return tail, head
     wide = grid.windows()[step]
     R, F = grid.shape
@@ -109,6 +128,7 @@ def _moves(grid: PostureGrid, step: int) -> tuple[np.ndarray, np.ndarray]:
         rows, columns = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
         to_rows, to_columns = slice(max(0, r), min(R, R + r)), slice(max(0, f), min(F, F + f))
         i, j = np.nonzero(good_a[rows, columns] & good_b[to_rows, to_columns])
+        edges.add(len(i))
         i, j = i + rows.start, j + columns.start
         tails.append(i * F + j)
         heads.append((i + r) * F + j + f)

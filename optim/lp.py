@@ -11,6 +11,7 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 
+from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.dp import angles_at, best_paths, require_one_kind
 from stickslip.optim.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture_grid import build_grid
@@ -72,6 +73,7 @@ def solve_lp(
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
+    most_edges = require_integer("most_edges", most_edges)
     solver = _solver(solver)
     grid = build_grid(problem, angles, method="lp", progress=progress)
     common: dict[str, Any] = {
@@ -174,6 +176,5 @@ def _solver(name: str | None) -> str:
     installed = [known for known in SOLVERS if known in cp.installed_solvers()]
     if name is None:
         return installed[0]
-    if name not in installed:
-        raise ValueError(f"solver = {name!r}; accepted: {', '.join(installed)}")
+    require_choice("solver", name, installed)
     return name

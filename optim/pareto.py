@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name, station_cost
 from stickslip.optim.dp import angles_at, best_paths
 from stickslip.optim.posture_grid import PostureGrid, build_grid
@@ -69,8 +69,7 @@ def pareto_front(
     """
     began = time.perf_counter()
     require_choice("method", method, ("dp",))
-    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
-        raise ValueError(f"points = {points!r}; accepted: an integer >= 2")
+    points = require_integer("points", points, low=2)
     one, two = (_single(name, given) for name, given in (("first", first), ("second", second)))
     grid = build_grid(replace(problem, criterion=one), angles, method="pareto", progress=progress)
     with Bar("pareto", None, "path", progress) as bar:

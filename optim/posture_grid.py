@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_integer, shown
 from stickslip.optim.posture import Posture
 from stickslip.optim.progress import Bar
+from stickslip.optim.sizes import require_grid, require_moves
 from stickslip.optim.station import Station
 
 if TYPE_CHECKING:
@@ -140,7 +142,9 @@ class PostureGrid:
 
 def build_grid(problem: PostureProblem, angles: Any, *, method: str, progress: bool) -> PostureGrid:
     """Evaluate all stations in float64; angles: how many for each leg, an integer or a pair."""
-    rear, front = (_angles_of(problem, count) for count in _counts(angles))
+    counts = _counts(angles)
+    require_grid(problem, *counts, CHUNK)
+    rear, front = (_angles_of(problem, count) for count in counts)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
@@ -183,14 +187,13 @@ def _angles_of(problem: PostureProblem, count: int) -> np.ndarray:
 
 
 def _counts(angles: Any) -> tuple[int, int]:
-    both = (angles, angles) if np.ndim(angles) == 0 else tuple(angles)
-    good = len(both) == 2 and all(
-        isinstance(count, int | np.integer) and not isinstance(count, bool) and count >= 2
-        for count in both
-    )
-    if not good:
-        raise ValueError(f"angles = {angles!r}; accepted: an integer >= 2, or one for each leg")
-    return int(both[0]), int(both[1])
+    accepted = "an integer >= 2, or one for each leg"
+    given = angles.tolist() if isinstance(angles, np.ndarray) else angles
+    both = given if isinstance(given, tuple | list) else (given, given)
+    if len(both) != 2:
+        raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
+    rear, front = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
+    return rear, front
 
 
 def _window(angles: np.ndarray, limits: np.ndarray) -> np.ndarray:
@@ -203,6 +206,7 @@ def _window(angles: np.ndarray, limits: np.ndarray) -> np.ndarray:
 def offsets(grid: PostureGrid) -> Iterator[tuple[int, int]]:
     """All moves in grid steps that the widest window allows, shortest first."""
     wide = grid.windows().max(axis=0)
+    require_moves(grid.problem, wide)
     moves = [
         (r, f)
         for r in range(-int(wide[0]), int(wide[0]) + 1)

@@ -13,7 +13,9 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.optim import posture as traced
 from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.free_view import FreeProblem
 from stickslip.optim.posture import Posture
+from stickslip.optim.sizes import STATION, require_jacobian, require_stations
 from stickslip.optim.station import Station
 from stickslip.optim.waypoints import check_problem, longest_wheelbase, waypoints_along
 
@@ -78,8 +80,8 @@ class PostureProblem:
         end. options: the other fields. ValueError for a track that is too short.
         """
         params = UGVParams() if params is None else params
-        return cls(params, track, waypoints_along(track, params, spacing, start, end),
-                   criterion, **options)  # fmt: skip
+        x = waypoints_along(track, params, spacing, start, end, STATION)
+        return cls(params, track, x, criterion, **options)
 
     @property
     def n(self) -> int:
@@ -96,6 +98,11 @@ class PostureProblem:
         if self.end_angles is not None:
             low[-2:] = high[-2:] = self.end_angles
         return low, high
+
+    @cached_property
+    def free(self) -> FreeProblem:
+        """The same without the angles that are given, for optimisers that refuse equal bounds."""
+        return FreeProblem(self)
 
     @cached_property
     def posture(self) -> Posture:
@@ -146,11 +153,14 @@ class PostureProblem:
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """The values of a batch; compiled once for each power of two that B rounds up to."""
+        drives = len(X) if np.ndim(X) else 0
+        padded_to = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
+        require_stations(f"X of {drives} drives", float(padded_to) * len(self.x))
         angles = self._batch(X)
         count = len(angles)
         if count == 0:
             return np.zeros(0)
-        more = (1 << (count - 1).bit_length()) - count
+        more = padded_to - count
         padded = np.concatenate([angles, np.broadcast_to(angles[-1], (more, *angles.shape[1:]))])
         with jax.enable_x64(True):
             found = traced.stations(self._shared, padded)
@@ -166,6 +176,7 @@ class PostureProblem:
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
+        require_jacobian(self)
         with jax.enable_x64(True):
             held = traced.stations_and_slopes(self._shared, self.angles(x))
             found = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, *held))

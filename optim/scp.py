@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.convex_model import ConvexModel
 from stickslip.optim.linearise import Linear, Near
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.sizes import CONVEX, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings
+from stickslip.optim.waypoints import require_scalar
 
 if TYPE_CHECKING:
     from stickslip.optim.problem import PostureProblem
@@ -70,8 +72,10 @@ def solve_scp(
     """
     began = time.perf_counter()
     for name, value in (("radius", radius), ("tolerance", tolerance), ("smallest", smallest)):
-        require_number(name, value, low=0.0, strict=True, accepted="a number > 0")
-    require_number("iterations", iterations, low=0, accepted="an integer >= 0")
+        require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
+    iterations = require_integer("iterations", iterations, low=0)
+    require_choice("solver", solver, cp.installed_solvers())
+    require_waypoint_matrices(problem, "scp", CONVEX)
     begun = begin(problem, "scp", start, angles, progress, began)
     if isinstance(begun, Result):
         return begun

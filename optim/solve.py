@@ -6,12 +6,12 @@ import inspect
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import require_choice, require_kind, require_known
+from stickslip.optim.problem import PostureProblem
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.optim.problem import PostureProblem
     from stickslip.optim.result import Result
 
 METHODS: dict[str, str] = {
@@ -33,13 +33,12 @@ def solve(
     progress: a bar on standard error, where tqdm is installed. options: the method's own, see its
     function's docstring; ValueError lists them where one is unknown.
     """
+    require_kind("problem", problem, PostureProblem, "a PostureProblem")
     require_choice("method", method, tuple(METHODS))
+    require_kind("progress", progress, bool, "True or False")
     function = _function(method)
     known = accepted_options(function)
-    for name in options:
-        if name not in known:
-            shown = ", ".join(known) or "none"
-            raise ValueError(f"option {name!r} is unknown to {method!r}; accepted: {shown}")
+    require_known(options, known, f"option of {method!r}")
     return function(problem, progress=progress, **options)
 
 

@@ -78,13 +78,19 @@ def begin(
     problem: PostureProblem, method: str, start: Any, angles: Any, progress: bool, began: float
 ) -> tuple[Near, Float[np.ndarray, "n"], str] | Result:
     """Where a method begins: the problem's linear models, a point within bounds and leg rates, and
-    start_point's sentence. Or the result, where there is no such point, or no pose at it."""
+    start_point's sentence. Or the result, where there is no such point, no pose at it, or no
+    choice."""
     x, note = start_point(problem, start, angles, progress)
     x = within_rates(problem, x)
     if x is None:
         return Result.without_point(
             method=method, status=OptimStatus.INFEASIBLE, began=began, bound_of="all drives",
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
+        )  # fmt: skip
+    if problem.free.n == 0:
+        return Result.at(
+            problem, x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
+            message=f"{note}every angle is given{shortcomings(problem, x)}",
         )  # fmt: skip
     near = Near(problem)
     if near(x).placed:

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_number, shown
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.optim.sizes import WAYPOINT, require_stations, require_waypoints
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -30,12 +31,18 @@ def longest_wheelbase(params: UGVParams) -> float:
 
 
 def waypoints_along(
-    track: Track, params: UGVParams, spacing: float, start: float | None, end: float | None
+    track: Track,
+    params: UGVParams,
+    spacing: float,
+    start: float | None,
+    end: float | None,
+    bytes_each: float = WAYPOINT,
 ) -> Float[np.ndarray, "K"]:
     """Evenly spaced places of the front wheel [m]; see PostureProblem.along.
 
     By default the first lies in from the track's start by the longest wheelbase and by how far the
-    contacts of both wheels can lie off below their centres on the steepest slope there.
+    contacts of both wheels can lie off below their centres on the steepest slope there. bytes_each:
+    what each will need at least; more waypoints than that leaves room for are refused.
     """
     params.validate()
     require_scalar("spacing", spacing, low=0.0, strict=True, accepted="a length > 0 [m]")
@@ -48,7 +55,7 @@ def waypoints_along(
         reach, r = longest_wheelbase(params), float(params.wheel_radius)
         with jax.enable_x64(True):
             places = jnp.linspace(first, first + reach + 2 * r, 64)
-            slope = np.asarray(track.slope(places))
+            slope = np.asarray(track.astype(places.dtype).slope(places))
         begin = first + reach + 2 * r * float(np.max(np.abs(np.sin(np.arctan(slope)))))
         why = f" (track from {first:.6g} m, and {begin - first:.6g} m for the rear wheel)"
     else:
@@ -58,8 +65,10 @@ def waypoints_along(
             f"start = {begin:.6g} m{why}, end = {last:.6g} m; accepted: start < end "
             "on a track longer than the longest wheelbase"
         )
-    pieces = max(int(np.ceil((last - begin) / float(spacing) - 1e-9)), 1)
-    return np.linspace(begin, last, pieces + 1)
+    with np.errstate(over="ignore"):
+        pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
+    require_waypoints(float(spacing), last - begin, pieces, bytes_each)
+    return np.linspace(begin, last, int(pieces) + 1)
 
 
 def check_problem(problem: PostureProblem) -> dict[str, Any]:
@@ -71,6 +80,7 @@ def check_problem(problem: PostureProblem) -> dict[str, Any]:
     if not isinstance(problem.solver, PoseSolver):
         raise ValueError(f"solver = {problem.solver!r}; accepted: a PoseSolver")
     x = _waypoints(problem.x)
+    require_stations(f"x of {len(x)} waypoints", len(x))
     fields: dict[str, Any] = {"x": x}
     require_number("friction", problem.friction, low=0.0, accepted="numbers >= 0")
     if np.shape(problem.friction) not in ((), x.shape):
@@ -92,9 +102,9 @@ def check_problem(problem: PostureProblem) -> dict[str, Any]:
 
 def require_scalar(name: str, value: Any, *, low: float, accepted: str, strict: bool = False):
     """Raise ValueError unless `value` is one finite number >= low (> low when strict)."""
-    if np.ndim(value) or isinstance(value, bool):
-        raise ValueError(f"{name} = {value!r} is not accepted; accepted: {accepted}")
-    require_number(name, value, low=low, accepted=accepted, strict=strict)
+    require_number(name, value, low=low, accepted=accepted, strict=strict, dtype=np.float64)
+    if np.ndim(value):
+        raise ValueError(f"{name} = {shown(value)} is not accepted; accepted: {accepted}")
 
 
 def _waypoints(x: Any) -> np.ndarray:

@@ -117,7 +117,17 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ("ugv --start 9", "start = 9 m, end = 8 m"),
         ("ugv --start-angles 1 9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2 angles"),
         ("ugv --angles 1", "angles = 1; accepted: an integer >= 2"),
-        ("ugv --seed 3", "option 'seed' is unknown to 'dp'; accepted: angles"),
+        (
+            "ugv --angles 1000000",
+            "1000000 x 1000000 at 67 waypoints makes 6.7e+13 stations",
+        ),
+        (
+            "ugv --spacing 1e-9",
+            "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
+        ),
+        ("ugv --spacing 1e-300", "makes 6.56e+300 waypoints"),
+        ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
+        ("ugv --seed 3", "'seed' is no option of 'dp'; accepted: angles"),
     ],
 )
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):

@@ -1,4 +1,7 @@
-"""Other people's optimisers take a posture problem's plain arrays as they are."""
+"""Other people's optimisers take a posture problem's plain arrays as they are.
+
+So they do where ends are given, in the view of the angles that are free.
+"""
 
 import cma
 import numpy as np
@@ -10,6 +13,17 @@ from tests.optim.helpers import over_bump
 pytestmark = pytest.mark.long
 
 CRITERION = "torque_variation"
+ENDS = {"start_angles": (1.5, 1.6), "end_angles": (1.6, 1.5)}
+
+
+@pytest.fixture(params=["all angles free", "both ends given"])
+def problem(request):
+    """The problem, or the free view of one; both have the same functions of plain arrays."""
+    if request.param == "all angles free":
+        return over_bump(CRITERION)
+    view = over_bump(CRITERION, **ENDS).free
+    assert view.n == 16
+    return view
 
 
 def middle(problem):
@@ -24,8 +38,7 @@ def assert_better(problem, x, value, feasible=True):
     assert problem.is_feasible(x, 1e-4) or not feasible
 
 
-def test_scipy_minimize():
-    problem = over_bump(CRITERION)
+def test_scipy_minimize(problem):
     found = minimize(
         problem.objective,
         middle(problem),
@@ -38,8 +51,7 @@ def test_scipy_minimize():
     assert_better(problem, found.x, found.fun)
 
 
-def test_scipy_differential_evolution():
-    problem = over_bump(CRITERION)
+def test_scipy_differential_evolution(problem):
     found = differential_evolution(
         problem.objective,
         Bounds(*problem.bounds),
@@ -54,16 +66,14 @@ def test_scipy_differential_evolution():
     assert found.fun == pytest.approx(problem.objective(found.x), rel=1e-9)
 
 
-def test_cma_fmin2():
-    problem = over_bump(CRITERION)
+def test_cma_fmin2(problem):
     options = {"maxfevals": 80, "popsize": 8, "seed": 3, "verbose": -9, "verb_log": 0}
     options["bounds"] = list(problem.bounds)
     x, _ = cma.fmin2(problem.objective, middle(problem), 0.02, options)
     assert_better(problem, x, problem.objective(x), feasible=False)
 
 
-def test_cma_ask_and_tell_with_whole_generations():
-    problem = over_bump(CRITERION)
+def test_cma_ask_and_tell_with_whole_generations(problem):
     options = {"maxfevals": 80, "popsize": 8, "seed": 3, "verbose": -9, "verb_log": 0}
     strategy = cma.CMAEvolutionStrategy(middle(problem), 0.02, options)
     while not strategy.stop():
@@ -72,12 +82,10 @@ def test_cma_ask_and_tell_with_whole_generations():
     assert_better(problem, strategy.result.xbest, strategy.result.fbest, feasible=False)
 
 
-def test_pymoo():
+def test_pymoo(problem):
     from pymoo.algorithms.soo.nonconvex.ga import GA
     from pymoo.core.problem import Problem
     from pymoo.optimize import minimize as pymoo_minimize
-
-    problem = over_bump(CRITERION)
 
     class Posture(Problem):
         def __init__(self):
@@ -98,10 +106,9 @@ def test_pymoo():
     assert_better(problem, found.X, float(found.F[0]))
 
 
-def test_nevergrad():
+def test_nevergrad(problem):
     import nevergrad as ng
 
-    problem = over_bump(CRITERION)
     angles = ng.p.Array(init=middle(problem)).set_mutation(sigma=0.02).set_bounds(*problem.bounds)
     angles.random_state.seed(4)
     search = ng.optimizers.OnePlusOne(parametrization=angles, budget=60)
