@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents import config_fields
-from stickslip.agents.config_fields import Configuration, Rule, entry, rule_of
+from stickslip.agents.arrays_file import LARGEST
+from stickslip.agents.config_fields import Configuration, entry, rule_of
+from stickslip.agents.foreign import LARGEST_TEXT
+from stickslip.dynamics.checks import require_memory
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
+
+MOST_STEPS = 10**12 - 1
+"""What the name of a checkpoint has room for."""
+BIPED_OBSERVATION = 10
+"""Numbers in its longest observation."""
 
 DEFAULTS: dict[str, dict[str, Any]] = {
     "ppo": {},
@@ -40,7 +49,7 @@ class TrainConfig(Configuration):
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
-    timesteps: int = entry(6_000_000, int, "control steps in all", low=1)
+    timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
     scene: str = entry("slippery", str, "floor, by name")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -95,15 +104,18 @@ class TrainConfig(Configuration):
     gradient_steps: int = entry(8, int, "sac: gradient steps a step of all", low=1)
     soft_update: float = entry(0.005, float, "sac: tau of the target network", low=0, high=1)
 
-    checkpoint_interval: int = entry(262_144, int, "steps to the next checkpoint", low=1)
+    checkpoint_interval: int = entry(
+        262_144, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
+    )
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
 
     @classmethod
-    def _defaults(cls, algorithm: Any) -> dict[str, Any]:
+    def _defaults(cls, algorithm: str) -> dict[str, Any]:
         return DEFAULTS.get(algorithm, {})
 
     def _check_together(self) -> None:
+        require_room(self, BIPED_OBSERVATION)
         if self.algorithm == "ppo":
             require_whole_batches(self)
         if self.mu_kinetic is not None and self.mu_static is None:
@@ -111,6 +123,26 @@ class TrainConfig(Configuration):
                 f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
                 "alone or neither"
             )
+
+
+def require_room(config: Any, observation: int) -> None:
+    """Raise ValueError for networks that no policy file holds, and for samples that no memory does.
+
+    observation: about how many numbers an observation has.
+    """
+    widths = [observation, *[config.hidden] * config.layers, 2]
+    size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
+    if size > LARGEST - 2 * LARGEST_TEXT:
+        raise ValueError(
+            f"hidden = {config.hidden} with layers = {config.layers} makes a policy of {size:,} "
+            f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
+        )
+    if config.algorithm == "sac":
+        given, samples = f"buffer_size = {config.buffer_size}", config.buffer_size
+    else:
+        given = f"num_envs = {config.num_envs} with rollout_steps = {config.rollout_steps}"
+        samples = config.num_envs * config.rollout_steps
+    require_memory(given, "samples", samples, 8 * (observation + 8))
 
 
 def require_whole_batches(config: Any) -> None:
@@ -143,7 +175,6 @@ def flags_given(
 __all__ = [
     "ALGORITHMS",
     "DEFAULTS",
-    "Rule",
     "TrainConfig",
     "add_flags",
     "flags_given",
