@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents import config_fields
 from stickslip.agents.arrays_file import LARGEST
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
+SCENE = "slippery"
+"""The floor where none is named."""
 
 MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
@@ -43,15 +45,15 @@ class TrainConfig(Configuration):
     """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
-    made from them. Fields of one algorithm are ignored by the other. Bad values raise ValueError
-    naming the field, what was given and what is accepted.
+    made from them. Bad values raise ValueError naming the field, what was given and what is
+    accepted.
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
-    scene: str = entry("slippery", str, "floor, by name")
+    scene: str = entry(SCENE, str, "floor, by name")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
@@ -110,6 +112,12 @@ class TrainConfig(Configuration):
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
 
+    EXCLUSIVE: ClassVar = {
+        ("scene", "mu_static"): "floor",
+        ("payload", "random_payload"): "payload",
+        ("commanded_rate", "random_commanded_rate"): "rate",
+    }
+
     @classmethod
     def _defaults(cls, algorithm: str) -> dict[str, Any]:
         return DEFAULTS.get(algorithm, {})
@@ -118,6 +126,14 @@ class TrainConfig(Configuration):
         require_room(self, BIPED_OBSERVATION)
         if self.algorithm == "ppo":
             require_whole_batches(self)
+        self._require_inside("commanded_rate", "random_commanded_rate")
+        if self.mu_static is not None and self.scene != SCENE:
+            raise ValueError(
+                f"scene = {self.scene!r} with mu_static = {self.mu_static}: both say which floor; "
+                "accepted: one of them"
+            )
+        if self.payload is not None and self.random_payload is not None:
+            raise ValueError("payload with random_payload; accepted: one of them")
         if self.mu_kinetic is not None and self.mu_static is None:
             raise ValueError(
                 f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "

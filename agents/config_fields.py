@@ -37,6 +37,8 @@ class Configuration:
     """
 
     machine: ClassVar[str] = BIPED
+    EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
+    """Pairs of fields of which at most one is given, and what both of them decide."""
 
     def __post_init__(self):
         for one in _fields(self):
@@ -47,12 +49,40 @@ class Configuration:
     def _check_together(self) -> None:
         """Raise ValueError for fields that do not go together."""
 
+    def _require_inside(self, name: str, drawn: str) -> None:
+        """Raise ValueError for a number outside the range that is drawn in its place."""
+        value, ends = getattr(self, name), getattr(self, drawn)
+        if ends is not None and not ends[0] <= value <= ends[1]:
+            raise ValueError(
+                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; accepted: "
+                "a number inside"
+            )
+
     @classmethod
     def of(cls, /, **given: Any):
-        """The algorithm's defaults with some fields changed. ValueError for an unknown field."""
-        require_known(given, [one.name for one in _fields(cls)])
-        defaults = cls._defaults(str(given.get("algorithm", "ppo")))
-        return cls(**(defaults | given))
+        """The algorithm's defaults with some fields changed.
+
+        ValueError for an unknown field, for two fields that both say the same thing, and for one of
+        the other algorithm.
+        """
+        rules = {one.name: rule_of(one) for one in _fields(cls)}
+        require_known(given, rules)
+        given = {name: value for name, value in given.items() if value is not None}
+        algorithm = given.get("algorithm", "ppo")
+        for one, other in cls.EXCLUSIVE:
+            if one in given and other in given:
+                raise ValueError(
+                    f"{one} with {other}: both say which {cls.EXCLUSIVE[one, other]}; accepted: "
+                    "one of them"
+                )
+        for name in given:
+            whose = rules[name].about.partition(": ")[0]
+            if whose in rules["algorithm"].choices and whose != algorithm:
+                raise ValueError(
+                    f"{name} with algorithm = {shown(algorithm)}, which has none; accepted: with "
+                    f"algorithm = {whose!r}"
+                )
+        return cls(**(cls._defaults(str(algorithm)) | given))
 
     @classmethod
     def _defaults(cls, algorithm: str) -> dict[str, Any]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.rules import Rule
 
-LARGEST_TEXT = 2**20
+LARGEST_TEXT = 4 * 2**20
 """Bytes of a JSON text."""
 LARGEST_TABLE = 64 * 2**20
 """Bytes of a CSV file."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 import io
 import json
 import platform
-from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -29,9 +27,6 @@ from stickslip.dynamics.checks import require_number, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
-
-    from stickslip.envs.biped import BipedEnv
-    from stickslip.envs.biped_params import BipedEnvParams
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
@@ -116,40 +111,10 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
-def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
-    """The configuration of an environment as JSON values, for a policy's metadata.
-
-    Static choices, floor, randomisation and every number of the task; of the robot its mass, and
-    the size of the observation.
-    """
-    numbers = {
-        name: plain(value)
-        for name, value in vars(params).items()
-        if name not in ("robot", "scene", "unit_payload", "randomisation")
-    }
-    scene = params.scene
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__, **plain(vars(scene.floor))},
-        "steps": scene.steps,
-        "randomisation": plain(vars(params.randomisation)),
-        "total_mass": plain(params.robot.total_mass),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **numbers,
-    }
-
-
 def policy_path(name: str) -> Path:
     """The policy's file of a name: itself, or the one in a run's directory."""
     path = Path(name)
     return path / "policy.npz" if path.is_dir() else path
-
-
-def choices_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """The static choices of the environment that a file's metadata tells of; {} without any."""
-    choices = metadata.get("choices")
-    return choices if isinstance(choices, dict) else {}
 
 
 def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -206,14 +171,3 @@ def _versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def plain(value: Any) -> Any:
-    """JSON values from arrays, tuples and dataclasses' contents."""
-    if isinstance(value, dict):
-        return {name: plain(entry) for name, entry in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(entry) for entry in value]
-    if isinstance(value, jax.Array | np.ndarray | np.generic):
-        return np.asarray(value).tolist()
-    return value

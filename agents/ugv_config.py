@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
 from stickslip.agents.config_fields import Configuration, entry
@@ -85,7 +85,9 @@ class UGVTrainConfig(Configuration):
     evaluation_episodes: int = _same("evaluation_episodes", 32)
 
     machine = "ugv"
+    EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     def _check_together(self) -> None:
+        self._require_inside("friction", "random_friction")
         require_room(self, self.preview + OBSERVATION)
         require_whole_batches(self)
