@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 BIPED: Any = biped_task
 MOST_EPISODES = 65536
-TRAINING_TIME = 225.0
-"""Seconds after its start at which the demo stops training, whatever the machine."""
 
 
 def train_command(given: Mapping[str, Any]) -> bool:
@@ -72,7 +70,7 @@ def demo_command(given: Mapping[str, Any]) -> bool:
     from stickslip.agents.demo import demo
 
     with interruptible() as stop:
-        demo(given["out"], fresh=given["fresh"], stop=stop, time_for_training=TRAINING_TIME)
+        demo(given["out"], fresh=given["fresh"], stop=stop, time_limit=given["time_limit"])
         return not stop()
 
 

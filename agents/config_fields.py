@@ -54,8 +54,8 @@ class Configuration:
         value, ends = getattr(self, name), getattr(self, drawn)
         if ends is not None and not ends[0] <= value <= ends[1]:
             raise ValueError(
-                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; accepted: "
-                "a number inside"
+                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; "
+                "accepted: a number inside"
             )
 
     @classmethod

@@ -197,6 +197,12 @@ def _add_demo(commands: Any) -> None:
     parser.add_argument(
         "--fresh", action="store_true", help="train again, in a new directory beside the old one"
     )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="stop training after so long and show how far it came (default: none)",
+    )
 
 
 def _add_optimise(commands: Any) -> None:
