@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.agents.biped_task import describe_environment
 from stickslip.agents.evaluate import COLUMNS, play, row_of_test
-from stickslip.agents.policy_file import describe_environment
 from stickslip.agents.train_task import TEST_SEEDS, Task, make_task
 from stickslip.dynamics.status import Status
 

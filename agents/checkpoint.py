@@ -1,9 +1,9 @@
 """Checkpoints: folders that appear whole or not at all, and that run no code when read.
 
-A checkpoint `checkpoints/000262144/` holds `model.pt` (parameters and optimiser states, read with
-`torch.load(weights_only=True)`, which builds tensors and plain containers only), for SAC what the
-replay buffer holds, `policy.npz` and `state.json`. Random states are not kept: at every checkpoint
-the generators and environments start anew from the seed and the number of steps (see train.py).
+A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters and optimiser states, for SAC
+what the replay buffer holds, as arrays), `policy.npz` and `state.json`. Random states are not kept:
+at every checkpoint the generators and environments start anew from the seed and the number of steps
+(see train.py).
 """
 
 from __future__ import annotations
@@ -16,13 +16,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.files import write_whole
+from stickslip.agents.foreign import (
+    RefusedError,
+    parse_json,
+    read_bytes,
+    read_text,
+    refusing,
+    require_entries,
+    require_head,
+)
+from stickslip.agents.rules import Rule
+from stickslip.agents.tensors_file import pack, unpack
+from stickslip.dynamics.checks import memory_limit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-FORMAT, VERSION = "stickslip checkpoint", 1
-MODEL, STATE, POLICY = "model.pt", "state.json", "policy.npz"
+FORMAT, VERSION = "stickslip checkpoint", 2
+MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
 PARTIAL = ".part"
+RULES = {
+    "timesteps": Rule(int, "so far", low=0),
+    "seconds": Rule(float, "trained so far", low=0),
+    "config": Rule(str, "digest of the configuration"),
+}
+"""Of a TrainState's entries."""
 
 
 @dataclass(frozen=True)
@@ -46,16 +64,11 @@ def write_checkpoint(
 
     save: writes the policy to the path that it is given.
     """
-    import torch
-
     final = directory / folder_name(state.timesteps)
     partial = directory / (final.name + PARTIAL)
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
-    with (partial / MODEL).open("wb") as file:
-        torch.save(model, file)
-        file.flush()
-        os.fsync(file.fileno())
+    write_whole(partial / MODEL, pack(model))
     save(partial / POLICY)
     head = {"format": FORMAT, "version": VERSION}
     write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
@@ -84,33 +97,25 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
 def read_state(folder: Path) -> TrainState:
     """What a checkpoint says of itself. ValueError if it is not a whole checkpoint."""
     try:
-        content = json.loads((folder / STATE).read_text(encoding="utf-8"))
-        if content.pop("format") != FORMAT or content.pop("version") != VERSION:
-            raise ValueError("of another format or version")
-        state = TrainState(**content)
-        if type(state.timesteps) is not int or state.timesteps < 0:
-            raise ValueError(f"timesteps = {state.timesteps!r}")
-        return TrainState(state.timesteps, float(state.seconds), str(state.config))
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise ValueError(_refused(folder, f"{STATE} is missing or damaged ({error})")) from error
+        with refusing("it"):
+            content = parse_json(read_text(folder / STATE), "it")
+            content = require_head(content, FORMAT, VERSION, "the state of a checkpoint")
+            return TrainState(**require_entries(content, RULES))
+    except RefusedError as error:
+        raise ValueError(_refused(folder, STATE, error)) from error
 
 
 def read_model(folder: Path) -> dict[str, Any]:
     """The tensors of a checkpoint. ValueError if they are missing, cut short or anything else."""
-    import torch
-
     try:
-        content = torch.load(folder / MODEL, map_location="cpu", weights_only=True)
-    except Exception as error:
-        reason = str(error).partition("\n")[0]
-        raise ValueError(_refused(folder, f"{MODEL} is missing or damaged ({reason})")) from error
-    if not isinstance(content, dict):
-        raise ValueError(_refused(folder, f"{MODEL} holds a {type(content).__name__}"))
-    return content
+        largest = int(min(memory_limit(), 2**62))
+        return unpack(read_bytes(folder / MODEL, largest), largest)
+    except RefusedError as error:
+        raise ValueError(_refused(folder, MODEL, error)) from error
 
 
-def _refused(folder: Path, reason: str) -> str:
+def _refused(folder: Path, name: str, reason: Exception) -> str:
     return (
-        f"{folder}: {reason}; accepted: a checkpoint as training wrote it. Delete this folder to "
-        "resume from the checkpoint before it"
+        f"{folder}: {name} is missing or damaged ({reason}); accepted: a checkpoint as training "
+        "wrote it. Delete this folder to resume from the checkpoint before it"
     )

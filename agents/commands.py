@@ -10,27 +10,23 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.config import TrainConfig, flags_given, from_flags
-from stickslip.agents.controllers import CONTROLLERS, controller_by_name
+from stickslip.agents import biped_task
+from stickslip.agents.config import flags_given, from_flags
+from stickslip.agents.controllers import CONTROLLERS
 from stickslip.agents.machines import config_kind, machine_of
-from stickslip.agents.policy import load_policy, read_metadata
-from stickslip.agents.policy_file import choices_of, policy_path
-from stickslip.agents.train_task import from_anywhere, make_scene
+from stickslip.agents.places import named_controller, places_of, read_named
 from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
 from stickslip.agents.view_files import require_new, show_window, view_files
-from stickslip.envs.biped import BipedEnv
+from stickslip.dynamics.checks import require_integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from stickslip.agents.protocol import Controller
-    from stickslip.envs.biped_params import BipedEnvParams
+    from stickslip.agents.evaluate import Evaluation
+    from stickslip.agents.places import Named, Place
 
-SCENE = "slippery"
-"""The floor where none is named."""
-SIGHTS = ("see_friction", "see_patch")
-TRAINING_TIME = 225.0
-"""Seconds after its start at which the demo stops training, whatever the machine."""
+BIPED: Any = biped_task
+MOST_EPISODES = 65536
 
 
 def train_command(given: Mapping[str, Any]) -> bool:
@@ -74,14 +70,13 @@ def demo_command(given: Mapping[str, Any]) -> bool:
     from stickslip.agents.demo import demo
 
     with interruptible() as stop:
-        demo(given["out"], fresh=given["fresh"], stop=stop, time_for_training=TRAINING_TIME)
+        demo(given["out"], fresh=given["fresh"], stop=stop, time_limit=given["time_limit"])
         return not stop()
 
 
 def evaluate_command(given: Mapping[str, Any]) -> None:
-    """`stickslip evaluate`: print the table, and write it if asked."""
-    if given["episodes"] < 1:
-        raise ValueError(f"episodes = {given['episodes']}; accepted: an integer >= 1")
+    """`stickslip evaluate`: print the tasks and the table, and write the table if asked."""
+    require_integer("episodes", given["episodes"], high=MOST_EPISODES)
     targets = []
     if given["out"] is not None:
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
@@ -90,38 +85,63 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
     def progress(line: str) -> None:
         print(f"running {line} ...", file=sys.stderr)
 
-    if is_ugv(given["who"]):
-        from stickslip.agents.ugv_commands import evaluation
-
-        table = evaluation(given, progress)
+    kind = kind_of(given["who"])
+    named = read_named(given["who"], kind)
+    places = places_of(named, given, kind, "moving")
+    for place in places:
+        print(place.line())
+    if kind is BIPED:
+        table = evaluation(given, named, places, progress)
     else:
-        from stickslip.agents.evaluate import evaluate
+        from stickslip.agents import ugv_commands
 
-        env, controllers = read_controllers(given["who"])
-        scenes = {name: read_params(env, given, name) for name in given["scenes"] or [SCENE]}
-        table = evaluate(env, controllers, scenes, episodes=given["episodes"], progress=progress)
-    print(table.to_text())
+        table = ugv_commands.evaluation(given, named, places, progress)
+    print("\n" + table.to_text())
     if targets:
         table.write_csv(targets[0])
-        table.write_json(targets[1])
+        tasks = {place.label: place.line() for place in places}
+        table.write_json(targets[1], {"tasks": tasks})
         print("Written: " + ", ".join(map(str, targets)))
 
 
+def evaluation(
+    given: Mapping[str, Any],
+    named: Mapping[str, Named],
+    places: Sequence[Place],
+    progress: Callable[[str], None],
+) -> Evaluation:
+    """The biped's table of `stickslip evaluate`."""
+    from stickslip.agents.evaluate import evaluate, joined
+
+    parts = []
+    for place in places:
+        for name, env in place.who.items():
+            controllers = {name: named_controller(named[name], name, env, BIPED)}
+            scenes, count = {place.label: place.params}, given["episodes"]
+            parts.append(evaluate(env, controllers, scenes, episodes=count, progress=progress))
+    return joined(parts)
+
+
 def view_command(given: Mapping[str, Any]) -> None:
-    """`stickslip view`: write an animation (and a plot), or show a window."""
+    """`stickslip view`: print the task, write an animation (and a plot), or show a window."""
     from stickslip.agents.plots import plot_episode
     from stickslip.agents.rollout import rollout
     from stickslip.agents.train_products import FPS, write_film
 
-    if is_ugv([given["who"]]):
-        from stickslip.agents.ugv_commands import view
+    if given["window"] and given["out"] is not None:
+        raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
+    require_integer("seed", given["seed"], low=0, high=2**32 - 1)
+    kind, name, seconds = kind_of([given["who"]]), given["who"], given["seconds"]
+    named = read_named([name], kind)
+    if kind is not BIPED:
+        from stickslip.agents import ugv_commands
 
-        return view(given)
-    seconds, (scene,) = given["seconds"], given["scenes"] or [SCENE]
-    files = view_files(given, scene)
-    env, controllers = read_controllers([given["who"]])
-    params = read_params(env, given, scene).replace(time_limit=seconds)
-    played = rollout(env, controllers[given["who"]], params, given["seed"])
+        return ugv_commands.view(given, named)
+    (place,) = places_of(named, given, kind, "rest")
+    files, env = view_files(given, place.label), place.who[name]
+    print(place.line())
+    params = place.params.replace(time_limit=seconds)
+    played = rollout(env, named_controller(named[name], name, env, kind), params, given["seed"])
     for path in files.plots:
         print(f"Written: {plot_episode(played, params, path, files.title)}")
     if given["window"]:
@@ -130,52 +150,13 @@ def view_command(given: Mapping[str, Any]) -> None:
         print(f"Written: {write_film(env, played, params, files.film, seconds)}")
 
 
-def read_controllers(who: Sequence[str]) -> tuple[BipedEnv, dict[str, Controller]]:
-    """Policies and baselines by name, and an environment that shows them what they were trained on.
+def kind_of(who: Sequence[str]) -> Any:
+    """The tasks of the machine that the names are of: a module that is a places.Kind."""
+    if not is_ugv(who):
+        return BIPED
+    from stickslip.agents import ugv_parts
 
-    who: names of baselines, policy files, or directories of runs.
-    """
-    controllers: dict[str, Controller] = {}
-    sights: dict[str, dict[str, bool]] = {}
-    for name in who:
-        if name in CONTROLLERS:
-            controllers[name] = controller_by_name(name)
-            continue
-        path = policy_path(name)
-        if not path.exists():
-            raise ValueError(
-                f"{name!r} is neither a baseline nor a file; accepted: "
-                f"{', '.join(CONTROLLERS)}, a policy file, or the directory of a run with one"
-            )
-        controllers[name] = load_policy(path)
-        about = read_metadata(path)
-        if about.get("environment", "BipedEnv") != "BipedEnv":
-            raise ValueError(
-                f"{name!r} is a policy of {about['environment']}; accepted: policies of one machine"
-            )
-        choices = choices_of(about)
-        sights[name] = {sight: choices.get(sight) is True for sight in SIGHTS}
-    first = next(iter(sights.values()), {})
-    if other := [name for name, seen in sights.items() if seen != first]:
-        raise ValueError(
-            f"{other[0]!r} was trained on other observations than {next(iter(sights))!r}; "
-            "accepted: policies with the same ones, or one at a time"
-        )
-    friction, patch = (first.get(sight, False) for sight in SIGHTS)
-    return BipedEnv(see_friction=friction, see_patch=patch), controllers
-
-
-def read_params(env: BipedEnv, given: Mapping[str, Any], scene: str) -> BipedEnvParams:
-    """The task that the flags describe."""
-    for name in ("friction", "criterion"):
-        if given[name] is not None:
-            raise ValueError(f"--{name} is for the UGV; accepted: a policy or baseline of the UGV")
-    names = ("mu_static", "mu_kinetic", "payload", "commanded_rate")
-    known = {name: given[name] for name in names if given[name] is not None}
-    config = TrainConfig.of(scene=scene, **known)
-    params = env.make_params(scene=make_scene(config), commanded_rate=config.commanded_rate)
-    start = given["start"] or ("moving" if "episodes" in given else "rest")
-    return from_anywhere(params) if start == "moving" else params
+    return ugv_parts
 
 
 @contextmanager

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents import config_fields
-from stickslip.agents.config_fields import Configuration, Rule, entry, rule_of
+from stickslip.agents.arrays_file import LARGEST
+from stickslip.agents.config_fields import Configuration, entry, rule_of
+from stickslip.agents.foreign import LARGEST_TEXT
+from stickslip.dynamics.checks import require_memory
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
+SCENE = "slippery"
+"""The floor where none is named."""
+
+MOST_STEPS = 10**12 - 1
+"""What the name of a checkpoint has room for."""
+BIPED_OBSERVATION = 10
+"""Numbers in its longest observation."""
 
 DEFAULTS: dict[str, dict[str, Any]] = {
     "ppo": {},
@@ -34,15 +45,15 @@ class TrainConfig(Configuration):
     """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
-    made from them. Fields of one algorithm are ignored by the other. Bad values raise ValueError
-    naming the field, what was given and what is accepted.
+    made from them. Bad values raise ValueError naming the field, what was given and what is
+    accepted.
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
-    timesteps: int = entry(6_000_000, int, "control steps in all", low=1)
+    timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
-    scene: str = entry("slippery", str, "floor, by name")
+    scene: str = entry(SCENE, str, "floor, by name")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
@@ -95,22 +106,59 @@ class TrainConfig(Configuration):
     gradient_steps: int = entry(8, int, "sac: gradient steps a step of all", low=1)
     soft_update: float = entry(0.005, float, "sac: tau of the target network", low=0, high=1)
 
-    checkpoint_interval: int = entry(262_144, int, "steps to the next checkpoint", low=1)
+    checkpoint_interval: int = entry(
+        262_144, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
+    )
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
 
+    EXCLUSIVE: ClassVar = {
+        ("scene", "mu_static"): "floor",
+        ("payload", "random_payload"): "payload",
+        ("commanded_rate", "random_commanded_rate"): "rate",
+    }
+
     @classmethod
-    def _defaults(cls, algorithm: Any) -> dict[str, Any]:
+    def _defaults(cls, algorithm: str) -> dict[str, Any]:
         return DEFAULTS.get(algorithm, {})
 
     def _check_together(self) -> None:
+        require_room(self, BIPED_OBSERVATION)
         if self.algorithm == "ppo":
             require_whole_batches(self)
+        self._require_inside("commanded_rate", "random_commanded_rate")
+        if self.mu_static is not None and self.scene != SCENE:
+            raise ValueError(
+                f"scene = {self.scene!r} with mu_static = {self.mu_static}: both say which floor; "
+                "accepted: one of them"
+            )
+        if self.payload is not None and self.random_payload is not None:
+            raise ValueError("payload with random_payload; accepted: one of them")
         if self.mu_kinetic is not None and self.mu_static is None:
             raise ValueError(
                 f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
                 "alone or neither"
             )
+
+
+def require_room(config: Any, observation: int) -> None:
+    """Raise ValueError for networks that no policy file holds, and for samples that no memory does.
+
+    observation: about how many numbers an observation has.
+    """
+    widths = [observation, *[config.hidden] * config.layers, 2]
+    size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
+    if size > LARGEST - 2 * LARGEST_TEXT:
+        raise ValueError(
+            f"hidden = {config.hidden} with layers = {config.layers} makes a policy of {size:,} "
+            f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
+        )
+    if config.algorithm == "sac":
+        given, samples = f"buffer_size = {config.buffer_size}", config.buffer_size
+    else:
+        given = f"num_envs = {config.num_envs} with rollout_steps = {config.rollout_steps}"
+        samples = config.num_envs * config.rollout_steps
+    require_memory(given, "samples", samples, 8 * (observation + 8))
 
 
 def require_whole_batches(config: Any) -> None:
@@ -143,7 +191,6 @@ def flags_given(
 __all__ = [
     "ALGORITHMS",
     "DEFAULTS",
-    "Rule",
     "TrainConfig",
     "add_flags",
     "flags_given",

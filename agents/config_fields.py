@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar
+
+from stickslip.agents.foreign import RefusedError, parse_json, require_entries, require_head
+from stickslip.agents.rules import Rule
+from stickslip.dynamics.checks import require_known, shown
 
 if TYPE_CHECKING:
     import argparse
@@ -15,53 +18,6 @@ if TYPE_CHECKING:
 FORMAT, VERSION = "stickslip training", 1
 BIPED = "biped"
 """The machine of a configuration that names none."""
-
-
-@dataclass(frozen=True)
-class Rule:
-    """What a field accepts. kind: int, float, bool, str or "range" (two numbers, low <= high)."""
-
-    kind: Any
-    about: str
-    low: float = -math.inf
-    high: float = math.inf
-    strict: bool = False
-    """The lowest and highest value are themselves excluded."""
-    optional: bool = False
-    choices: tuple[str, ...] = ()
-
-    @property
-    def accepted(self) -> str:
-        """In words."""
-        if self.choices:
-            return ", ".join(self.choices)
-        if self.kind is bool or self.kind is str:
-            return "true or false" if self.kind is bool else "a name"
-        words = "an integer" if self.kind is int else "finite"
-        less, more = ("<", ">") if self.strict else ("<=", ">=")
-        words += "" if self.low == -math.inf else f", {more} {self.low:g}"
-        words += "" if self.high == math.inf else f", {less} {self.high:g}"
-        words = f"two numbers low <= high, {words}" if self.kind == "range" else words
-        return f"{words}, or nothing" if self.optional else words
-
-    def allows(self, value: Any) -> bool:
-        """Whether a field may have this value."""
-        if value is None:
-            return self.optional
-        if self.kind in (bool, str):
-            return isinstance(value, self.kind) and (not self.choices or value in self.choices)
-        if self.kind == "range":
-            pair = isinstance(value, tuple) and len(value) == 2
-            return pair and all(map(self._is_inside, value)) and value[0] <= value[1]
-        whole = self.kind is not int or isinstance(value, int)
-        return whole and self._is_inside(value)
-
-    def _is_inside(self, value: Any) -> bool:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return False
-        if self.strict:
-            return self.low < value < self.high
-        return self.low <= value <= self.high and math.isfinite(value)
 
 
 def entry(default: Any, kind: Any, about: str, **rule: Any) -> Any:
@@ -81,32 +37,55 @@ class Configuration:
     """
 
     machine: ClassVar[str] = BIPED
+    EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
+    """Pairs of fields of which at most one is given, and what both of them decide."""
 
     def __post_init__(self):
         for one in _fields(self):
-            value, rule = getattr(self, one.name), rule_of(one)
-            if isinstance(value, list):
-                object.__setattr__(self, one.name, value := tuple(value))
-            if not rule.allows(value):
-                raise ValueError(
-                    f"{one.name} = {value!r} is not accepted; accepted: {rule.accepted}"
-                )
+            value = rule_of(one).require(one.name, getattr(self, one.name))
+            object.__setattr__(self, one.name, value)
         self._check_together()
 
     def _check_together(self) -> None:
         """Raise ValueError for fields that do not go together."""
 
-    @classmethod
-    def of(cls, **given: Any):
-        """The algorithm's defaults with some fields changed. ValueError for an unknown field."""
-        known = [one.name for one in _fields(cls)]
-        for name in given:
-            if name not in known:
-                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
-        return cls(**(cls._defaults(given.get("algorithm", "ppo")) | given))
+    def _require_inside(self, name: str, drawn: str) -> None:
+        """Raise ValueError for a number outside the range that is drawn in its place."""
+        value, ends = getattr(self, name), getattr(self, drawn)
+        if ends is not None and not ends[0] <= value <= ends[1]:
+            raise ValueError(
+                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; "
+                "accepted: a number inside"
+            )
 
     @classmethod
-    def _defaults(cls, algorithm: Any) -> dict[str, Any]:
+    def of(cls, /, **given: Any):
+        """The algorithm's defaults with some fields changed.
+
+        ValueError for an unknown field, for two fields that both say the same thing, and for one of
+        the other algorithm.
+        """
+        rules = {one.name: rule_of(one) for one in _fields(cls)}
+        require_known(given, rules)
+        given = {name: value for name, value in given.items() if value is not None}
+        algorithm = given.get("algorithm", "ppo")
+        for one, other in cls.EXCLUSIVE:
+            if one in given and other in given:
+                raise ValueError(
+                    f"{one} with {other}: both say which {cls.EXCLUSIVE[one, other]}; accepted: "
+                    "one of them"
+                )
+        for name in given:
+            whose = rules[name].about.partition(": ")[0]
+            if whose in rules["algorithm"].choices and whose != algorithm:
+                raise ValueError(
+                    f"{name} with algorithm = {shown(algorithm)}, which has none; accepted: with "
+                    f"algorithm = {whose!r}"
+                )
+        return cls(**(cls._defaults(str(algorithm)) | given))
+
+    @classmethod
+    def _defaults(cls, algorithm: str) -> dict[str, Any]:
         """Where an algorithm's defaults differ from the fields' own."""
         return {}
 
@@ -121,11 +100,9 @@ class Configuration:
         """The configuration in a JSON text, or ValueError saying what is wrong with it."""
         content = content_of(text)
         if (machine := content.pop("machine", BIPED)) != cls.machine:
-            raise ValueError(f"it is of the {machine}, not of the {cls.machine}")
-        missing = [one.name for one in _fields(cls) if one.name not in content]
-        if missing:
-            raise ValueError(f"it lacks {', '.join(missing)}")
-        return cls.of(**content)
+            raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
+        rules = {one.name: rule_of(one) for one in _fields(cls)}
+        return cls(**require_entries(content, rules))
 
     @property
     def digest(self) -> str:
@@ -135,15 +112,8 @@ class Configuration:
 
 def content_of(text: str) -> dict[str, Any]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"it is no JSON ({error})") from error
-    if not isinstance(content, dict) or content.pop("format", None) != FORMAT:
-        raise ValueError("it does not say that it is the configuration of a training run")
-    if (version := content.pop("version", None)) != VERSION:
-        raise ValueError(f"its version is {version!r}, this is version {VERSION}")
-    return content
+    content = parse_json(text, "it")
+    return require_head(content, FORMAT, VERSION, "the configuration of a training run")
 
 
 def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> None:

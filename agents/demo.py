@@ -7,12 +7,12 @@ directory `runs/demo-2`, `-3`, ... is begun.
 
 from __future__ import annotations
 
-import time
+import math
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import jax
-import numpy as np
 
 from stickslip.agents.checkpoint import list_checkpoints
 from stickslip.agents.config import TrainConfig
@@ -26,13 +26,15 @@ from stickslip.agents.train import Trained, train
 from stickslip.agents.train_products import write_products
 from stickslip.agents.train_run import read_config
 from stickslip.agents.train_task import make_task
+from stickslip.dynamics.checks import require_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.train_task import Task
 
-POLICY = "trained policy"
+PRODUCTS = 6.0
+"""About how long table and pictures take, in durations of the first evaluation."""
 
 
 def demo_config() -> TrainConfig:
@@ -46,15 +48,17 @@ def demo(
     fresh: bool = False,
     config: TrainConfig | None = None,
     stop: Callable[[], bool] = lambda: False,
-    time_for_training: float = np.inf,
+    time_limit: float | None = None,
     say: Callable[[str], None] = print,
 ) -> Path:
     """Train (unless that is done), print the table, write plots and the animation; return where.
 
-    time_for_training [s]: training stops there, and the best policy so far is shown; the next demo
-    goes on with it. stop: as for `train`.
+    time_limit [s]: of training, None for none; the best policy so far is then shown, in a table and
+    pictures that say how far it is, and the next demo goes on with it. stop: as for `train`.
     """
-    begun = time.monotonic()
+    begun, limit = monotonic(), math.inf if time_limit is None else time_limit
+    if time_limit is not None:
+        require_number("time_limit", limit, low=0.0, strict=True, accepted="None, or seconds > 0")
     config = demo_config() if config is None else config
     directory, known = find_directory(Path(parent), config, fresh)
     if known and _is_shown(directory, config):
@@ -67,15 +71,17 @@ def demo(
         None if known else config,
         directory,
         resume=known,
-        stop=lambda: stop() or time.monotonic() - begun > time_for_training,
+        stop=lambda: stop() or monotonic() - begun > limit,
+        after=PRODUCTS,
     )
+    so_far = f"{trained.timesteps:,} of {config.timesteps:,} steps ({trained.percent} %)"
     if stop() or not trained.policy.exists():
-        say(f"Stopped after {trained.timesteps:,} steps; the next demo goes on from there.")
+        say(f"Stopped after {so_far}; the next demo goes on from there.")
         return directory
     if not trained.finished:
-        say(f"Time is up after {trained.timesteps:,} steps; the next demo goes on from there.")
+        say(f"Time is up after {so_far}; the next demo goes on from there.")
     show(trained, say)
-    say(f"\nThe whole demo took {time.monotonic() - begun:.0f} s.")
+    say(f"\nThe whole demo took {monotonic() - begun:.0f} s.")
     return _list_files(directory, say)
 
 
@@ -95,27 +101,34 @@ def show(trained: Trained, say: Callable[[str], None]) -> None:
     """Compare the policy with the baselines: print the table, write it, plots and the animation."""
     task = make_task(trained.config)
     controllers: dict[str, Any] = {name: kind() for name, kind in CONTROLLERS.items()}
-    controllers[POLICY] = load_policy(trained.policy)
+    controllers[trained.name] = load_policy(trained.policy)
     say("\nComparing with the baselines ...")
     count = trained.config.evaluation_episodes  # the policy's program is then compiled already
     moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
     played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
+    width = max(map(len, played))
     lines = [
         f"{moving.to_text().rstrip()}\n",
         f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
         "baselines\nread the true state and masses, the policy its observation. From rest:",
-        *(_line(name, one, task) for name, one in played.items()),
+        *(_line(f"{name:<{width}}", one, task) for name, one in played.items()),
     ]
+    if not trained.finished:
+        lines += ["", _unfinished(trained)]
     text = "\n".join(lines) + "\n"
     say("\n" + text)
     say("Drawing ...")
     directory = trained.directory
-    plot_comparison(
-        played, task.rest, directory / "comparison.png", "From rest on a slippery floor"
-    )
-    write_products(trained, played[POLICY])
+    title = "From rest on a slippery floor"
+    title += "" if trained.finished else f"; {trained.name}"
+    plot_comparison(played, task.rest, directory / "comparison.png", title)
+    write_products(trained, played[trained.name])
     moving.write_csv(directory / "table.csv")
-    moving.write_json(directory / "table.json", {"config": trained.config.digest})
+    about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
+    about |= {"finished": trained.finished}
+    moving.write_json(
+        directory / "table.json", {"config": trained.config.digest, "training": about}
+    )
     write_whole(directory / TABLE, text)  # last: it says that the rest is there
 
 
@@ -161,12 +174,17 @@ def _introduction(config: TrainConfig, directory: Path, known: bool) -> str:
     )
 
 
+def _unfinished(trained: Trained) -> str:
+    done, of = trained.timesteps, trained.config.timesteps
+    return f"The training is NOT finished: {done:,} of {of:,} steps ({trained.percent} %)."
+
+
 def _line(name: str, played: Any, task: Task) -> str:
     """An episode from rest in a line."""
     last = jax.tree.map(lambda leaf: float(leaf[-1]), played.state.totals)
     seconds = int(played.length) * float(task.rest.control_period)
     return (
-        f"  {name:<16} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
+        f"  {name} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
         f"walked {last.walked:6.3f} m, slid {last.slid:6.4f} m, took {last.energy:5.1f} J "
         f"in {seconds:.1f} s"
     )

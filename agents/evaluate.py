@@ -197,6 +197,12 @@ def evaluate(
     return Evaluation(tuple(rows), seeds)
 
 
+def joined(parts: Sequence[Evaluation]) -> Evaluation:
+    """One table of several over the same seeds and columns: rows as they come."""
+    rows = [row for part in parts for row in part.rows]
+    return replace(parts[0], rows=tuple(rows))
+
+
 def seeds_of(
     episodes: int, seeds: Sequence[int] | None, **given: Mapping[str, Any]
 ) -> tuple[int, ...]:

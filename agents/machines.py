@@ -6,6 +6,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 from stickslip.agents.config_fields import BIPED, Configuration, content_of
+from stickslip.agents.foreign import RefusedError
+from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -75,5 +77,5 @@ def read_configuration(text: str) -> Any:
     """The configuration in a JSON text, of whichever machine, or ValueError."""
     machine = content_of(text).get("machine", BIPED)
     if machine not in MACHINES:
-        raise ValueError(f"its machine is {machine!r}, not one of {', '.join(MACHINES)}")
+        raise RefusedError(f"its machine is {shown(machine)}, not one of {', '.join(MACHINES)}")
     return config_kind(machine).from_json(text)

@@ -10,7 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import is_concrete, require_choice
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_kind,
+    require_number,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -20,6 +25,9 @@ if TYPE_CHECKING:
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
 SQUASHES = ("clip", "tanh")
+FARTHEST = 1e6
+"""Observations up to this are certain to have a finite action; the environments' are below."""
+MOST = float(np.finfo(np.float32).max) / 2
 OUTPUTS = {1: "the biped's torque", 2: "the rates of the UGV's legs"}
 
 
@@ -51,9 +59,19 @@ class MLPPolicy(Memoryless):
         """Return self, or raise ValueError naming what does not fit."""
         require_choice("activation", self.activation, tuple(ACTIVATIONS))
         require_choice("squash", self.squash, SQUASHES)
-        clip = self.observation_clip
-        if clip is not None and not (isinstance(clip, int | float) and 0 < clip < np.inf):
-            raise ValueError(f"observation_clip = {clip!r}; accepted: None, or finite and > 0")
+        if self.observation_clip is not None:
+            accepted = "None, or finite and > 0"
+            require_kind("observation_clip", self.observation_clip, (int, float), accepted)
+            require_number(
+                "observation_clip",
+                self.observation_clip,
+                low=0.0,
+                strict=True,
+                dtype=np.float32,
+                accepted=accepted,
+            )
+        for name in ("weights", "biases"):
+            require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
         if not self.weights or len(self.weights) != len(self.biases):
             raise ValueError(
                 f"{len(self.weights)} weights with {len(self.biases)} biases; accepted: as many of "
@@ -112,10 +130,27 @@ class MLPPolicy(Memoryless):
                 raise ValueError(f"{name} has shape {shape}; accepted: {self.layer_sizes[:1]}")
 
     def _check_numbers(self) -> None:
+        """Finite numbers, a scale that is one in float32, and no way for an action to overflow."""
         named = {f"weight {i}": w for i, w in enumerate(self.weights)}
-        named |= {f"bias {i}": b for i, b in enumerate(self.biases)}
-        for name, values in (named | {"shift": self.shift, "scale": self.scale}).items():
-            if not np.all(np.isfinite(np.asarray(values))):
-                raise ValueError(f"{name} has entries that are not finite; accepted: finite")
-        if not np.all(np.asarray(self.scale) > 0):
-            raise ValueError("scale has entries <= 0; accepted: > 0")
+        named |= {f"bias {i}": b for i, b in enumerate(self.biases)} | {"shift": self.shift}
+        for name, values in named.items():
+            require_number(name, values, accepted="finite numbers")
+        require_number(
+            "scale",
+            self.scale,
+            low=0.0,
+            strict=True,
+            dtype=np.float32,
+            accepted="finite, > 0",
+        )
+        clip = np.inf if self.observation_clip is None else self.observation_clip
+        shift, scale = (np.abs(np.asarray(one, float)) for one in (self.shift, self.scale))
+        highest = np.minimum((FARTHEST + shift) / scale, clip)
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            sums = highest @ np.abs(np.asarray(weight, float)) + np.abs(np.asarray(bias, float))
+            if not np.max(sums) < MOST:
+                raise ValueError(
+                    f"weight {index} lets its layer reach {np.max(sums):.3g} for observations of "
+                    f"up to {FARTHEST:g}; accepted: weights with which it stays below {MOST:.3g}"
+                )
+            highest = np.ones_like(sums) if self.activation == "tanh" else sums

@@ -74,8 +74,11 @@ def plot_panels(
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
     seconds = (metrics.get("seconds") or [0.0])[-1]
+    steps = int((metrics.get("timesteps") or [0])[-1])
     name = config.algorithm.upper()
     title = f"{name} on the {machine}: {seconds:.0f} s of training"
+    if steps < config.timesteps:
+        title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
     figure, axes = make_sheet(2, 3, (12, 6.2), title)
     unit, scale = _unit(config.timesteps)
     for axis, panel in zip(axes, panels, strict=True):

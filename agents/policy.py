@@ -1,12 +1,8 @@
 """Policies: the network, its file and where it comes from."""
 
+from stickslip.agents.biped_task import describe_environment
 from stickslip.agents.mlp import MLPPolicy
-from stickslip.agents.policy_file import (
-    describe_environment,
-    load_policy,
-    read_metadata,
-    save_policy,
-)
+from stickslip.agents.policy_file import load_policy, read_metadata, save_policy
 from stickslip.agents.policy_sb3 import from_sb3
 
 __all__ = [

@@ -5,28 +5,33 @@ from __future__ import annotations
 import io
 import json
 import platform
-from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.arrays_file import read_arrays
+from stickslip.agents.arrays_file import LARGEST, arrays_in
 from stickslip.agents.files import write_whole
+from stickslip.agents.foreign import (
+    LARGEST_TEXT,
+    RefusedError,
+    parse_json,
+    read_bytes,
+    refusing,
+    require_head,
+)
 from stickslip.agents.mlp import MLPPolicy
+from stickslip.dynamics.checks import require_number, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from stickslip.envs.biped import BipedEnv
-    from stickslip.envs.biped_params import BipedEnvParams
+    from collections.abc import Iterable, Mapping
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
 PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
+SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
 DEEPEST = 64
 """More layers than this are refused."""
 
@@ -59,14 +64,23 @@ def save_policy(
         raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
     try:
         text = json.dumps(own | extra, allow_nan=False, ensure_ascii=False)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"metadata is no JSON ({error}); accepted: finite JSON values") from error
+        parse_json(text, "metadata")
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(
+            f"metadata is no JSON ({error}); accepted: finite JSON values, at most "
+            f"{LARGEST_TEXT} bytes"
+        ) from error
     arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
     arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
     arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}
     file = io.BytesIO()
     np.savez(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
-    return write_whole(path, file.getvalue(), overwrite=overwrite)
+    raw = file.getvalue()
+    try:
+        _policy(*_contents(raw))
+    except RefusedError as error:
+        raise ValueError(f"the policy could not be read again: {error}; {SAVED}") from error
+    return write_whole(path, raw, overwrite=overwrite)
 
 
 def load_policy(path: str | Path) -> MLPPolicy:
@@ -75,8 +89,15 @@ def load_policy(path: str | Path) -> MLPPolicy:
     ValueError naming the file, what is wrong with it and what is accepted, if it is missing, cut
     short, of another kind or has contents that do not fit. The file is data: nothing in it is run.
     """
+    return read_policy(path)[0]
+
+
+def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Any]]:
+    """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
     try:
-        return _policy(*_contents(path))
+        with refusing("its contents"):
+            arrays, metadata = _contents(read_bytes(path, LARGEST))
+            return _policy(arrays, metadata), metadata
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
@@ -84,33 +105,10 @@ def load_policy(path: str | Path) -> MLPPolicy:
 def read_metadata(path: str | Path) -> dict[str, Any]:
     """What a policy file says of itself and of its making. ValueError as in `load_policy`."""
     try:
-        return _contents(path)[1]
+        with refusing("its contents"):
+            return _contents(read_bytes(path, LARGEST))[1]
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
-
-
-def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
-    """The configuration of an environment as JSON values, for a policy's metadata.
-
-    Static choices, floor, randomisation and every number of the task; of the robot its mass, and
-    the size of the observation.
-    """
-    numbers = {
-        name: plain(value)
-        for name, value in vars(params).items()
-        if name not in ("robot", "scene", "unit_payload", "randomisation")
-    }
-    scene = params.scene
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__, **plain(vars(scene.floor))},
-        "steps": scene.steps,
-        "randomisation": plain(vars(params.randomisation)),
-        "total_mass": plain(params.robot.total_mass),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **numbers,
-    }
 
 
 def policy_path(name: str) -> Path:
@@ -119,52 +117,50 @@ def policy_path(name: str) -> Path:
     return path / "policy.npz" if path.is_dir() else path
 
 
-def choices_of(metadata: Mapping[str, Any]) -> dict[str, Any]:
-    """The static choices of the environment that a file's metadata tells of; {} without any."""
-    choices = metadata.get("choices")
-    return choices if isinstance(choices, dict) else {}
-
-
-def _contents(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    arrays = read_arrays(path)
+def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    arrays = arrays_in(raw)
     text = arrays.pop("metadata", None)
     if text is None or text.shape != () or text.dtype.kind != "U":
-        raise ValueError(f"no metadata among its entries ({', '.join(list(arrays)[:5])}, ...)")
-    try:
-        metadata = json.loads(str(text))
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"its metadata is no JSON ({error})") from error
-    if not isinstance(metadata, dict) or metadata.get("format") != FORMAT:
-        raise ValueError("its metadata does not say that it is a policy")
-    if metadata.get("version") != VERSION:
-        raise ValueError(f"its version is {metadata.get('version')!r}, this is version {VERSION}")
-    return arrays, metadata
+        raise RefusedError(f"no metadata among its entries ({_named(arrays)})")
+    content = parse_json(str(text), "its metadata")
+    require_head(content, FORMAT, VERSION, "a policy")
+    return arrays, content
 
 
 def _policy(arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> MLPPolicy:
     sizes = metadata.get("layer_sizes")
     if not isinstance(sizes, list) or not 2 <= len(sizes) <= DEEPEST + 1:
-        raise ValueError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
+        raise RefusedError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
     layers = range(len(sizes) - 1)
     names = [f"{kind}_{i}" for kind in ("weight", "bias") for i in layers] + ["shift", "scale"]
     if set(names) != set(arrays):
-        raise ValueError(f"its entries are {', '.join(sorted(arrays))}, not {', '.join(names)}")
+        raise RefusedError(f"its entries are {_named(arrays)}, not {_named(names)}")
     for name, values in arrays.items():
         if values.dtype not in (np.float32, np.float64):
-            raise ValueError(f"{name} is {values.dtype}, not float32 or float64")
-    numbers = {name: jnp.asarray(values) for name, values in arrays.items()}
-    policy = MLPPolicy(
-        weights=tuple(numbers[f"weight_{i}"] for i in layers),
-        biases=tuple(numbers[f"bias_{i}"] for i in layers),
-        shift=numbers["shift"],
-        scale=numbers["scale"],
-        activation=metadata.get("activation", ""),
-        squash=metadata.get("squash", ""),
-        observation_clip=metadata.get("observation_clip"),
-    ).validate()
+            raise RefusedError(f"{name} is {values.dtype}, not float32 or float64")
+    try:
+        for name, values in arrays.items():
+            require_number(name, values, dtype=np.float32, accepted="finite in float32")
+        numbers = {name: jnp.asarray(values) for name, values in arrays.items()}
+        policy = MLPPolicy(
+            weights=tuple(numbers[f"weight_{i}"] for i in layers),
+            biases=tuple(numbers[f"bias_{i}"] for i in layers),
+            shift=numbers["shift"],
+            scale=numbers["scale"],
+            activation=metadata.get("activation", ""),
+            squash=metadata.get("squash", ""),
+            observation_clip=metadata.get("observation_clip"),
+        ).validate()
+    except ValueError as error:
+        raise RefusedError(str(error)) from error
     if list(policy.layer_sizes) != sizes:
-        raise ValueError(f"its layers are {policy.layer_sizes}, it says {sizes}")
+        raise RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
     return policy
+
+
+def _named(names: Iterable[str]) -> str:
+    """Some of the names, shortened."""
+    return shown(sorted(names))
 
 
 def _versions() -> dict[str, str]:
@@ -175,14 +171,3 @@ def _versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def plain(value: Any) -> Any:
-    """JSON values from arrays, tuples and dataclasses' contents."""
-    if isinstance(value, dict):
-        return {name: plain(entry) for name, entry in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(entry) for entry in value]
-    if isinstance(value, jax.Array | np.ndarray | np.generic):
-        return np.asarray(value).tolist()
-    return value

@@ -57,6 +57,18 @@ class Trained(NamedTuple):
     """Trained in all, over every resumption [s]."""
     finished: bool
 
+    @property
+    def percent(self) -> int:
+        """How much of the training is done, 100 at its end only."""
+        return min(100 * self.timesteps // self.config.timesteps, 100)
+
+    @property
+    def name(self) -> str:
+        """What to call the policy: one that is not trained to the end says so."""
+        if self.finished:
+            return "trained policy"
+        return f"policy after {self.percent} % of its training"
+
 
 def train(
     config: Configuration | None,
@@ -66,12 +78,14 @@ def train(
     overwrite: bool = False,
     bar: bool | None = None,
     stop: Callable[[], bool] = lambda: False,
+    after: float = 0.0,
 ) -> Trained:
     """Train in a directory and return what came of it. Needs the extra `train`.
 
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
-    evaluation elsewhere. stop: asked after every step; once true, a checkpoint is written and
-    Trained.finished is false. ValueError for a directory in use and for anything damaged in it.
+    evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
+    for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
+    and Trained.finished is false. ValueError for a directory in use and for anything damaged in it.
     """
     directory = Path(directory)
     for package in PACKAGES:
@@ -82,13 +96,20 @@ def train(
         read_config(directory)  # nothing to resume is no reason to make a directory
     with only_writer(directory), ExitStack() as stack:
         run = open_run(directory, config, resume=resume, overwrite=overwrite)
-        return _Trainer(run, bar, stop, stack).train()
+        return _Trainer(run, bar, stop, stack, after).train()
 
 
 class _Trainer:
     """One process's part of a run."""
 
-    def __init__(self, run: Run, bar: bool | None, stop: Callable[[], bool], stack: ExitStack):
+    def __init__(
+        self,
+        run: Run,
+        bar: bool | None,
+        stop: Callable[[], bool],
+        stack: ExitStack,
+        after: float,
+    ):
         from stickslip.agents.train_algorithm import Course, make_model, put_state
         from stickslip.agents.train_callback import Reporter, metric_columns
         from stickslip.agents.train_log import TensorBoard
@@ -116,7 +137,7 @@ class _Trainer:
         )
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
         self.progress = stack.enter_context(
-            Progress(run.config.timesteps, at, bar, machine=self.machine)
+            Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
         )
         period = float(np.asarray(self.task.training.control_period))
         self.reporter = Reporter(run.config, self.machine, course, period, self._report, stop)

@@ -32,10 +32,10 @@ def write_products(trained: Trained, played: Rollout | None = None) -> list[Path
     if played is None:
         played = rollout(task.env, load_policy(trained.policy), task.rest, 0)
     directory = trained.directory
-    limit = float(task.rest.torque_limit)
+    limit, title = float(task.rest.torque_limit), f"The {trained.name}, from rest"
     return [
         plot_learning(directory, trained.config, limit),
-        plot_episode(played, task.rest, directory / "episode.png", "The trained policy, from rest"),
+        plot_episode(played, task.rest, directory / "episode.png", title),
         write_film(task.env, played, task.rest, directory / "walk.gif", FILM_TIME),
     ]
 

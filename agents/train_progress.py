@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from typing import TYPE_CHECKING, TextIO
+
+from stickslip.agents.remaining import Remaining
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -13,7 +16,10 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """bar: True, False, or None for a bar on a terminal and lines elsewhere. False is silent."""
+    """bar: True, False, or None for a bar on a terminal and lines elsewhere. False is silent.
+
+    after: what follows training, in durations of an evaluation; see Remaining.
+    """
 
     def __init__(
         self,
@@ -23,14 +29,16 @@ class Progress:
         to: TextIO | None = None,
         *,
         machine: Machine,
+        after: float = 0.0,
     ):
         from tqdm import tqdm
 
         self._to = sys.stderr if to is None else to
         self._silent, self._machine = bar is False, machine
         on_terminal = self._to.isatty() if bar is None else bar
-        self._total, self._at, self._first = total, at, at
+        self._at = at
         self._begun = time.monotonic()
+        self._remaining = Remaining(total, after)
         self._bar = tqdm(
             total=total,
             initial=at,
@@ -47,20 +55,23 @@ class Progress:
         """Move the bar; beside it how training episodes go."""
         self._bar.update(timesteps - self._at)
         self._at = timesteps
+        self._remaining.update(self._passed(), timesteps)
         self._bar.set_postfix_str(self._machine.beside_bar(row))
 
     def tell(self, timesteps: int, row: Mapping[str, float]) -> None:
         """A line for an evaluation."""
+        passed = self._passed()
+        self._remaining.evaluation(passed, timesteps)
         if self._silent:
             return
-        passed = time.monotonic() - self._begun
-        left = passed * max(self._total - timesteps, 0) / max(timesteps - self._first, 1)
-        text = (
-            f"{timesteps:>10,} steps  {self._machine.line(row)}  "
-            f"{_clock(passed)} gone, about {_clock(left)} to go"
-        )
+        left = self._remaining.seconds()
+        to_go = f", about {_clock(left)} to go" if math.isfinite(left) else ""
+        text = f"{timesteps:>10,} steps  {self._machine.line(row)}  {_clock(passed)} gone{to_go}"
         self._bar.write(text.replace("nan", "  -"), file=self._to)
         self._to.flush()
+
+    def _passed(self) -> float:
+        return time.monotonic() - self._begun
 
     def __enter__(self) -> Progress:
         return self

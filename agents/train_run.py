@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.checkpoint import list_checkpoints, read_state
 from stickslip.agents.files import write_whole
+from stickslip.agents.foreign import RefusedError, read_text, refusing
 from stickslip.agents.machines import read_configuration
 
 if TYPE_CHECKING:
@@ -94,12 +95,15 @@ def open_run(
 def read_config(path: Path) -> Any:
     """The configuration of the run in a directory. ValueError if there is none."""
     try:
-        return read_configuration((path / CONFIG).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path / CONFIG)
+    except RefusedError as error:
         raise ValueError(
-            f"{path} holds no training run ({CONFIG} cannot be read); accepted: the directory of a "
-            "run that was begun"
+            f"{path} holds no training run ({CONFIG}: {error}); accepted: the directory of a run "
+            "that was begun"
         ) from error
+    try:
+        with refusing("it"):
+            return read_configuration(text)
     except ValueError as error:
         raise ValueError(f"{path / CONFIG}: {error}; accepted: as training wrote it") from error
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
-from stickslip.agents.config import TrainConfig, require_whole_batches
+from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
 from stickslip.agents.config_fields import Configuration, entry
 from stickslip.optim.criteria import CRITERIA
 
+OBSERVATION = 9
+"""Numbers in an observation, the preview aside."""
 _OF_THE_BIPED = {one.name: one for one in fields(TrainConfig)}
 
 
@@ -27,7 +29,7 @@ class UGVTrainConfig(Configuration):
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
     seed: int = _same("seed", 0)
-    timesteps: int = entry(600_000, int, "steps of the environment in all", low=1)
+    timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
     criterion: str = entry("wheel_energy", str, "what is to be small", choices=tuple(CRITERIA))
     tracks: str = entry("random-bump", str, "ground, by name; random-... is drawn at each start")
@@ -83,6 +85,9 @@ class UGVTrainConfig(Configuration):
     evaluation_episodes: int = _same("evaluation_episodes", 32)
 
     machine = "ugv"
+    EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     def _check_together(self) -> None:
+        self._require_inside("friction", "random_friction")
+        require_room(self, self.preview + OBSERVATION)
         require_whole_batches(self)

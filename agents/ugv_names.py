@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.policy_file import choices_of, load_policy, policy_path, read_metadata
+from stickslip.agents.policy_file import policy_path, read_metadata
+from stickslip.dynamics.checks import require_choice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,37 +38,5 @@ def ugv_baseline(name: str, env: UGVEnv) -> Any:
         "receding-horizon": RecedingHorizon,
         "optimum": Optimum,
     }
-    if name not in known:
-        raise ValueError(f"baseline {name!r} is unknown; accepted: {', '.join(UGV_BASELINES)}")
+    require_choice("baseline", name, UGV_BASELINES)
     return known[name]()
-
-
-def read_ugv_policies(who: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The policies among the names, and what the first one's file says of its environment.
-
-    The others have to share that where it matters. ValueError for what is neither policy nor
-    baseline.
-    """
-    policies: dict[str, Any] = {}
-    first: dict[str, Any] = {}
-    for name in who:
-        if name in UGV_BASELINES:
-            continue
-        path = policy_path(name)
-        if not path.exists():
-            raise ValueError(
-                f"{name!r} is neither a baseline of the UGV nor a file; accepted: "
-                f"{', '.join(UGV_BASELINES)}, a policy file, or the directory of a run with one"
-            )
-        policies[name], about = load_policy(path), read_metadata(path)
-        if about.get("environment") != ENVIRONMENT:
-            raise ValueError(f"{name!r} is no policy of the UGV; accepted: policies of one machine")
-        first = first or about
-        for seen in ("preview", "criterion"):
-            own, others = (choices_of(one).get(seen) for one in (about, first))
-            if own != others:
-                raise ValueError(
-                    f"{name!r} was trained with {seen} = {own!r}, another one with {others!r}; "
-                    "accepted: policies of the same, or one at a time"
-                )
-    return policies, first

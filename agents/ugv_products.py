@@ -36,7 +36,7 @@ def write_products(trained: Trained) -> list[Path]:
     directory = trained.directory
     return [
         plot_panels(directory, config, _panels(task.env), "UGV"),
-        plot_drive(played, task.env, task.test, directory / "episode.png", "The trained policy"),
+        plot_drive(played, task.env, task.test, directory / "episode.png", f"The {trained.name}"),
         write_drive(task.env, played, task.test, directory / "drive.gif"),
     ]
 

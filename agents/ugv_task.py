@@ -1,13 +1,11 @@
-"""What a configuration asks of the UGV's environment, and its description for a policy's file."""
+"""What a configuration asks of the UGV's environment."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.policy_file import plain
 from stickslip.agents.ugv_tracks import ground_by_name
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.envs.ugv import UGVEnv
@@ -68,23 +66,3 @@ def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
         **common,
     )
     return UGVTask(env, training, test)
-
-
-def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
-    """The configuration of an environment as JSON values, for a policy's metadata."""
-    numbers = {
-        name: plain(value)
-        for name, value in vars(params).items()
-        if name not in ("vehicle", "odometer", "randomisation")
-    }
-    ranges = params.randomisation
-    drawn = None if ranges.track is None else plain(vars(ranges.track))
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "track": type(params.track.shape).__name__,
-        "randomisation": plain(vars(ranges) | {"track": drawn}),
-        "vehicle": plain(vars(params.vehicle)),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **numbers,
-    }

@@ -11,8 +11,9 @@ import numpy as np
 from stickslip.agents.evaluate import row_of_test
 from stickslip.agents.train_task import TEST_SEEDS
 from stickslip.agents.ugv_evaluate import optima, play_ugv, ugv_columns
+from stickslip.agents.ugv_parts import describe_ugv
 from stickslip.agents.ugv_plans import Optimum
-from stickslip.agents.ugv_task import UGVTask, describe_ugv, make_ugv_task
+from stickslip.agents.ugv_task import UGVTask, make_ugv_task
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +24,7 @@ class ViewFiles(NamedTuple):
 
 
 def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
-    """What the flags ask for; place: the scene or track, by name or file.
+    """What the flags ask for; place: the task's label.
 
     ValueError for seconds out of range, files of another kind, and ones that are not to be
     replaced.
@@ -32,13 +33,17 @@ def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
         raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
     who = policy_path(given["who"])
     name = who.parent.name if who.name == "policy.npz" else who.name
-    film = Path(given["out"] or f"{name.removesuffix('.npz')}-{Path(place).stem}.gif")
+    film = Path(given["out"] or f"{name.removesuffix('.npz')}-{_for_a_file(place)}.gif")
     plots = [] if given["plot"] is None else [Path(given["plot"])]
     require_suffix(film, (".gif", ".png", ".webp"))
     for path in plots:
         require_suffix(path, (".png",))
     require_new(plots + ([] if given["window"] else [film]), given["overwrite"])
     return ViewFiles(f"{name} on {place}", film, plots)
+
+
+def _for_a_file(label: str) -> str:
+    return re.sub(r"[^\w.+-]+", "-", Path(label).stem if Path(label).is_file() else label)
 
 
 def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:

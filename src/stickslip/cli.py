@@ -25,8 +25,35 @@ EXTRAS = {
 """Optional packages and the extra that brings them."""
 
 
+class _Once(argparse.Action):
+    """Refuses an option that is given twice, of which argparse would take the last."""
+
+    given = False
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
+        if option is not None and self.given:
+            parser.error(f"{'/'.join(self.option_strings)} is given twice")
+        self.given = True
+        super().__call__(parser, namespace, values, option)
+
+
+class _StoreOnce(_Once, argparse._StoreAction):
+    pass
+
+
+class _SwitchOnce(_Once, argparse.BooleanOptionalAction):
+    pass
+
+
 class Parser(argparse.ArgumentParser):
-    """Raises ValueError where argparse would print the usage and exit."""
+    """Raises ValueError where argparse would print the usage and exit, and for options that are
+    given twice or shortened. A parser reads one command line."""
+
+    def __init__(self, *arguments: Any, **options: Any):
+        super().__init__(*arguments, allow_abbrev=False, **options)
+        for name in (None, "store"):
+            self.register("action", name, _StoreOnce)
+        self.register("action", argparse.BooleanOptionalAction, _SwitchOnce)
 
     def error(self, message: str) -> NoReturn:
         """What argparse calls."""
@@ -169,6 +196,12 @@ def _add_demo(commands: Any) -> None:
     )
     parser.add_argument(
         "--fresh", action="store_true", help="train again, in a new directory beside the old one"
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="stop training after so long and show how far it came (default: none)",
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
 import pickle
 import zipfile
 from dataclasses import replace
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import arrays_file
+from stickslip.agents.mlp import FARTHEST
 from stickslip.agents.policy import (
     MLPPolicy,
     describe_environment,
@@ -141,6 +143,30 @@ def change_byte(path):
     path.write_bytes(bytes(raw))
 
 
+def recompress(path, method):
+    """The same archive, compressed otherwise."""
+    with zipfile.ZipFile(path) as archive:
+        members = {one: archive.read(one) for one in archive.namelist()}
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for one, raw in members.items():
+            archive.writestr(one, raw)
+
+
+def with_header(path, header):
+    head = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    with_member(path, "shift.npy", head + bytes(28))
+
+
+def with_text(path, text):
+    rewrite(path, metadata=np.array(text))
+
+
+def many_entries(path):
+    with zipfile.ZipFile(path, "a") as archive:
+        for index in range(3000):
+            archive.writestr(f"{index}.npy", b"")
+
+
 SPOILT = {
     "pickle inside": (
         lambda path: rewrite(path, weight_0=np.array([Bomb()], dtype=object)),
@@ -173,7 +199,31 @@ SPOILT = {
     "bias shape": (lambda path: rewrite(path, bias_1=np.ones(3, np.float32)), "bias 1"),
     "shift shape": (lambda path: rewrite(path, shift=np.ones(8, np.float32)), "shift"),
     "integers": (lambda path: rewrite(path, weight_1=np.ones((5, 4), int)), "int64"),
-    "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias 2.*finite"),
+    "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias_2.*finite"),
+    "lzma": (
+        lambda path: recompress(path, zipfile.ZIP_LZMA),
+        "compressed by method 14, not stored",
+    ),
+    "bzip2": (lambda path: recompress(path, zipfile.ZIP_BZIP2), "compressed by method 12"),
+    "minus signs": (lambda path: with_header(path, b"-" * 9000), "header of .* damaged"),
+    "long header": (lambda path: with_header(path, b" " * 60000), "header of .* damaged"),
+    "huge clip": (lambda path: with_metadata(path, observation_clip=10**400), "401 digits"),
+    "great clip": (lambda path: with_metadata(path, observation_clip=1e39), "observation_clip"),
+    "subnormal scale": (
+        lambda path: rewrite(path, scale=np.full(7, 1e-45, "f4")),
+        "scale.*float32",
+    ),
+    "too great for float32": (lambda path: rewrite(path, shift=np.full(7, 1e300)), "float32"),
+    "overflow": (lambda path: rewrite(path, weight_1=np.full((5, 4), 1e38, "f4")), "weight 1 lets"),
+    "many lists": (lambda path: with_text(path, "[" + "[]," * 2 * 10**5 + "[[]]]"), "not say"),
+    "very many lists": (
+        lambda path: with_text(path, "[" + "[]," * 4 * 10**6 + "[]]"),
+        "longer than",
+    ),
+    "half a character": (lambda path: with_metadata(path, note="\ud800"), "metadata is damaged"),
+    "infinity": (lambda path: with_metadata(path, note=float("inf")), "Infinity is not"),
+    "a version of text": (lambda path: with_metadata(path, version="9" * 999), "version is '9"),
+    "many entries": (lambda path: many_entries(path), "more than 1024 entries"),
     "zero scale": (lambda path: rewrite(path, scale=np.zeros(7, np.float32)), "scale.*> 0"),
     "an entry less": (lambda path: rewrite(path, bias_2=None), "its entries are"),
     "an entry more": (lambda path: rewrite(path, bias_3=np.ones(1)), "its entries are"),
@@ -189,6 +239,39 @@ def test_a_file_that_is_no_policy_is_named_and_nothing_in_it_runs(path, case):
     with pytest.raises(ValueError, match=f"policy.npz: .*{words}.*; accepted: .*save_policy"):
         load_policy(path)
     assert not hasattr(builtins, "stickslip_bomb")
+
+
+def test_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.npz")
+    with pytest.raises(ValueError, match=r"pipe\.npz: cannot be read \(not a plain file\)"):
+        load_policy(tmp_path / "pipe.npz")
+
+
+def test_what_could_not_be_loaded_is_not_written(tmp_path):
+    policy = make_policy()
+    for bad, words in (
+        (
+            replace(policy, biases=tuple(bias.astype(jnp.float16) for bias in policy.biases)),
+            "float16",
+        ),
+        (replace(policy, scale=policy.scale * 0 + 1e-45), "scale"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            save_policy(bad, tmp_path / "policy.npz")
+    with pytest.raises(ValueError, match="nested deeper"):
+        save_policy(policy, tmp_path / "policy.npz", {"x": json.loads("[" * 99 + "]" * 99)})
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_policy_that_loads_cannot_overflow(tmp_path):
+    """Whatever the observation within the promised range, from one number a layer on."""
+    policy = make_policy(activation="relu")
+    big = replace(policy, weights=tuple(weight * 1e8 for weight in policy.weights))
+    back = load_policy(save_policy(big, tmp_path / "policy.npz"))
+    obs = FARTHEST * jnp.sign(jax.random.normal(jax.random.key(0), (200, 7)))
+    assert np.all(np.isfinite(back(obs)))
+    with pytest.raises(ValueError, match=r"weight \d lets its layer reach"):
+        replace(policy, weights=tuple(weight * 1e12 for weight in policy.weights)).validate()
 
 
 def test_another_observation_is_refused():

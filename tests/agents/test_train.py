@@ -214,15 +214,15 @@ class Trap:
 
 
 def spoil_model(folder: Path, content: bytes):
-    (folder / "model.pt").write_bytes(content)
+    (folder / "model.npz").write_bytes(content)
 
 
 SPOILED = {
-    "cut short": lambda f: spoil_model(f, (f / "model.pt").read_bytes()[:3000]),
+    "cut short": lambda f: spoil_model(f, (f / "model.npz").read_bytes()[:3000]),
     "empty": lambda f: spoil_model(f, b""),
     "text": lambda f: spoil_model(f, b"once upon a time"),
     "a pickle": lambda f: spoil_model(f, pickle.dumps(Trap(f.parent / "sprung"))),
-    "missing": lambda f: (f / "model.pt").unlink(),
+    "missing": lambda f: (f / "model.npz").unlink(),
     "no state": lambda f: (f / STATE).unlink(),
     "state cut short": lambda f: (f / STATE).write_text((f / STATE).read_text()[:40]),
     "state of another kind": lambda f: (f / STATE).write_text("[1, 2]"),
@@ -244,7 +244,7 @@ def test_a_damaged_checkpoint_is_refused_by_name(copy: Path, damage: str):
 def test_a_checkpoint_of_another_run_is_refused(copy: Path, runs):
     other = list_checkpoints(runs("sac").directory / "checkpoints")[-1]
     folder = list_checkpoints(copy / "checkpoints")[-1]
-    shutil.copy(other / "model.pt", folder / "model.pt")
+    shutil.copy(other / "model.npz", folder / "model.npz")
     with pytest.raises(ValueError, match="do not fit"):
         train(None, copy, resume=True)
     shutil.rmtree(folder)

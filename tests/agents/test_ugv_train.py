@@ -99,8 +99,8 @@ def test_every_named_ground_makes_a_task(name: str):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"criterion": "speed"}, r"criterion = 'speed' is not accepted; accepted: wheel_energy"),
-        ({"algorithm": "sac"}, r"algorithm = 'sac' is not accepted; accepted: ppo"),
+        ({"criterion": "speed"}, r"criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
+        ({"algorithm": "sac"}, r"algorithm = 'sac' is unknown; accepted: 'ppo'"),
         ({"batch_size": 100}, r"batch_size = 100 is not accepted; accepted: a divisor"),
         ({"friction": -1.0}, r"friction = -1\.0"),
         ({"payload": 1.0}, r"'payload' is no field"),
@@ -150,7 +150,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("evaluate level-body nobody", "'nobody' is neither a baseline of the UGV nor a file"),
+        ("evaluate level-body nobody", "'nobody' is neither a baseline nor a file"),
         ("evaluate level-body --scene moon", "track 'moon' is unknown; accepted: random-bump"),
         ("evaluate level-body --payload 1", "--payload is for the biped"),
         ("evaluate computed-torque --friction 1", "--friction is for the UGV"),

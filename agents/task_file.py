@@ -1,0 +1,67 @@
+"""The task that a policy was made for, as its file keeps it.
+
+A description says in plain words what a reader wants to know, and holds under "task" every part
+from which the same environment and parameters are built again.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from stickslip.agents.foreign import LARGEST_TEXT, RefusedError, refusing
+from stickslip.agents.task_values import from_json, to_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+TASK = "task"
+LONGEST = LARGEST_TEXT - 2**16
+"""Characters of a task; what is longer is left out of the file, which then says so."""
+
+
+def plain(value: Any) -> Any:
+    """JSON values from arrays, tuples and dataclasses' contents, for people to read."""
+    if isinstance(value, dict):
+        return {name: plain(entry) for name, entry in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(entry) for entry in value]
+    if hasattr(value, "dtype"):
+        return np.asarray(value).tolist()
+    return value
+
+
+def task_entry(**parts: Any) -> dict[str, Any]:
+    """The entry of a description that holds a task's parts, or says why it does not."""
+    try:
+        content = {name: to_json(part) for name, part in parts.items()}
+    except ValueError as error:
+        return {TASK: None, "task_missing": str(error)}
+    if (length := len(json.dumps(content))) > LONGEST:
+        return {TASK: None, "task_missing": f"its {length} characters are too many"}
+    return {TASK: content}
+
+
+def read_parts(metadata: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any] | None:
+    """The parts of a description's task; None where it has none, as files of old.
+
+    RefusedError for one that is damaged.
+    """
+    content = metadata.get(TASK)
+    if content is None:
+        return None
+    with refusing("its task"):
+        if not isinstance(content, dict) or set(content) != set(names):
+            raise RefusedError(f"its task is not made of {', '.join(names)}")
+        return {name: from_json(content[name]) for name in names}
+
+
+def same_numbers(one: Any, other: Any) -> bool:
+    """Whether two trees hold the same numbers, up to rounding to float32."""
+    if jax.tree.structure(one) != jax.tree.structure(other):
+        return False
+    pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)
+    return all(np.array_equal(np.float32(a), np.float32(b)) for a, b in pairs)

@@ -1,0 +1,115 @@
+"""The demo: what is unfinished says so everywhere, and the time to go is right."""
+
+import csv
+import json
+import math
+from itertools import count
+
+import pytest
+
+from stickslip.agents import demo as module
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.controllers import ConstantTorque
+from stickslip.agents.demo import demo
+from stickslip.agents.remaining import Remaining
+from stickslip.cli import WRONG_INPUT, main
+
+SMALL = TrainConfig.of(
+    timesteps=768,
+    rollout_steps=32,
+    batch_size=64,
+    epochs=2,
+    checkpoint_interval=256,
+    num_envs=4,
+    hidden=8,
+    evaluation_episodes=2,
+    episode_time=0.4,
+    mu_static=0.06,
+    mu_kinetic=0.05,
+)
+
+
+def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
+    pytest.importorskip("stable_baselines3")
+    from stickslip.agents import plots, plots_training, train_products
+
+    titles: list[str] = []
+    for place in (plots, plots_training):
+        make = place.make_sheet
+        monkeypatch.setattr(
+            place,
+            "make_sheet",
+            lambda rows, columns, size, title, make=make: (
+                titles.append(title) or make(rows, columns, size, title)
+            ),
+        )
+    monkeypatch.setattr(train_products, "FILM_TIME", 0.04)
+    monkeypatch.setattr(module, "CONTROLLERS", {"constant-torque": ConstantTorque})
+    seconds, said = count(), []
+    monkeypatch.setattr(module, "monotonic", lambda: float(next(seconds)))
+    path = demo(tmp_path, config=SMALL, time_limit=110.0, say=said.append)
+    name = "policy after 50 % of its training"
+    assert "Time is up after 384 of 768 steps (50 %)" in "\n".join(said)
+    table = (path / "table.txt").read_text()
+    assert table in "\n".join(said)
+    assert name in table
+    assert "NOT finished: 384 of 768 steps (50 %)" in table
+    assert "trained policy" not in table
+    rows = list(csv.DictReader((path / "table.csv").open()))
+    assert [row["controller"] for row in rows] == ["constant-torque", name]
+    content = json.loads((path / "table.json").read_text())
+    assert content["training"] == {"timesteps": 384, "of": 768, "finished": False}
+    assert [title for title in titles if name not in title] == [
+        title for title in titles if "unfinished: 384 of 768 steps" in title
+    ]
+    assert len(titles) == 3
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf"])
+def test_a_time_limit_is_a_time(capsys, tmp_path, limit: str):
+    assert main(["demo", "--out", str(tmp_path), f"--time-limit={limit}"]) == WRONG_INPUT
+    assert "time_limit = " in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def course(total, every, update, step_time, evaluation, after, change=None):
+    """Notes of a run, and at each evaluation the time that was told beside the true one."""
+    told, now, notes, remaining = [], 20.0, [], Remaining(total, after)  # 20 s: imports
+    first = None
+    for steps in range(update, total + 1, update):
+        slow = 1.0 if change is None or steps <= change[0] else change[1]
+        now += update * step_time(steps) * slow + (30.0 if steps == update else 0.0)  # compilation
+        remaining.update(now, steps)
+        if steps % every == 0:
+            cost = evaluation * slow + (12.0 if first is None else 0.0)
+            now += cost
+            first = cost if first is None else first
+            remaining.evaluation(now, steps)
+            notes.append((steps, now))
+            told.append(remaining.seconds())
+    end = now + after * first
+    return [(steps, left, end - at) for (steps, at), left in zip(notes, told, strict=True)]
+
+
+def test_the_time_to_go_is_right_from_the_second_evaluation_on():
+    notes = course(6_000_000, 262_144, 32_768, lambda steps: 3e-5, 1.5, 6.0)
+    for _, told, true in notes[1:]:
+        assert told == pytest.approx(true, rel=0.03)
+    assert notes[0][1] == pytest.approx(notes[0][2], rel=0.25)  # of evaluations it knows but one
+
+
+def test_the_time_to_go_follows_a_machine_that_becomes_slower():
+    notes = course(4_000_000, 100_000, 10_000, lambda steps: 3e-5, 1.0, 6.0, (1_000_000, 3.0))
+    settled = [(told, true) for steps, told, true in notes if steps >= 1_200_000]
+    assert len(settled) > 20
+    for told, true in settled:
+        assert told == pytest.approx(true, rel=0.03)
+
+
+def test_nothing_is_told_before_anything_is_known():
+    remaining = Remaining(100)
+    assert math.isnan(remaining.seconds())
+    remaining.update(3.0, 10)
+    assert math.isnan(remaining.seconds())
+    remaining.update(4.0, 20)
+    assert remaining.seconds() == pytest.approx(8.0)

@@ -1,0 +1,234 @@
+"""A policy's file holds the task it was made for, and the commands take it from there."""
+
+import json
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import biped_task, ugv_parts
+from stickslip.agents.evaluate import evaluate
+from stickslip.agents.mlp import MLPPolicy
+from stickslip.agents.policy import describe_environment, load_policy, save_policy
+from stickslip.agents.train_task import from_anywhere
+from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.envs import BipedEnv, Randomisation, UGVEnv
+from stickslip.envs.ugv_draw import RandomTrack, UGVRandomisation
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def still(path: str, size: int, about: dict, outputs: int = 1, push: float = 0.0) -> str:
+    """A policy file: the same action always."""
+    policy = MLPPolicy(
+        (jnp.zeros((size, outputs)),),
+        (jnp.full(outputs, push),),
+        jnp.zeros(size),
+        jnp.ones(size),
+    )
+    return str(save_policy(policy, path, about))
+
+
+def through_json(about: dict) -> dict:
+    return json.loads(json.dumps(about, allow_nan=False))
+
+
+def assert_same(one, other):
+    assert jax.tree.structure(one) == jax.tree.structure(other)
+    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        assert np.asarray(a).dtype == np.asarray(b).dtype
+        np.testing.assert_array_equal(a, b)
+
+
+def strange_biped(dtype=None) -> tuple[BipedEnv, object]:
+    """Nothing as in the standard task."""
+    env = BipedEnv(see_friction=True, fidelity="chebyshev", substeps=2)
+    params = env.make_params(
+        biped=BipedParams.from_bars(crank_length=0.0217, hip_mass=0.93),
+        scene=Scene.patches([0.1, 0.37], [0.5, 0.061, 0.3], [0.4, 0.051, 0.2], payload=1.7),
+        randomisation=Randomisation(friction=(0.81, 1.23), mass=(0.9, 1.1)),
+        dtype=dtype,
+        torque_limit=3.3,
+        control_period=0.013,
+        commanded_rate=2.7,
+        time_limit=0.4,
+        slip_weight=4.1,
+    )
+    return env, params
+
+
+def test_a_biped_task_comes_back_to_the_last_bit(dtype):
+    env, params = strange_biped(dtype)
+    task = biped_task.read_task(through_json(describe_environment(env, params)))
+    assert task is not None
+    assert task.env == env
+    assert_same(task.params(), params)
+
+
+@pytest.mark.parametrize("ground", ["points", "drawn"])
+def test_a_ugv_task_comes_back_to_the_last_bit(ground: str):
+    x = np.linspace(0, 9, 400)
+    points = Track.from_points(x, 0.04 * np.sin(1.3 * x))
+    drawn = UGVRandomisation(RandomTrack((0.03, 0.11), waves=16), (0.5, 0.9), (1.1, 1.9))
+    env = UGVEnv("peak_torque", 5, PoseSolver(iterations=4, samples=4))
+    params = env.make_params(
+        vehicle=UGVParams(body_length=0.91, wheel_radius=0.31),
+        track=points if ground == "points" else Track.ramp(0.13),
+        randomisation=drawn if ground == "drawn" else None,
+        friction=0.63,
+        leg_rate=1.9,
+        spacing=0.17,
+        start_angles=(1.4, 1.8),
+        preview_length=3.1,
+        preview_noise=0.003,
+        failure_penalty=123.4,
+        reward_scale=0.5,
+    )
+    task = ugv_parts.read_task(through_json(ugv_parts.describe_ugv(env, params)))
+    assert task is not None
+    assert task.env == env
+    assert_same(task.params(), params)
+
+
+def test_a_task_that_no_file_can_keep_is_left_out_and_said():
+    env = UGVEnv()
+    params = env.make_params(track=Track.from_function(lambda x: 0.01 * jnp.sin(x)))
+    about = through_json(ugv_parts.describe_ugv(env, params))
+    assert about["task"] is None
+    assert "cannot be kept" in about["task_missing"]
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("robot",), {"kind": "Scene", "floor": {"kind": "Grip"}}),
+        (("robot", "kind"), "os.system"),
+        (("robot", "crank"), {"array": "AAAA", "shape": [9], "type": "float32", "host": False}),
+        (("scene", "floor"), {"kind": "Uniform", "mu_static": "x", "mu_kinetic": 0}),
+        (("scene", "floor"), {"kind": "Uniform", "mu_sttic": 1, "mu_kinetic": 0}),
+        (("env", "substeps"), 10**9),
+        (("numbers", "named", "torque_limit"), -1.0),
+        (("numbers",), [1, 2]),
+        (("dtype",), "object"),
+        ((), [1]),
+    ],
+)
+def test_a_damaged_task_is_refused(place, value):
+    env = BipedEnv()
+    about = through_json(describe_environment(env, env.default_params))
+    at, key = about, "task"
+    for name in place:
+        at, key = at[key], name
+    at[key] = value
+    with pytest.raises(ValueError, match="task"):
+        biped_task.read_task(about)
+
+
+def rows_of(path: str) -> list[dict]:
+    return json.loads(Path(path, "evaluation.json").read_text())["rows"]
+
+
+def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
+    env, params = strange_biped()
+    size = len(env.observation_bounds(params)[0])
+    name = still("own.npz", size, describe_environment(env, params), push=0.2)
+    assert main(["evaluate", name, "--episodes", "3", "--out", "a"]) == OK
+    said = capsys.readouterr().out
+    label = "3 patches, +1.7 kg, 2.7 rad/s, random friction, mass"
+    assert f"{label}, robot of" in said
+    assert "the own task of own.npz" in said
+    assert "torque limit 3.3" in said
+    (row,) = rows_of("a")
+    assert row["scene"] in said
+    expected = evaluate(env, {"x": load_policy(name)}, {"y": from_anywhere(params)}, episodes=3)
+    assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
+    flags = ["--mu-static", "0.3", "--mu-kinetic", "0.2", "--payload", "0", "--start", "rest"]
+    assert main(["evaluate", name, "--episodes", "3", "--out", "b", *flags]) == OK
+    said = capsys.readouterr().out
+    assert "mu 0.3/0.2, +0 kg, 2.7 rad/s, random mass" in said
+    assert "the own task of own.npz with --mu-static 0.3 --mu-kinetic 0.2 --payload 0.0" in said
+    (row,) = rows_of("b")
+    assert row["scene"].startswith("mu 0.3/0.2")
+    other = params.replace(
+        scene=Scene.uniform(0.3, 0.2, payload=0.0), randomisation=Randomisation(mass=(0.9, 1.1))
+    )
+    expected = evaluate(env, {"x": load_policy(name)}, {"y": other}, episodes=3)
+    assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
+
+
+def test_several_policies_each_stand_on_their_own_task(capsys):
+    env = BipedEnv()
+    slow, wet = (
+        env.make_params(time_limit=0.2, **changes)
+        for changes in ({"commanded_rate": 2.0}, {"scene": Scene.uniform(0.2, 0.15)})
+    )
+    seeing = BipedEnv(see_friction=True)
+    first = still("first.npz", 6, describe_environment(env, slow))
+    second = still("second.npz", 6, describe_environment(env, wet))
+    third = still("third.npz", 8, describe_environment(seeing, wet))
+    names = [first, second, third, "constant-torque"]
+    assert main(["evaluate", *names, "--episodes", "2", "--out", "a"]) == OK
+    assert [(row["scene"], row["controller"]) for row in rows_of("a")] == [
+        ("slippery, 2 rad/s", first),
+        ("slippery, 2 rad/s", "constant-torque"),
+        ("wet", second),
+        ("wet", third),
+        ("wet", "constant-torque"),
+    ]
+    capsys.readouterr()
+    common = ["--scene", "firm", "--commanded-rate", "3", "--episodes", "2", "--out", "b"]
+    assert main(["evaluate", *names, *common]) == OK
+    assert {row["scene"] for row in rows_of("b")} == {"firm"}
+
+
+def test_an_old_file_without_a_task_is_said_to_have_none(capsys):
+    env = BipedEnv(see_friction=True)
+    about = describe_environment(env, env.default_params)
+    del about["task"]
+    name = still("old.npz", 8, about)
+    assert main(["evaluate", name, "--episodes", "1", "--start", "rest"]) == OK
+    assert "the standard task: old.npz holds none" in capsys.readouterr().out
+
+
+def test_view_shows_a_policy_on_its_own_task(capsys):
+    env = BipedEnv()
+    params = env.make_params(scene=Scene.uniform(0.31, 0.22), commanded_rate=2.5)
+    name = still("own.npz", 6, describe_environment(env, params))
+    assert main(["view", name, "--seconds", "0.06"]) == OK
+    assert "mu 0.31/0.22, 2.5 rad/s: the own task of own.npz" in capsys.readouterr().out
+    assert Path("own-mu-0.31-0.22-2.5-rad-s.gif").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("evaluate computed-torque --scene ice-patch --mu-static 0.05", "both say which floor"),
+        ("view computed-torque --scene slippery --mu-static 0.05", "both say which floor"),
+        ("evaluate computed-torque --mu-kinetic 0.05", "without mu_static"),
+        ("evaluate computed-torque --payload 1 --payload 2", "--payload is given twice"),
+        ("evaluate computed-torque --scene wet --scene firm", "--scene is given twice"),
+        ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
+        ("train --scene ice-patch --mu-static 0.05", "both say which floor"),
+        ("train --scene slippery --mu-static 0.05", "both say which floor"),
+        ("train --payload 1 --random-payload 0 2", "payload with random_payload"),
+        ("train --commanded-rate 3 --random-commanded-rate 2 4", "commanded_rate with random_com"),
+        ("train --random-commanded-rate 4 5", "commanded_rate = 3.0 outside random_commanded_rate"),
+        ("train --algorithm sac --epochs 3", "epochs with algorithm = 'sac'"),
+        ("train --buffer-size 10", "buffer_size with algorithm = 'ppo'"),
+        ("train --see-friction --no-see-friction", "is given twice"),
+        ("train ugv --friction 0.5 --random-friction 0.4 0.6", "friction with random_friction"),
+        ("train ugv --random-friction 0.1 0.3", "friction = 0.8 outside random_friction"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(capsys, arguments: str, said: str):
+    assert main(arguments.split()) == WRONG_INPUT
+    assert said in capsys.readouterr().err
+    assert not list(Path().iterdir())
