@@ -5,7 +5,8 @@
 
 throughput: poses and equilibria a second beside a plain loop and NumPy. growth: the time of dp with
 the grid and the track's length. methods: all methods on twelve tracks. trade: error against time
-for solvers, tables and precisions, and the grid of dp. Only the parts named are measured; the JSON
+for solvers, tables and precisions. promise: errors and statuses of settings over random vehicles,
+ground and postures. Only the parts named are measured; the JSON
 keeps the others, each with its commit. --update also writes the picture, what `recommend` chooses
 from, and the tables of docs/ugv_tradeoff.md; --redraw does that without measuring.
 """
@@ -22,6 +23,7 @@ from benchmarks.report import kept_parts, options, provenance, put_between, writ
 from benchmarks.ugv import module, picture, tables
 from benchmarks.ugv.growth import grids, growth
 from benchmarks.ugv.methods import methods
+from benchmarks.ugv.promise import promises
 from benchmarks.ugv.throughput import throughput
 from benchmarks.ugv.trade import trade
 from stickslip.agents.files import write_whole
@@ -40,9 +42,10 @@ PARTS: dict[str, Callable[[bool], Iterator[dict[str, Any]]]] = {
     "grids": grids,
     "methods": methods,
     "trade": trade,
+    "promise": promises,
 }
 NAMES = {"throughput": ("throughput",), "dp": ("growth", "grids"), "methods": ("methods",),
-         "trade": ("trade",)}  # fmt: skip
+         "trade": ("trade",), "promise": ("promise",)}  # fmt: skip
 """What may be asked for, and the tables of the JSON that it fills."""
 
 

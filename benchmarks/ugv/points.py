@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from benchmarks.fronts import unbeaten
-from stickslip.dynamics.ugv.settings import WHEEL_RADIUS
+from stickslip.dynamics.ugv import UGVParams
 
+WHEEL_RADIUS = float(UGVParams().wheel_radius)
+"""Of the measured vehicle [m]: errors of the rear contact are counted in it."""
 SURE = {"torque_error": 1e-15, "contact_error": 1e-14}
 """[-], [m]: smaller errors are not claimed; the reference itself is off by a part of this."""
 
@@ -27,7 +28,7 @@ class Point(NamedTuple):
 
     @property
     def error(self) -> float:
-        """The worse of both [-]; as stickslip.dynamics.ugv.settings.Measurement has it."""
+        """The worse of both [-]."""
         return max(self.torque_error, self.contact_error / WHEEL_RADIUS)
 
     @property
@@ -50,18 +51,6 @@ def points_of(rows: list[dict[str, Any]], track: str, batch: int) -> list[Point]
 def reliable(points: list[Point]) -> list[Point]:
     """Points that called no pose failed which is not: the others are cheap, but of no use."""
     return [p for p in points if p.failed == 0]
-
-
-def undominated(points: list[Point]) -> list[Point]:
-    """Reliable points that none of the same precision and checks beats in cost, torque and contact.
-
-    Only what `recommend` can build: the ground as it is, or a table of quintics.
-    """
-    able = [p for p in reliable(points) if p.interpolation in ("exact", "quintic")]
-    kept = unbeaten(
-        able, lambda p: (p.torque_error, p.contact_error), lambda p: (p.dtype, p.checked)
-    )
-    return sorted(kept, key=lambda p: (p.cost, p.error))
 
 
 def solver_name(solver: str) -> str:

@@ -33,6 +33,16 @@ def waves() -> Track:
     return Track(shape, START, END)
 
 
+def three_sines(x):
+    """Heights of a ground given as a function."""
+    return 0.05 * jnp.sin(2 * x + 0.3) + 0.02 * jnp.sin(5 * x + 1) + 0.006 * jnp.sin(9 * x + 2)
+
+
+def sines() -> Track:
+    """Ground whose slopes come from differentiating a function."""
+    return Track.from_function(three_sines, START, END)
+
+
 EXACT: dict[str, Callable[[], Track]] = {"bump": bump, "rough": waves}
 """The two grounds without a table."""
 

@@ -28,8 +28,11 @@ SOLVERS = (
     BARE,
     PoseSolver(samples=0, tolerance=1e-2),
     PoseSolver(samples=0, tolerance=1e-4),
-    *(PoseSolver(samples=0, iterations=n) for n in (1, 2, 3, 4)),
+    *(PoseSolver(samples=0, iterations=n) for n in (1, 2, 3, 6)),
 )
+
+
+GROUNDS = {**tracks.EXACT, "sines": tracks.sines}
 
 
 class Case(NamedTuple):
@@ -48,7 +51,7 @@ class Case(NamedTuple):
 
 
 def cases(quick: bool) -> list[Case]:
-    """All that is measured, on both tracks and in both precisions."""
+    """All that is measured, on the tracks and in both precisions."""
     found = []
     for dtype in ("float64", "float32"):
         for solver in (CHECKED, BARE) if quick else SOLVERS:
@@ -59,7 +62,9 @@ def cases(quick: bool) -> list[Case]:
                 found.append(Case(track, "quintic", solver, dtype, densities, alone))
         if quick:
             continue
-        found.append(Case("rough", "exact", BARE, dtype, (0,), BATCHES[1:]))
+        for track in ("rough", "sines"):
+            for solver in (CHECKED, BARE):
+                found.append(Case(track, "exact", solver, dtype, (0,), BATCHES))
         for kind in ("cubic", "pchip", "makima", "linear"):
             for track in tracks.EXACT:
                 found.append(Case(track, kind, BARE, dtype, DENSITIES[1:], BATCHES[1:]))
@@ -68,7 +73,7 @@ def cases(quick: bool) -> list[Case]:
 
 def ground_of(case: Case, density: int) -> Track:
     """The case's track; under enable_x64, so that its numbers come in float64."""
-    exact = tracks.EXACT[case.track]()
+    exact = GROUNDS[case.track]()
     if case.interpolation == "exact":
         return exact
     if case.interpolation == "quintic":
@@ -79,7 +84,7 @@ def ground_of(case: Case, density: int) -> Track:
 def trade(quick: bool) -> Iterator[dict[str, Any]]:
     """A row for each case, density and batch."""
     with jax.enable_x64(True):
-        truths = {name: truth_of(make(), BATCHES[1]) for name, make in tracks.EXACT.items()}
+        truths = {name: truth_of(make(), BATCHES[1]) for name, make in GROUNDS.items()}
     programs: dict[tuple, Compiled] = {}
     for case in cases(quick):
         errors: dict[int, dict[str, float]] = {}

@@ -5,6 +5,7 @@ body. Leg angles [rad]: 90 degrees is straight down, more is outwards. All funct
 any shape, and jit, vmap and differentiate.
 """
 
+from stickslip.dynamics.ugv.checking import SettingCheck, check_poses
 from stickslip.dynamics.ugv.equilibrium import (
     Equilibrium,
     Forces,
@@ -17,8 +18,9 @@ from stickslip.dynamics.ugv.odometer import Odometer
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose, place, pose
 from stickslip.dynamics.ugv.pose_solver import PoseSolver
+from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
 from stickslip.dynamics.ugv.rolling import wheel_turns
-from stickslip.dynamics.ugv.settings import Recommendation, Setting, recommend
+from stickslip.dynamics.ugv.settings import Setting
 from stickslip.dynamics.ugv.track import TRACKS, Track
 from stickslip.dynamics.ugv.wheel import Contact
 
@@ -32,9 +34,11 @@ __all__ = [
     "PoseSolver",
     "Recommendation",
     "Setting",
+    "SettingCheck",
     "Track",
     "UGVParams",
     "balance",
+    "check_poses",
     "equilibrium",
     "ground_forces",
     "leg_torques",

@@ -1,0 +1,259 @@
+"""Random ground, vehicles and postures: what a recommendation's promise holds for.
+
+Every pose has a vehicle and a piece of ground of its own, so that poses are independent and
+quantiles can be bounded by their number. Lengths are drawn in wheel radii. Ground reaches from
+gentle to as hollow as the wheel, a fifth of it beyond, with slopes up to 0.9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from scipy import interpolate
+
+from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv.roughness import Waves
+from stickslip.dynamics.ugv.settings import FAR, NEAR
+from stickslip.dynamics.ugv.shapes import Bump, Ditch, Ramp, Sinusoid, Step
+from stickslip.dynamics.ugv.spline import Spline, hermite_table
+
+PLACES = {"near": (0.0, NEAR), "far": (NEAR, FAR)}
+"""Distance of the pose from the origin along x, in wheel radii; up to half of it upwards."""
+CHOSEN, HELD_OUT = 0, 1
+"""Seeds: of the draws that tables are written from, and of those that the promise is tested on."""
+STEEPEST = 0.9
+"""Largest slope [-]."""
+HOLLOWEST, TOO_HOLLOW, SHARE = 1.05, 6.0, 0.2
+"""Largest second derivative times the wheel's radius [-], where 1 is hollower than the wheel; that
+of ground which is too hollow, and the share of such ground."""
+POINTS = 32
+"""Pieces of a spline through points."""
+CLASSES = ("closed", "waves", "spline")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Together:
+    """A sum of shapes, raised by a height [m]: one program for all closed forms."""
+
+    shapes: tuple
+    height: Any
+
+    def profile(self, x):
+        """Heights, slopes and second derivatives added."""
+        y, dy, d2y = (sum(each) for each in zip(*(s.profile(x) for s in self.shapes), strict=True))
+        return y + self.height, dy, d2y
+
+
+WORDS = {
+    "closed": "bumps, sinusoids, ramps, steps and ditches",
+    "waves": "sums of 1 to 16 waves, half with the spectrum of ISO 8608",
+    "spline": "cubic, pchip and makima splines through points, and tables of waves",
+    "function": "closed forms and sums of waves",
+}
+
+
+def about(ground: str, place: str) -> str:
+    """The population in a line."""
+    low, high = PLACES[place]
+    where = f"within {high:g}" if low == 0 else f"{low:g} to {high:g}"
+    return (
+        f"{WORDS[ground]}; slopes to {STEEPEST:g}, {100 * SHARE:.0f} % of it up to {TOO_HOLLOW:g} "
+        f"times hollower than the wheel; {where} wheel radii from the origin; wheels of 0.1 to 1 m"
+    )
+
+
+class Drawn(NamedTuple):
+    """Independent poses [n]: each with a vehicle, a ground, a front contact [m], angles [rad]."""
+
+    params: UGVParams
+    shape: Any
+    x: np.ndarray
+    angles: np.ndarray
+    shortest: np.ndarray
+    """The ground's shortest wave [m], where it is made of waves."""
+
+
+def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool = False) -> Drawn:
+    """`count` poses on a class of ground, near the origin or far from it; float64.
+
+    shifted: the same poses with ground and vehicle moved along x, for the rounding of an answer.
+    """
+    key = (seed, CLASSES.index(ground), list(PLACES).index(place))
+    random = np.random.default_rng(key)
+    params = vehicles(random, count)
+    r = np.asarray(params.wheel_radius)
+    low, high = PLACES[place]
+    away = np.exp(random.uniform(np.log(max(low, 1.0)), np.log(high), count))
+    at = away * random.choice([-1.0, 1.0], count) * r
+    height = random.choice([0.0, 0.5], count) * away * random.uniform(0, 1, count) * r
+    over = random.uniform(0, 1, count) < SHARE
+    hollow = random.uniform(over * HOLLOWEST, np.where(over, TOO_HOLLOW, HOLLOWEST))
+    limits = Limits(r, hollow, random.uniform(over * STEEPEST / 2, STEEPEST))
+    shape, x, shortest = _GROUNDS[ground](random, limits, at, height, shifted)
+    part = random.uniform(0, 1, (count, 2))
+    bottom, top = (np.asarray(v)[:, None] for v in (params.leg_angle_min, params.leg_angle_max))
+    return Drawn(params, shape, x, bottom + part * (top - bottom), shortest)
+
+
+class Limits(NamedTuple):
+    """How rough the ground may be at each pose: second derivative times radius, and slope."""
+
+    radius: np.ndarray
+    hollow: np.ndarray
+    slope: np.ndarray
+
+    def least(self, by_curvature, by_slope):
+        """An amplitude from its values for second derivative 1 / r and for slope 1."""
+        return np.minimum(self.hollow * by_curvature, self.slope * by_slope)
+
+
+def vehicles(random: np.random.Generator, count: int) -> UGVParams:
+    """Wheels of 0.1 to 1 m; bodies, legs, angles and masses about the default's proportions."""
+    r = _log_uniform(random, 0.1, 1.0, count)
+    body, leg = r * random.uniform(2, 5, count), r * random.uniform(0.8, 1.8, count)
+    low = np.deg2rad(random.uniform(20, 50, count))
+    # Legs fold inwards until the wheelbase is a sixth of the body.
+    low = np.maximum(low, np.arccos(np.minimum(5 / 6 * body / (2 * leg), 1)))
+    mass = _log_uniform(random, 10, 1000, count)
+    wheel, legs = random.uniform(0.02, 0.15, count), random.uniform(0.0, 0.1, count)
+    return UGVParams(
+        body_length=body,
+        leg_length=leg,
+        wheel_radius=r,
+        wheel_mass=wheel * mass,
+        leg_mass=legs * mass,
+        body_mass=(1 - 2 * wheel - 2 * legs) * mass,
+        gravity=np.full(count, 9.81),
+        leg_angle_min=low,
+        leg_angle_max=np.deg2rad(random.uniform(100, 160, count)),
+    )
+
+
+def _closed(random, limits: Limits, at, height, shifted):
+    """One of the closed forms each; the others have no height."""
+    r, n = limits.radius, len(at)
+    kind = random.integers(0, 5, n)
+    sign = random.choice([-1.0, 1.0], n)
+    length = r * _log_uniform(random, 1.0, 30.0, n)
+    second = length * random.uniform(1.0, 3.0, n)
+    beside = random.uniform(-1, 1, n) * (length + 3 * r)
+    # The sinusoid has no place: it is shifted by whole waves.
+    at = at + np.where(shifted, np.where(kind == 1, length, 0.377 * r), 0.0)
+
+    def sized(which, curved, steep):
+        return np.where(kind == which, limits.least(curved, steep), 0.0)
+
+    k = 2 * np.pi / length
+    step = limits.least(length**2 / 5.7735 / r, length / 1.875)
+    bump = sized(0, np.where(sign > 0, 1 / 0.8925, 0.5) * length**2 / r, length / 0.8578)
+    shapes = (
+        Bump(sign * bump, at, length),
+        Sinusoid(sized(1, 1 / (k * k * r), 1 / k), length),
+        Ramp(sign * sized(2, length / 1.5 / r, np.ones(n)), at, second, length),
+        Step(sign * np.where(kind == 3, step, 0.0), at, length),
+        Ditch(sign * np.where(kind == 4, step, 0.0), at, second, length),
+    )
+    # A ditch and a ramp are longer: half the poses are at their far end.
+    late = np.where((kind == 2) | (kind == 4), random.choice([0.0, 1.0], n) * second, 0.0)
+    return Together(shapes, height), at + beside + late, length
+
+
+def _wave_numbers(random, limits: Limits, count=16):
+    """Amplitudes [m], frequencies [cycles/m], phases and the shortest wave: half are one to eight
+    sines of any length, half a band with the spectrum of ISO 8608 cut into `count`."""
+    n, r = len(limits.radius), limits.radius
+    shortest = r * _log_uniform(random, 3.0, 40.0, n)
+    rough = random.uniform(0, 1, n) < 0.5
+    sines = np.sort(_log_uniform(random, 0.02, 1.0, (n, count)), axis=1)
+    band = np.linspace(0.05, 1.0, count + 1)
+    middles = np.sqrt(band[:-1] * band[1:])
+    relative = np.where(rough[:, None], middles / middles[-1], sines / sines[:, -1:])
+    power = np.where(rough, 1.0, random.uniform(0, 3, n))[:, None]
+    size = relative**-power * np.where(rough[:, None], 1.0, random.uniform(0.2, 1, (n, count)))
+    kept = rough[:, None] | (np.arange(count) >= count - random.integers(1, 9, n)[:, None])
+    frequencies = relative / shortest[:, None]
+    phases = random.uniform(0, 2 * np.pi, (n, count))
+    size, k = size * kept, 2 * np.pi * frequencies
+    # Waves seldom add up: twice the root mean square stands for the largest.
+    steep, curved = (np.sqrt(2 * np.sum((size * k**p) ** 2, 1)) for p in (1, 2))
+    return size * limits.least(1 / curved / r, 1 / steep)[:, None], frequencies, phases, shortest
+
+
+def _waves(random, limits: Limits, at, height, shifted):
+    amplitudes, frequencies, phases, shortest = _wave_numbers(random, limits)
+    moved = np.where(shifted, 0.377 * limits.radius, 0.0)
+    phases = np.mod(phases - 2 * np.pi * frequencies * moved[:, None], 2 * np.pi)
+    shape = Waves(amplitudes, frequencies, phases)
+    return Together((shape,), height), at + moved, shortest
+
+
+def _spline(random, limits: Limits, at, height, shifted):
+    """A quarter each: cubic, pchip and makima through points, and a table of quintics of waves."""
+    r, n = limits.radius, len(at)
+    kind = random.integers(0, len(_FITTED) + 1, n)
+    rows, spacing = _through_points(random, limits, kind)
+    table = _table(random, limits)
+    quintic = kind == len(_FITTED)
+    rows = np.where(quintic[:, None, None], table[0], rows)
+    spacing = np.where(quintic, table[1], spacing)
+    rows[..., 0] += height[:, None]
+    at = at + np.where(shifted, 0.377 * r, 0.0)
+    first = at - spacing * random.uniform(8, POINTS, n)
+    return splines(first[:, None] + spacing[:, None] * np.arange(POINTS + 1), rows), at, spacing
+
+
+def splines(knots: np.ndarray, rows: np.ndarray) -> Spline:
+    """Many splines as one pytree: knots [n, pieces + 1], coefficients [n, pieces, powers]."""
+    return Spline(knots, rows, True)
+
+
+def _through_points(random, limits: Limits, kind):
+    """Splines through noise or a twice summed walk, scaled: [n, pieces, 6], spacing."""
+    n, knots = len(kind), np.arange(POINTS + 1.0)
+    noise = random.normal(size=(n, POINTS + 1))
+    walk = np.cumsum(np.cumsum(random.normal(size=noise.shape), 1), 1)
+    y = np.where(random.uniform(0, 1, (n, 1)) < 0.5, noise, walk)
+    rows = np.zeros((n, POINTS, 6))
+    for which, fitted in enumerate(_FITTED):
+        mine = kind == which
+        powers = np.transpose(fitted(knots, y[mine].T).c, (2, 1, 0))
+        rows[mine, :, :4] = powers[..., ::-1]
+    spacing = limits.radius * _log_uniform(random, 0.35, 5.0, n)
+    # In pieces: the slope and the second derivative at their ends.
+    steep = np.abs(rows[..., 1]).max(1)
+    bent = np.maximum(2 * rows[..., 2], 2 * rows[..., 2] + 6 * rows[..., 3]).max(1)
+    least = 1e-9  # of ground that is a table, or straight
+    curved, sloped = spacing**2 / np.maximum(bent, least), spacing / np.maximum(steep, least)
+    rows *= limits.least(curved / limits.radius, sloped)[:, None, None]
+    return rows / spacing[:, None, None] ** np.arange(6), spacing
+
+
+def _table(random, limits: Limits):
+    """Waves as a table with 8 pieces for the shortest: rows [n, pieces, 6] and spacing [m]."""
+    amplitudes, frequencies, phases, shortest = _wave_numbers(random, limits)
+    spacing = shortest / 8
+
+    def table(amplitudes, frequencies, phases, spacing):
+        shape = Waves(amplitudes, frequencies, phases)
+        return hermite_table(shape.profile, 0.0, POINTS * spacing, POINTS).coefficients
+
+    with jax.enable_x64(True):
+        rows = jax.jit(jax.vmap(table))(amplitudes, frequencies, phases, spacing)
+    return np.asarray(rows), spacing
+
+
+def _log_uniform(random, low: float, high: float, size) -> np.ndarray:
+    return np.exp(random.uniform(np.log(low), np.log(high), size))
+
+
+_FITTED: tuple[Callable[..., Any], ...] = (
+    lambda x, y: interpolate.CubicSpline(x, y, bc_type="natural"),
+    interpolate.PchipInterpolator,
+    lambda x, y: interpolate.Akima1DInterpolator(x, y, method="makima"),
+)
+_GROUNDS = {"closed": _closed, "waves": _waves, "spline": _spline}

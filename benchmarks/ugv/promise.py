@@ -1,0 +1,185 @@
+"""Errors and statuses of settings over a population: what `recommend` may promise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy import stats
+
+from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
+from benchmarks.ugv.trade import code
+from stickslip.dynamics.ugv import Equilibrium, PoseSolver, Setting, Track, equilibrium
+from stickslip.dynamics.ugv.checking import Differences, differences, entered
+from stickslip.dynamics.ugv.pose_solver import NEWTON
+
+COUNT = 1 << 14
+"""Poses of each class and place, and as many held out."""
+BLOCK = 512
+QUANTILE, CONFIDENCE = 0.999, 0.95
+FRICTION = 0.8
+WAVE_PIECES = (4, 8, 16, 32, 64)
+"""Of a table, for the shortest wave."""
+TABLE = 256
+"""Pieces of every table that is measured: so all share one program."""
+SURE = 1e-15
+"""[-]: smaller errors are not claimed."""
+SOLVERS = (
+    PoseSolver(),
+    PoseSolver(samples=0),
+    PoseSolver(samples=0, tolerance=1e-4),
+    PoseSolver(samples=0, iterations=3),
+    PoseSolver(samples=0, iterations=6),
+)
+QUICK = SOLVERS[1:3]
+
+
+class Sample(NamedTuple):
+    """Poses, the reference's answers to them, and by how much the reference itself is off."""
+
+    drawn: Drawn
+    truth: Equilibrium
+    rounding: Differences
+
+
+def promises(quick: bool) -> Iterator[dict[str, Any]]:
+    """A row for each class of ground, place, table and setting."""
+    count = 1 << 10 if quick else COUNT
+    with jax.enable_x64(True):
+        for ground in CLASSES[:2] if quick else CLASSES:
+            for where in PLACES:
+                samples = [sample(ground, where, count, seed) for seed in (CHOSEN, HELD_OUT)]
+                for pieces in (None, *WAVE_PIECES) if ground == "waves" else (None,):
+                    tables = [one.drawn if pieces is None else tabulated(one.drawn, pieces)
+                              for one in samples]  # fmt: skip
+                    for solver in QUICK if quick else SOLVERS:
+                        for dtype in ("float64", "float32"):
+                            off = [errors(one, table, Setting(solver, dtype))
+                                   for one, table in zip(samples, tables, strict=True)]  # fmt: skip
+                            yield {
+                                "ground": ground,
+                                "place": where,
+                                "solver": code(solver),
+                                "dtype": dtype,
+                                "pieces_per_wave": pieces,
+                                **promised(*off),
+                            }
+
+
+def sample(ground: str, where: str, count: int, seed: int) -> Sample:
+    """The poses with their reference; under enable_x64."""
+    drawn = draw(ground, where, count, seed)
+    wanted = answers_of(NEWTON, drawn)
+    moved = answers_of(NEWTON, draw(ground, where, count, seed, shifted=True))
+    return Sample(drawn, wanted, rounding(drawn, wanted, moved))
+
+
+def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differences:
+    """How the reference differs from itself when ground and vehicle are moved along x."""
+    there = moved.pose
+    shift = there.front.x - wanted.pose.front.x
+    rear = there.rear._replace(x=there.rear.x - shift)
+    found = moved._replace(pose=there._replace(rear=rear))
+    return differences(drawn.params, wanted, found, Setting(), partial(depths, drawn, wanted))
+
+
+def errors(one: Sample, ground: Drawn, setting: Setting) -> Differences:
+    """Differences of a setting from the reference, whose own rounding counts as the setting's."""
+    found = answers_of(setting.solver, ground, setting.dtype)
+    depth = partial(depths, one.drawn, one.truth)
+    off = differences(one.drawn.params, one.truth, found, setting, depth)
+    own = [np.nan_to_num(column) for column in one.rounding[:2]]
+    return off._replace(
+        torque=np.maximum(off.torque, own[0]), contact=np.maximum(off.contact, own[1])
+    )
+
+
+def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
+    """Median, bound of the quantile and largest error of each number; statuses; and how often
+    the poses held out exceed the promise."""
+    row: dict[str, Any] = {}
+    exceeded = np.zeros(len(held_out.torque), bool)
+    for name in ("torque", "contact"):
+        mine = getattr(chosen, name)
+        mine = np.maximum(np.sort(mine[np.isfinite(mine)]), SURE)
+        bound = float(mine[bound_index(len(mine), QUANTILE, CONFIDENCE)])
+        row[name] = [float(np.median(mine)), bound, float(mine[-1])]
+        row["poses"] = len(mine)
+        exceeded |= np.nan_to_num(getattr(held_out, name)) > bound
+    return row | {
+        "wrong": int(np.sum(chosen.wrong)),
+        "unseen": int(np.sum(chosen.unseen)),
+        "held_out": int(np.sum(np.isfinite(held_out.error))),
+        "held_out_over": int(np.sum(exceeded)),
+        "held_out_wrong": int(np.sum(held_out.wrong)),
+    }
+
+
+def bound_index(count: int, quantile: float, confidence: float) -> int:
+    """Index into `count` sorted independent values of the least one that is, with this confidence,
+    not below the quantile; ValueError where there are too few of them.
+
+    Value k is below the quantile only if at least k + 1 of them are.
+    """
+    index = int(stats.binom.ppf(confidence, count, quantile))
+    if index >= count:
+        raise ValueError(f"count = {count} is too few for the quantile {quantile:g}")
+    return index
+
+
+def tabulated(drawn: Drawn, pieces_per_wave: int) -> Drawn:
+    """Each ground as a table about its pose, in float64, as `Setting.prepared` makes it."""
+    half = TABLE / 2 / pieces_per_wave * drawn.shortest
+
+    # The vehicle is behind its front contact.
+    middle = drawn.x - half / 2
+    knots, rows = _run_over(_table, (drawn.shape, middle, half))
+    return drawn._replace(shape=splines(knots, rows))
+
+
+def answers_of(solver: PoseSolver, drawn: Drawn, dtype: str = "float64") -> Equilibrium:
+    """A solver's answers to all poses."""
+    return _run_over(_answer(solver), drawn[:4], dtype)
+
+
+@cache
+def _answer(solver: PoseSolver):
+    def answer(params, shape, x, angles):
+        return equilibrium(params, Track(shape, 0.0, 1.0), x, angles, FRICTION, solver=solver)
+
+    return answer
+
+
+def depths(drawn: Drawn, wanted: Equilibrium) -> np.ndarray:
+    """How deep the ground enters a wheel of each pose [m]."""
+    return _run_over(_depth, (drawn.params, drawn.shape, wanted.pose))
+
+
+def _depth(params, shape, placed):
+    return entered(params, Track(shape, 0.0, 1.0), placed)
+
+
+def _table(shape, middle, half):
+    track = Track(shape, middle - half, middle + half)
+    made = track.resampled(track.start, track.end, TABLE).shape
+    return made.knots, made.coefficients
+
+
+_PROGRAMS: dict[Any, Any] = {}
+
+
+def _run_over(function, arguments, dtype: str = "float64"):
+    """The function of each row of the arguments, in blocks, as NumPy arrays."""
+    arguments = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), arguments)
+    count = len(jax.tree.leaves(arguments)[0])
+    blocks = jax.tree.map(lambda v: v.reshape(-1, min(BLOCK, count), *v.shape[1:]), arguments)
+    key = (function, dtype, jax.tree.structure(blocks),
+           tuple(v.shape for v in jax.tree.leaves(blocks)))  # fmt: skip
+    if key not in _PROGRAMS:
+        _PROGRAMS[key] = jax.jit(lambda given: jax.lax.map(lambda a: jax.vmap(function)(*a), given))
+    found = _PROGRAMS[key](blocks)
+    return jax.tree.map(lambda v: np.asarray(v).reshape(count, *v.shape[2:]), found)
