@@ -18,8 +18,7 @@ from stickslip.dynamics.biped import (
     SemiImplicitEuler,
     Table,
 )
-
-from stickslip.dynamics.biped.settings import Setting
+from stickslip.dynamics.biped.setting import Setting
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.fidelity import Fidelity

@@ -1,4 +1,4 @@
-"""The population's walks, all at once in one program: where they get to, and how far off that is."""
+"""The walks of a population, all in one program: where they get to, and how far off that is."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ import numpy as np
 
 from benchmarks.tradeoff.population import DEFAULT_LENGTH, DEFAULT_TIME, PERIOD, Walks
 from stickslip.dynamics.biped import EventExact, Table, prepare, step
+from stickslip.dynamics.biped.promises import WALK_PER_RADIAN
 from stickslip.dynamics.biped.sensitivity import amplification
-from stickslip.dynamics.biped.settings import WALK_PER_RADIAN, own_time
+from stickslip.dynamics.biped.setting import own_time
 from stickslip.dynamics.biped.walk_check import Path, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.settings import Setting
+    from stickslip.dynamics.biped.setting import Setting
 
 FINE = Table(64, 9)
 REFERENCE = EventExact(rtol=1e-12, atol=1e-15)

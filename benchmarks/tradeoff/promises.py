@@ -11,18 +11,17 @@ import numpy as np
 from benchmarks.tradeoff.cases import code, promised
 from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, sensitivities, walked
 from benchmarks.tradeoff.population import FLOORS, ROBOTS, Walks, both
-from stickslip.dynamics.biped.settings import QUANTILES
+from stickslip.dynamics.biped.promises import CONFIDENCE, QUANTILES
 from stickslip.dynamics.biped.walk_check import SENSITIVE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.dynamics.biped.settings import Setting
+    from stickslip.dynamics.biped.setting import Setting
     from stickslip.dynamics.biped.walk_check import Path
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
-CONFIDENCE = 0.95
 DERIVED = 64
 """So many of them are differentiated, too."""
 

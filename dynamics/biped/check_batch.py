@@ -16,7 +16,7 @@ from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.scene import Patches
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Hashable
 
     from stickslip.dynamics.biped.fidelity import Fidelity
     from stickslip.dynamics.biped.params import BipedParams
@@ -31,7 +31,7 @@ class Given(NamedTuple):
     """Robot, scene, state and torques (or None), with each number's batch axis: 0 or None."""
 
     parts: tuple[BipedParams, Scene, BipedState, Any]
-    axes: tuple[list[int | None], ...]
+    axes: tuple[tuple[int | None, ...], ...]
     """Of the leaves of each part."""
     torques: int | None
     """How many are given one by one."""
@@ -41,55 +41,80 @@ class Given(NamedTuple):
         with precision(dtype):
             params, scene, state, values = (_cast(part, dtype) for part in self.parts)
             state = replace(state, steps=jnp.asarray(self.parts[2].steps, jnp.int32))
-            load = scene.payload
-            axes = list(self.axes)
-            pair = jax.tree.leaves((params, load))
-            own = [*axes[0], *(() if load is None else axes[1][-1:])]
-            build = partial(_prepare, jax.tree.structure((params, load)), fidelity)
-            each = any(axis == 0 for axis in own)
-            model = jax.jit(jax.vmap(build, in_axes=(own,)) if each else build)(pair)
-            if load is not None:
-                scene, axes[1] = replace(scene, payload=None), axes[1][:-1]
+            leaves, tree = jax.tree.flatten((params, scene.payload))
+            own, floor = self.axes[0], self.axes[1]
+            if scene.payload is not None:
+                own, floor = (*own, floor[-1]), floor[:-1]
+                scene = replace(scene, payload=None)
+            model = _prepared(fidelity, tree, own, leaves)
+            each = (0 if 0 in own else None,) * len(jax.tree.leaves(model))
             leaves, tree = jax.tree.flatten((model, scene, state, values))
-            first = [0 if each else None] * len(jax.tree.leaves(model))
-            all_axes = [*first, *axes[1], *axes[2], *axes[3]]
-            return Members(leaves, all_axes, tree, dtype)
+            return Members(leaves, (*each, *floor, *self.axes[2], *self.axes[3]), tree, dtype)
 
 
 class Members(NamedTuple):
     """Models, scenes, states and torques as leaves."""
 
     leaves: list[Any]
-    axes: list[int | None]
+    axes: tuple[int | None, ...]
     tree: Any
     dtype: str
 
-    def every(self, walk: Callable[..., Any]) -> Callable[[list[Any]], Any]:
-        """The walk of all members at once, as a function of the leaves."""
-
-        run = self._of_leaves(walk)
-        batched = any(axis == 0 for axis in self.axes)
-        return jax.vmap(run, in_axes=(self.axes,)) if batched else run
-
-    def one_by_one(self, walk: Callable[..., Any]) -> Any:
-        """The walks of the members after each other: what one does not need is not computed."""
-
-        run = self._of_leaves(walk)
-        pairs = zip(self.leaves, self.axes, strict=True)
-        size = next((np.shape(leaf)[0] for leaf, axis in pairs if axis == 0), None)
-
-        def all_of(leaves):
-            def member(index):
-                pairs = zip(leaves, self.axes, strict=True)
-                return run([leaf if axis is None else leaf[index] for leaf, axis in pairs])
-
-            return run(leaves) if size is None else jax.lax.map(member, jnp.arange(size))
-
+    def every(self, walk: Callable[..., Any], options: Hashable) -> Any:
+        """walk(options, model, scene, state, torques) of all members at once."""
         with precision(self.dtype):
-            return jax.tree.map(np.asarray, jax.jit(all_of)(self.leaves))
+            return jax.block_until_ready(
+                _every(walk, options, self.tree, self.axes, tuple(self.leaves))
+            )
 
-    def _of_leaves(self, walk: Callable[..., Any]) -> Callable[[list[Any]], Any]:
-        return lambda leaves: walk(*jax.tree.unflatten(self.tree, leaves))
+    def one_by_one(self, walk: Callable[..., Any], options: Hashable) -> Any:
+        """The same after each other: what one does not need is not computed."""
+        with precision(self.dtype):
+            return jax.block_until_ready(
+                _one_by_one(walk, options, self.tree, self.axes, tuple(self.leaves))
+            )
+
+    @property
+    def size(self) -> int | None:
+        """How many members, None for a single walk without a batch axis."""
+        pairs = zip(self.leaves, self.axes, strict=True)
+        return next((np.shape(leaf)[0] for leaf, axis in pairs if axis == 0), None)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _prepared(fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        params, load = jax.tree.unflatten(tree, leaves)
+        return prepare(params, fidelity=fidelity, payload=load)
+
+    return (jax.vmap(one, in_axes=(list(axes),)) if 0 in axes else one)(leaves)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _every(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        return walk(options, *jax.tree.unflatten(tree, leaves))
+
+    return (jax.vmap(one, in_axes=(axes,)) if 0 in axes else one)(leaves)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _one_by_one(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        return walk(options, *jax.tree.unflatten(tree, leaves))
+
+    if 0 not in axes:
+        return one(leaves)
+    shared = [None if axis == 0 else leaf for leaf, axis in zip(leaves, axes, strict=True)]
+
+    def member(own):
+        mine = iter(own)
+        return one(
+            [next(mine) if axis == 0 else leaf for leaf, axis in zip(shared, axes, strict=True)]
+        )
+
+    own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis == 0]
+    return jax.lax.map(member, own)
 
 
 def precision(dtype: str):
@@ -113,7 +138,7 @@ def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) 
         torques = None if values.ndim == 0 else values.shape[-1]
         own.append(_axes("torque", values, [min(values.ndim, 1)]))
     else:
-        own.append([])
+        own.append(())
     parts = (params, scene, state, values)
     sizes = {
         np.shape(leaf)[0]
@@ -129,7 +154,7 @@ def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) 
     return Given(parts, tuple(own), torques)
 
 
-def _axes(name: str, part: Any, ranks: list[int]) -> list[int | None]:
+def _axes(name: str, part: Any, ranks: list[int]) -> tuple[int | None, ...]:
     axes: list[int | None] = []
     for leaf, rank in zip(jax.tree.leaves(part), ranks, strict=False):
         more = np.ndim(leaf) - rank
@@ -138,30 +163,22 @@ def _axes(name: str, part: Any, ranks: list[int]) -> list[int | None]:
                 f"{name} has a number of shape {np.shape(leaf)}; accepted: at most one batch axis"
             )
         axes.append(0 if more else None)
-    return axes
+    return tuple(axes)
 
 
 def _cast(part: Any, dtype: str) -> Any:
     return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf), dtype), part)
 
 
-def _prepare(tree: Any, fidelity: Fidelity, leaves: list[Any]):
-    params, load = jax.tree.unflatten(tree, leaves)
-    return prepare(params, fidelity=fidelity, payload=load)
-
-
-def timed(walk: Callable[..., Any], members: Members, repeats: int) -> tuple[Any, float, float]:
-    """The walks of all members; median seconds of warm runs for each; seconds of compiling."""
-    with precision(members.dtype):
+def timed(members: Members, walk, options: Hashable, repeats: int) -> tuple[Any, float, float]:
+    """The walks of all members; median seconds of a warm run for each; seconds until warm."""
+    begun = time.perf_counter()
+    found = members.every(walk, options)
+    first = time.perf_counter() - begun
+    taken = []
+    for _ in range(repeats):
         begun = time.perf_counter()
-        call = jax.jit(members.every(walk)).lower(members.leaves).compile()
-        compiled = time.perf_counter() - begun
-        found = jax.block_until_ready(call(members.leaves))
-        taken = []
-        for _ in range(repeats):
-            begun = time.perf_counter()
-            jax.block_until_ready(call(members.leaves))
-            taken.append(time.perf_counter() - begun)
-    path = jax.tree.map(np.asarray, found)
-    size = max(1, int(np.prod(np.shape(path[0])[:-1])))
-    return path, float(np.median(taken)) / size if taken else 0.0, compiled
+        members.every(walk, options)
+        taken.append(time.perf_counter() - begun)
+    again = float(np.median(taken))
+    return found, again / (members.size or 1), max(0.0, first - again)

@@ -15,7 +15,19 @@ import numpy as np
 
 from stickslip.dynamics.biped import measured
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.setting import DTYPES, Setting, own_time
+from stickslip.dynamics.biped.promises import (
+    CONFIDENCE,
+    DEFAULT_CRANK,
+    DEFAULT_GRAVITY,
+    DRAWN,
+    KINDS,
+    MEASUREMENTS,
+    NOT_COVERED,
+    POPULATION,
+    QUANTILES,
+    Measurement,
+)
+from stickslip.dynamics.biped.setting import DTYPES, Setting
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.fronts import front, knee
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
@@ -23,69 +35,11 @@ from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["PRESETS", "Recommendation", "Setting", "own_time", "recommend", "setting_of"]
-
-DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
-"""Of the default robot [m, m/s^2], in whose steps and seconds everything is kept."""
-WALK_PER_RADIAN = 8 * DEFAULT_CRANK / math.pi
-"""How far the default robot walks while its crank turns by a radian [m]: 8 l8 in half a turn."""
-
 CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
 """The measured kind of floor that stands for one."""
 
 PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
 """The front that the presets are taken from: what training does most."""
-
-QUANTILES = (0.5, 0.95, 0.99)
-"""Shares of all walks for which a bound of the error is measured."""
-CONFIDENCE = 0.95
-"""How surely the bounds hold, each by itself: one in twenty may be too low."""
-
-POPULATION = {
-    "default": "the default robot",
-    "any": "the default robot, and robots of random crank (0.01 to 0.3 m), masses, payload and "
-    "gravity, whichever is worse",
-}
-KINDS = {
-    "smooth": "a floor that holds",
-    "stick-slip": "one friction, mu_static 0.02 to 0.5, mu_kinetic 0.6 to 1 of it",
-    "ice": "five patches 0.1 to 1.5 steps wide, mu_static 0.2 to 0.6 and 0.01 to 0.1 in turn",
-}
-DRAWN = (
-    "random starts and torques (a proportional controller, one torque, a new torque every 1 to 5 "
-    "periods) for 36 own times, sqrt(crank / gravity): the default robot's 2 s"
-)
-NOT_COVERED = (
-    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold); "
-    "longer walks; floors, torques and linkages outside these ranges; whether a walk that leaves "
-    "the model is said to leave it. For one's own walk: check_walk"
-)
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """One setting on one kind of floor, for one kind of robot and batch.
-
-    robots: "default", or "any" for the worse of that and of random ones. bounds: for each of
-    QUANTILES, upper bounds of the quantiles of three errors for each simulated second: the worse of
-    both [rad/s], crank angle [rad/s], slide [m/s]. Lengths and seconds are those of the default
-    robot; so is the setting's dt. otherwise: share of walks that end otherwise than their
-    reference, inside the model or outside. cost: seconds for each simulated second and environment.
-    """
-
-    scene: str
-    robots: str
-    setting: Setting
-    batch: int
-    bounds: tuple[tuple[float, float, float], ...]
-    otherwise: float
-    cost: float
-
-    @property
-    def error(self) -> float:
-        """What 95 % of the walks keep: the worse of angle and slide, a slide counting as the turn
-        that walks as far [rad/s]."""
-        return self.bounds[QUANTILES.index(0.95)][0]
 
 
 @dataclass(frozen=True)
@@ -121,20 +75,6 @@ class Recommendation:
     measured_on: str
 
 
-def _measurements() -> tuple[Measurement, ...]:
-    """Every measured point, for the default robot and for any."""
-    found = []
-    for scene, index, batch, cost in measured.COSTS:
-        default, others = (measured.ERRORS[scene, index, name] for name in ("default", "others"))
-        setting = Setting(*measured.SETTINGS[index])
-        worse = tuple(tuple(map(max, *pair)) for pair in zip(default[0], others[0], strict=True))
-        pairs = (("default", default), ("any", (worse, max(default[1], others[1]))))
-        for robots, (bounds, otherwise) in pairs:
-            found.append(Measurement(scene, robots, setting, batch, bounds, otherwise, cost))
-    return tuple(found)
-
-
-MEASUREMENTS = _measurements()
 SCENES = tuple(CLASSES.values())
 
 
@@ -170,34 +110,30 @@ def recommend(
     require_integer("batch", batch)
     if dtype is not None:
         require_choice("dtype", dtype, DTYPES)
-    name = scene_class(scene)
-    place = _place(quantile)
-    own = _units(params)
+    name, place, own = scene_class(scene), _place(quantile), _units(params)
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
     points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
     nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
     points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
     answers = [_recommendation(point, place, own) for point in points]
-    good = [
-        answer
-        for answer in answers
-        if (
-            answer.promised_error <= tolerance
-            if slide_tolerance is None
-            else answer.angle_error <= tolerance and answer.slide_error <= slide_tolerance
-        )
-    ]
-    if not good:
-        best = min(answers, key=lambda answer: answer.promised_error)
-        slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
-        raise ValueError(
-            f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
-            f"{100 * quantile:g} % of the walks in the scene {name!r} with {nearest} environments; "
-            f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
-            f"{best.slide_error:.2g} m/s apart ({best.setting})"
-        )
-    return min(good, key=lambda answer: (answer.cost, answer.promised_error))
+    good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
+    if good:
+        return min(good, key=lambda answer: (answer.cost, answer.promised_error))
+    best = min(answers, key=lambda answer: answer.promised_error)
+    slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
+    raise ValueError(
+        f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
+        f"{100 * quantile:g} % of the walks in the scene {name!r} with {nearest} environments; "
+        f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
+        f"{best.slide_error:.2g} m/s apart ({best.setting})"
+    )
+
+
+def _keeps(answer: Recommendation, tolerance: float, slide_tolerance: float | None) -> bool:
+    if slide_tolerance is None:
+        return answer.promised_error <= tolerance
+    return answer.angle_error <= tolerance and answer.slide_error <= slide_tolerance
 
 
 def setting_of(setting: str | Setting) -> Setting:

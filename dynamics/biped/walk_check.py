@@ -7,7 +7,6 @@ can tell: `check_walk` runs it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -60,7 +59,7 @@ class WalkCheck:
     reference_angle_error, reference_slide_error: the reference beside one with a hundred times the
     tolerance, which bounds its own error unless both have missed an event.
     cost: seconds for each simulated second and walk, warm, waited for; compiling and preparing the
-    robot apart. compile_seconds: that of the setting's program. duration: of the walk [s].
+    robot apart. compile_seconds: how much longer the first run took. duration: of the walk [s].
     """
 
     setting: Setting
@@ -91,6 +90,15 @@ class WalkCheck:
         slide = self.reference_slide_error <= 0.1 * self.slide_error
         exact = (self.reference_slide_error == 0) & (self.slide_error == 0)
         return angle & (slide | exact)
+
+
+class Options(NamedTuple):
+    """What makes a walk's program: the torque's function or None, seconds, periods, integrator."""
+
+    policy: Callable[[BipedState], Numeric] | None
+    duration: float
+    count: int
+    integrator: Integrator
 
 
 class Path(NamedTuple):
@@ -124,9 +132,10 @@ def check_walk(
     setting.dt or shorter, a whole number in a period. fidelity: the reference's; "reduced" is exact
     and several times slower. repeats: timed runs; their median counts.
 
-    JAX's precision switch stays as it is. Costs three compilations and, for the sensitivity, some
-    ten event-exact walks one after the other. Raises ValueError as `simulate` does, for a prepared
-    model, and for batches that do not match.
+    JAX's precision switch stays as it is. What is compiled (three programs) is kept for walks of
+    the same kind: same setting, function, period, duration and shapes. For the sensitivity members
+    are walked one after the other, which takes the longest. Raises ValueError as `simulate` does,
+    for a prepared model, and for batches that do not match.
     """
     setting = setting_of(setting)
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
@@ -140,15 +149,13 @@ def check_walk(
     policy = torque if callable(torque) else None
     given = gathered(params, scene, state, None if callable(torque) else torque)
     count = _periods(given, duration, setting.dt if period is None else period, period is None)
-    walk = partial(_walk, policy, float(duration), count)
     rough = replace(setting.integrator_over(duration / count), record_events=True)
-    own, cost, compiled = timed(
-        partial(walk, rough), given.prepared(setting.fidelity, setting.dtype), repeats
-    )
+    options = Options(policy, float(duration), count, rough)
+    own = timed(given.prepared(setting.fidelity, setting.dtype), _walk, options, repeats)
     exact = given.prepared(fidelity, "float64")
-    truth = timed(partial(walk, TIGHT), exact, 0)[0]
-    check, growth = exact.one_by_one(partial(_grown, policy, float(duration), count))
-    return _compared(setting, float(duration), own, truth, check, growth, cost, compiled)
+    truth = exact.every(_walk, options._replace(integrator=TIGHT))
+    check, growth = exact.one_by_one(_grown, options._replace(integrator=LOOSE))
+    return _compared(setting, float(duration), own, truth, check, growth)
 
 
 def _periods(given: Given, duration: float, period: float, free: bool) -> int:
@@ -166,9 +173,9 @@ def _periods(given: Given, duration: float, period: float, free: bool) -> int:
     return count
 
 
-def _walk(policy, duration: float, count: int, integrator: Integrator, *parts) -> Path:
-    """The walk of one member, from its model, scene, state and torques."""
-    model, scene, state, values = parts
+def _walk(options: Options, model, scene: Scene, state: BipedState, values) -> Path:
+    """The walk of one member."""
+    policy, duration, count, integrator = options
     walk = simulate(
         model,
         scene,
@@ -179,7 +186,7 @@ def _walk(policy, duration: float, count: int, integrator: Integrator, *parts) -
         integrator=integrator,
     )
     events = walk.contacts.events
-    angle, slide = (leaf[1:] for leaf in (walk.states.crank_angle, walk.states.foot_position))
+    angle, slide = walk.states.crank_angle[1:], jnp.asarray(walk.states.foot_position)[1:]
     status = jax.lax.cummax(walk.contacts.status)
     if events is None:
         return Path(angle, slide, status, None, None)
@@ -189,32 +196,32 @@ def _walk(policy, duration: float, count: int, integrator: Integrator, *parts) -
     return Path(angle, slide, status, events.times, kinds)
 
 
-def _grown(policy, duration: float, count: int, *parts) -> tuple[Path, Any]:
-    """The looser reference of one member, and its sensitivity at every sample."""
-    model, scene, state, values = parts
+def _grown(options: Options, model, scene: Scene, state: BipedState, values):
+    """The walk of one member, and its sensitivity at every sample."""
 
     def walk(state: BipedState) -> Path:
-        return _walk(policy, duration, count, LOOSE, model, scene, state, values)
+        return _walk(options, model, scene, state, values)
 
     length, time = model.params.crank, own_time(model.params)
     return amplification(walk, state, length, time, isinstance(scene.floor, Smoothed))
 
 
-def _compared(setting, duration, own: Path, truth: Path, check: Path, growth, cost, compiled):
+def _compared(setting: Setting, duration: float, ran, truth: Path, check: Path, growth):
+    own, cost, compiled = ran
+    own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
     angle, slide = walk_errors(own, truth)
     off = walk_errors(check, truth)
-    inside = np.asarray(truth.status) <= Status.SLIP_ONSET
-    ends = Status.NOT_CONVERGED != np.asarray(check.status)[..., -1]
+    inside = truth.status <= Status.SLIP_ONSET
     most = np.max(np.where(inside, growth, 0.0), axis=-1)
     return WalkCheck(
         setting=setting,
         duration=duration,
         angle_error=angle,
         slide_error=slide,
-        status=np.asarray(own.status)[..., -1],
-        reference_status=np.asarray(truth.status)[..., -1],
+        status=own.status[..., -1],
+        reference_status=truth.status[..., -1],
         first_difference=_first_difference(own, truth),
-        sensitivity=np.where(ends, most, np.nan),
+        sensitivity=np.where(check.status[..., -1] == Status.NOT_CONVERGED, np.nan, most),
         reference_angle_error=off[0],
         reference_slide_error=off[1],
         cost=cost / duration,
