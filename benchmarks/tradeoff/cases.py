@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.tradeoff.scenes import PERIOD
 from stickslip.dynamics.biped import (
     RK4,
     Chebyshev,
@@ -17,6 +18,7 @@ from stickslip.dynamics.biped import (
     SemiImplicitEuler,
     Table,
 )
+from stickslip.dynamics.biped.setting import Setting
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.fidelity import Fidelity
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 ALL = ("smooth", "stick-slip", "lift-off", "ice", "long")
 SHORT = ("smooth", "stick-slip")
 NO_ICE = ("smooth", "stick-slip", "lift-off", "long")
+PROMISED = ("smooth", "stick-slip", "ice")
+"""Scenes of which `recommend` speaks."""
 SLIPS = ("uniform",)
 EVERYWHERE = ("uniform", "patches")
 BATCH = 4096
@@ -79,9 +83,9 @@ def cases(quick: bool) -> list[Case]:
         Case(table, SemiImplicitEuler(), "float64", FIRST, NO_ICE, SLIPS),
         Case(table, RK4(), "float64", FIRST, NO_ICE, SLIPS),
         Case(table, RK4Split(), events=EVERYWHERE),
-        Case(table, ROUGH, "float64", (1,), NO_ICE, SLIPS, batched=SHORT),
-        Case(table, MIDDLE, counts=(1,), events=EVERYWHERE, batched=SHORT),
-        Case(Table(64, 9), TIGHT, "float64", (1,), NO_ICE, SLIPS, batched=SHORT),
+        Case(table, ROUGH, "float64", (1,), ALL, SLIPS, batched=PROMISED),
+        Case(table, MIDDLE, counts=(1,), events=EVERYWHERE, batched=PROMISED),
+        Case(Table(64, 9), TIGHT, "float64", (1,), ALL, SLIPS, batched=PROMISED),
     ]
     single = [
         Case(table, RK4Split(), "float32", FOURTH),
@@ -101,6 +105,26 @@ def cases(quick: bool) -> list[Case]:
         Case(Paper(1e-5), Euler(), "float64", FIRST, ("smooth",), batched=()),
     ]
     return integrators + single + tables + exact
+
+
+def promised(quick: bool) -> list[Setting]:
+    """The settings measured on the population; steps of the default robot."""
+    table, fine = Table(), Table(64, 9)
+
+    def split(fidelity: Table, dtype: str, *counts: int) -> list[Setting]:
+        return [Setting(fidelity, RK4Split(), PERIOD / n, dtype) for n in counts]
+
+    if quick:
+        return split(table, "float32", 1, 4)
+    return [
+        *split(Table(8, 4), "float32", 1, 2),
+        *split(table, "float32", 1, 2, 4, 8),
+        *split(table, "float64", 1, 2, 4, 8, 16),
+        *split(fine, "float64", 16, 64),
+        Setting(table, ROUGH, PERIOD, "float64"),
+        Setting(table, MIDDLE, PERIOD, "float64"),
+        Setting(fine, TIGHT, PERIOD, "float64"),
+    ]
 
 
 def code(spec: Any) -> str:

@@ -32,19 +32,23 @@ PATIENCE = 0.1
 
 
 def measure(
-    quick: bool, say: Callable[[str], None], keep: Callable[[dict[str, Any]], None]
+    quick: bool,
+    say: Callable[[str], None],
+    keep: Callable[[dict[str, Any]], None],
+    had: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
     """All of it: the references' own checks, a row for every point, one for every program.
 
-    say: told of every step. keep: given what there is after every case.
+    say: told of every step. keep: given what there is after every case. had: what an earlier run
+    found, of which only the points that it lacks are then measured.
     """
-    listed = cases(quick)
+    had = had or {"checks": {}, "rows": [], "programs": []}
+    listed = [case for case in (lacking(c, had["rows"]) for c in cases(quick)) if case.walks]
     references = references_of({name for case in listed for name in case.walks}, say)
-    check = None
+    check = had["checks"].get(CHECK)
     if "long" in references:
         check = long_walk_check(WALKS["long"], references["long"])
-    rows: list[dict[str, Any]] = []
-    programs: list[dict[str, Any]] = []
+    rows, programs = list(had["rows"]), list(had["programs"])
     found = {"checks": {CHECK: check}, "rows": rows, "programs": programs}
     begun = time.perf_counter()
     for index, case in enumerate(listed):
@@ -55,11 +59,31 @@ def measure(
         for structure in dict.fromkeys(WALKS[name].structure for name in case.walks):
             walks = [WALKS[n] for n in case.walks if WALKS[n].structure == structure]
             new, program = of_structure(case, walks, references)
-            rows += new
-            programs.append(program)
+            _put(rows, new, ("scene", "fidelity", "integrator", "dtype", "dt"))
+            _put(programs, [program], ("structure", "fidelity", "integrator", "dtype"))
             say(_line(structure, new, program))
         keep(found)
     return found
+
+
+def lacking(case: Case, rows: list[dict[str, Any]]) -> Case:
+    """The case with only the walks of which some row or cost is not there."""
+
+    def complete(walk: str) -> bool:
+        names = {**names_of(case), "scene": walk}
+        own = [row for row in rows if names.items() <= row.items()]
+        wanted = {PERIOD / count for count in case.counts_on(walk)}
+        costs = ("cost_1", "cost_4096") if walk in case.batched else ("cost_1",)
+        return wanted <= {row["dt"] for row in own if all(cost in row for cost in costs)}
+
+    walks = tuple(walk for walk in case.walks if not complete(walk))
+    return replace(case, walks=walks)
+
+
+def _put(rows: list[dict[str, Any]], new: list[dict[str, Any]], names: tuple[str, ...]) -> None:
+    """Append the new rows; older ones of the same names go."""
+    fresh = {tuple(row[name] for name in names) for row in new}
+    rows[:] = [row for row in rows if tuple(row[name] for name in names) not in fresh] + new
 
 
 def references_of(names: Iterable[str], say: Callable[[str], None]) -> dict[str, Reference]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from benchmarks.report import where
-from benchmarks.tradeoff.points import COSTS, undominated
-from benchmarks.tradeoff.points import points_of as of
+from benchmarks.tradeoff.points import COSTS, promises_of
+from benchmarks.tradeoff.population import FLOORS, ROBOTS
 
 MODULES = {
     "fidelity": ("Joint", "Paper", "Reduced"),
@@ -16,49 +16,85 @@ MODULES = {
 }
 """Where the classes are defined."""
 
+HEAD = '''"""Measured settings, out of `python -m benchmarks.tradeoff --update`: not by hand."""
+
+from __future__ import annotations
+'''
+
 
 def source(content: dict[str, Any]) -> str:
     """The module's text; the same content gives the same text."""
-    settings: dict[tuple, int] = {}
-    rows = []
-    for scene in dict.fromkeys(row["scene"] for row in content["rows"]):
-        for batch in COSTS:
-            for point in undominated(of(content["rows"], scene, batch)):
-                index = settings.setdefault(point.setting, len(settings))
-                errors = f"{point.angle_error:.3g}, {point.slide_error:.3g}"
-                rows.append(f'    ("{scene}", {index}, {batch}, {errors}, {point.cost:.3g}),')
+    settings, costs, errors = _rows(content)
     shown = [
         f'    ({fidelity}, {integrator}, {dt!r}, "{dtype}"),'
         for fidelity, integrator, dt, dtype in settings
     ]
     used = {name for setting in settings for name in (_class(setting[0]), _class(setting[1]))}
+    samples = [
+        f'    ("{s["scene"]}", "{s["robots"]}"): ({s["count"]}, {s["sensitive"]:.3g}),'
+        for s in content["population"]["samples"]
+    ]
     return "\n".join(
         [
-            '"""Measured settings, out of `python -m benchmarks.tradeoff --update`: not by hand.',
-            "",
-            "Points that no other of the same precision beats in cost and in both errors.",
-            '"""',
-            "",
-            "from __future__ import annotations",
-            "",
+            HEAD,
             *_imports(used),
             "",
-            f'MEASURED_ON = "{where(content)}"',
-            '"""Processor, versions, commit and day."""',
+            f'MEASURED_ON = "{where(content, "walks")}"',
+            '"""Where the costs come from: processor, versions, commit and day."""',
+            "",
+            f'SAMPLED_ON = "{where(content, "population")}"',
+            '"""Where the errors come from."""',
+            "",
+            'INF = float("inf")',
             "",
             "SETTINGS = (",
             *shown,
             ")",
-            '"""Fidelity, integrator, dt [s], dtype."""',
+            '"""Fidelity, integrator, dt of the default robot [s], dtype."""',
             "",
-            "ROWS = (",
-            *rows,
+            "COSTS = (",
+            *costs,
             ")",
-            '"""Scene, index of the setting, environments, error of the crank angle [rad/s], of',
-            'the slide [m/s], seconds for each simulated second and environment."""',
+            '"""Scene, index of the setting, environments, seconds for each simulated second and',
+            'environment."""',
+            "",
+            "SAMPLES = {",
+            *samples,
+            "}",
+            '"""By scene and robots: how many walks, and the share of sensitive ones."""',
+            "",
+            "ERRORS = {",
+            *errors,
+            "}",
+            '"""By scene, index of the setting and robots: bounds of the quantiles, for each the',
+            "worse of both [rad/s], crank angle [rad/s] and slide [m/s], in lengths and seconds of",
+            'the default robot; share of walks that end otherwise than their reference."""',
             "",
         ]
     )
+
+
+def _rows(content: dict[str, Any]) -> tuple[list[tuple], list[str], list[str]]:
+    """Settings by index, lines of COSTS, lines of ERRORS."""
+    settings: dict[tuple, int] = {}
+    costs, errors = [], {}
+    for scene in FLOORS:
+        for robots in ROBOTS:
+            for batch in COSTS:
+                for promise in promises_of(content, scene, robots, batch):
+                    index = settings.setdefault(promise.setting, len(settings))
+                    if robots == ROBOTS[0]:
+                        costs.append(f'    ("{scene}", {index}, {batch}, {promise.cost:.3g}),')
+                    bounds = ", ".join(map(_triple, promise.bounds.values()))
+                    errors[scene, index, robots] = (
+                        f'    ("{scene}", {index}, "{robots}"): '
+                        f"(({bounds}), {promise.otherwise:.2g}),"
+                    )
+    return list(settings), costs, list(errors.values())
+
+
+def _triple(values: tuple[float, float, float]) -> str:
+    return f"({', '.join('INF' if v == float('inf') else f'{v:.3g}' for v in values)})"
 
 
 def _class(code: str) -> str:

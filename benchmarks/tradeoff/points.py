@@ -1,19 +1,23 @@
-"""Rows of the measurement as points of cost and error."""
+"""Rows of the measurements as points of cost and error, and how they are named."""
 
 from __future__ import annotations
 
 import re
 from typing import Any, NamedTuple
 
-from benchmarks.fronts import unbeaten
-from stickslip.dynamics.biped.settings import WALK_PER_RADIAN
+from stickslip.dynamics.biped.promises import QUANTILES, WALK_PER_RADIAN
 
 COSTS = {1: "cost_1", 4096: "cost_4096"}
 """Environments stepped together, and the column of their cost."""
+NAMES = ("fidelity", "integrator", "dt", "dtype")
+"""What makes a setting, as code."""
+PROMISED = str(0.95)
+"""The quantile that `recommend` goes by."""
+UNBOUNDED = float("inf")
 
 
 class Point(NamedTuple):
-    """One setting in one scene and batch, its names as code."""
+    """One setting on one single walk and in one batch, its names as code."""
 
     fidelity: str
     integrator: str
@@ -24,37 +28,72 @@ class Point(NamedTuple):
     cost: float
 
     @property
+    def error(self) -> float:
+        """The worse of both [rad/s], a slide counting as the turn that walks as far."""
+        return max(self.angle_error, self.slide_error / WALK_PER_RADIAN)
+
+
+class Promise(NamedTuple):
+    """One setting on one kind of floor and of robots: bounds of its errors, and its cost."""
+
+    fidelity: str
+    integrator: str
+    dt: float
+    dtype: str
+    bounds: dict[str, tuple[float, float, float]]
+    """By quantile: of the worse of both [rad/s], of crank angle [rad/s] and slide [m/s]."""
+    otherwise: float
+    other_switches: float
+    cost: float
+
+    @property
     def setting(self) -> tuple[str, str, float, str]:
         """Without what was measured."""
         return self[:4]
 
     @property
     def error(self) -> float:
-        """The worse of both [rad/s]; as stickslip.dynamics.biped.settings.Measurement has it."""
-        return max(self.angle_error, self.slide_error / WALK_PER_RADIAN)
+        """What is promised [rad/s]."""
+        return self.bounds[PROMISED][0]
 
-
-def points_of(rows: list[dict[str, Any]], scene: str, batch: int) -> list[Point]:
-    """All points of a scene and batch that stayed within the model."""
-    return [
-        point_of(row, batch)
-        for row in rows
-        if row["scene"] == scene and row["angle_error"] is not None and COSTS[batch] in row
-    ]
+    @property
+    def typical(self) -> float:
+        """What half of the walks keep [rad/s]."""
+        return self.bounds["0.5"][0]
 
 
 def point_of(row: dict[str, Any], batch: int = 1) -> Point:
-    """One row, its cost that of the batch."""
+    """One single walk's row, its cost that of the batch."""
     return Point(*(row[name] for name in Point._fields[:6]), cost=row[COSTS[batch]])
 
 
-def undominated(points: list[Point]) -> list[Point]:
-    """Points that none of the same precision beats in cost, angle and slide: `recommend`'s."""
-    kept = unbeaten(points, lambda p: (p.angle_error, p.slide_error), lambda p: p.dtype)
-    return sorted(kept, key=lambda p: p.cost)
+def costs_of(content: dict[str, Any], scene: str, batch: int) -> dict[tuple[Any, ...], float]:
+    """The cost of every setting measured on the single walk of this scene."""
+    return {
+        tuple(row[name] for name in NAMES): row[COSTS[batch]]
+        for row in content["walks"]["rows"]
+        if row["scene"] == scene and COSTS[batch] in row
+    }
 
 
-def short(point: Point) -> str:
+def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) -> list[Promise]:
+    """Every setting measured on the population whose cost is known, the cheapest first."""
+    costs = costs_of(content, scene, batch)
+    found = []
+    for row in content["population"]["rows"]:
+        names = tuple(row[name] for name in NAMES)
+        if (row["scene"], row["robots"]) != (scene, robots) or names not in costs:
+            continue
+        bounds = {
+            str(q): tuple(UNBOUNDED if v is None else v for v in row["bounds"][str(q)])
+            for q in QUANTILES
+        }
+        shares = row["ends_otherwise"], row["other_switches"]
+        found.append(Promise(*names, bounds, *shares, costs[names]))  # type: ignore[arg-type]
+    return sorted(found, key=lambda promise: promise.cost)
+
+
+def short(point: Point | Promise) -> str:
     """A label for a picture or a table: table 32x7, rk4_split, 5 ms, float32."""
     return f"{fidelity_name(point.fidelity)}, {integrator_name(point)}, {point.dtype}"
 
@@ -65,7 +104,7 @@ def fidelity_name(fidelity: str) -> str:
     return " ".join([name, "x".join(numbers)]) if numbers else name
 
 
-def integrator_name(point: Point) -> str:
+def integrator_name(point: Point | Promise) -> str:
     """With its step, or its tolerance where it chooses its steps."""
     name = family(point.integrator)
     tolerance = re.search(r"rtol=([^,)]+)", point.integrator)

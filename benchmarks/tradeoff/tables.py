@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -10,65 +11,118 @@ from benchmarks.report import markdown, where
 from benchmarks.tradeoff.measure import CHECK
 from benchmarks.tradeoff.points import (
     COSTS,
-    Point,
+    Promise,
     fidelity_name,
     integrator_name,
     point_of,
-    points_of,
+    promises_of,
 )
+from benchmarks.tradeoff.population import FLOORS, ROBOTS
 from stickslip.dynamics.biped.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
 
 
 def body(content: dict[str, Any]) -> str:
     """All tables."""
-    rows = content["rows"]
-    off = content["checks"][CHECK]
-    parts = [f"Measured on {where(content)}."]
+    walks = content["walks"]
+    rows = walks["rows"]
+    off = walks["checks"][CHECK]
+    parts = [
+        f"Promises: {where(content, 'population')}.",
+        f"Costs and single walks: {where(content, 'walks')}.",
+    ]
     if off is not None:
         parts.append(
             "The long walk's reference, beside a quadrature that uses none of the integrators, is "
             f"off by {off:.1e} rad after its 400 s."
         )
-    parts += ["### Presets", presets(rows), "### The fronts", fronts(rows)]
+    parts += ["### The sample", samples(content), "### Presets", presets(content)]
+    parts += ["### The fronts", fronts(content), "### Promises", promises(content)]
     parts += ["### Fidelities", fidelities(rows), "### Integrators", integrators(rows)]
-    parts += ["### Compile time and memory", programs(content["programs"])]
+    parts += ["### Compile time and memory", programs(walks["programs"])]
     return "\n\n".join(parts)
 
 
-def presets(rows: list[dict[str, Any]]) -> str:
-    """The presets, their errors and costs."""
-    points = points_of(rows, PRESET_SCENE, PRESET_BATCH)
+def samples(content: dict[str, Any]) -> str:
+    """What the walks of the population are like."""
+    lines = [
+        {
+            "floor": s["scene"],
+            "robots": s["robots"],
+            "walks": s["count"],
+            "too short": s["too_short"],
+            "leave the model": f"{100 * s['left']:.0f} %",
+            "switches": f"{s['switches']:.0f}",
+            "differentiated": s["derived"],
+            "sensitivity: median": f"{s['sensitivity'][0]:.2g}",
+            "95 %": f"{s['sensitivity'][1]:.2g}",
+            "largest": f"{s['sensitivity'][2]:.2g}",
+            "above 1e3": f"{100 * s['sensitive']:.0f} %",
+        }
+        for s in content["population"]["samples"]
+    ]
+    return markdown(lines) if lines else "Not measured."
+
+
+def presets(content: dict[str, Any]) -> str:
+    """The presets, what is promised of them, and their costs."""
+    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
     if not front_of(points):
         return "Not measured."
     chosen = preset_indices([p.cost for p in points], [p.error for p in points])
-    lines = [{"preset": name} | _columns(points[index]) for name, index in chosen.items()]
-    return markdown(lines)
+    return markdown([{"preset": name} | _columns(points[i]) for name, i in chosen.items()])
 
 
-def fronts(rows: list[dict[str, Any]]) -> str:
-    """Every point of every front, its knee marked."""
+def fronts(content: dict[str, Any]) -> str:
+    """Every point of every front of the default robot, its knee marked."""
     lines = []
-    for scene in dict.fromkeys(row["scene"] for row in rows):
+    for scene in FLOORS:
         for batch in COSTS:
-            points = points_of(rows, scene, batch)
+            points = promises_of(content, scene, ROBOTS[0], batch)
             if not front_of(points):
                 continue
             knee = knee_of(points)
-            lines += [_front_line(scene, batch, p, p is knee) for p in front_of(points)]
-    return markdown(lines)
+            for point in front_of(points):
+                mark = {"": "knee" if point is knee else ""}
+                lines.append({"floor": scene, "environments": batch} | _columns(point) | mark)
+    return markdown(lines) if lines else "Not measured."
 
 
-def _front_line(scene: str, batch: int, point: Point, knee: bool) -> dict[str, Any]:
-    mark = {"": "knee" if knee else ""}
-    return {"scene": scene, "environments": batch} | _columns(point) | mark
+def promises(content: dict[str, Any]) -> str:
+    """Every setting: what half, 95 % and 99 % of the walks keep."""
+    lines = []
+    for scene in FLOORS:
+        own, other = (promises_of(content, scene, robots, 1) for robots in ROBOTS)
+        for one, two in zip(_by_step(own), _by_step(other), strict=True):
+            lines.append(
+                {
+                    "floor": scene,
+                    "fidelity": fidelity_name(one.fidelity),
+                    "integrator": integrator_name(one),
+                    "type": one.dtype,
+                    "50 %": _number(one.typical),
+                    "95 %": _number(one.error),
+                    "99 %": _number(one.bounds["0.99"][0]),
+                    "others: 50 %": _number(two.typical),
+                    "others: 95 %": _number(two.error),
+                    "others: 99 %": _number(two.bounds["0.99"][0]),
+                    "end otherwise": f"{100 * max(one.otherwise, two.otherwise):.1f} %",
+                    "other switches": f"{100 * max(one.other_switches, two.other_switches):.1f} %",
+                }
+            )
+    return markdown(lines) if lines else "Not measured."
 
 
-def _columns(point: Point) -> dict[str, Any]:
+def _by_step(points: list[Promise]) -> list[Promise]:
+    return sorted(points, key=lambda p: (p.integrator, p.dtype, -p.dt, p.fidelity))
+
+
+def _columns(point: Promise) -> dict[str, Any]:
     return {
         "fidelity": fidelity_name(point.fidelity),
         "integrator": integrator_name(point),
         "type": point.dtype,
-        "error [rad/s]": f"{point.error:.1e}",
+        "typical [rad/s]": _number(point.typical),
+        "promised [rad/s]": _number(point.error),
         "cost [s/s]": f"{point.cost:.1e}",
     }
 
@@ -118,7 +172,7 @@ def integrators(rows: list[dict[str, Any]]) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1e}"
+    return "-" if value is None or math.isinf(value) else f"{value:.1e}"
 
 
 def programs(found: list[dict[str, Any]]) -> str:

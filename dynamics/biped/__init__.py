@@ -36,10 +36,12 @@ from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
 from stickslip.dynamics.biped.params import LINKS, BipedParams
 from stickslip.dynamics.biped.series import Chebyshev
-from stickslip.dynamics.biped.settings import PRESETS, Recommendation, Setting, recommend
+from stickslip.dynamics.biped.setting import Setting, own_time
+from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
 from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
 from stickslip.dynamics.biped.table import Table
+from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
 
 __all__ = [
     "BODIES",
@@ -75,6 +77,8 @@ __all__ = [
     "Setting",
     "Table",
     "Trajectory",
+    "WalkCheck",
+    "check_walk",
     "condition_number",
     "exchange_mismatch",
     "floor_position",
@@ -83,6 +87,7 @@ __all__ = [
     "inverse_dynamics",
     "kinematics",
     "newton_euler",
+    "own_time",
     "prepare",
     "recommend",
     "reduced_inertia",

@@ -1,4 +1,4 @@
-"""Which setting for which accuracy: recommendations and presets out of measured points.
+"""Which setting for which accuracy: recommendations and presets out of a measured population.
 
 Nothing is measured here. `python -m benchmarks.tradeoff --update` measures and writes measured.py;
 docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
@@ -11,102 +11,71 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from stickslip.dynamics.biped import measured
-from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
-from stickslip.dynamics.biped.integrators import EventExact, Integrator, integrator_of
-from stickslip.dynamics.checks import require_choice, require_number
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.promises import (
+    CONFIDENCE,
+    DEFAULT_CRANK,
+    DEFAULT_GRAVITY,
+    DRAWN,
+    KINDS,
+    MEASUREMENTS,
+    NOT_COVERED,
+    POPULATION,
+    QUANTILES,
+    Measurement,
+)
+from stickslip.dynamics.biped.setting import DTYPES, Setting
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.fronts import front, knee
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-DTYPES = ("float32", "float64")
-
-WALK_PER_RADIAN = 8 * 0.030 / math.pi
-"""How far the measured robot walks while its crank turns by a radian [m]: 8 l8 in half a turn."""
-
 CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
-"""The measured scene that stands for a kind of floor."""
+"""The measured kind of floor that stands for one."""
 
 PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
 """The front that the presets are taken from: what training does most."""
 
 
 @dataclass(frozen=True)
-class Setting:
-    """How a walk is computed: fidelity, integrator, step size and precision. Static, hashable.
+class Recommendation:
+    """The cheapest measured setting that meets a tolerance, and what is promised of it.
 
-    fidelity, integrator: names or instances, kept as instances. dt: length of a step [s]; for
-    EventExact, which chooses its own steps, the time between its outputs. dtype: of the robot, the
-    scene and the state.
+    setting: its dt is for the robot asked for. promised_error [rad/s]: the worse of the crank
+    angle's and the slide's error for each simulated second (a slide counting as the turn that walks
+    as far) that a share `quantile` of all walks of the population keeps; an upper bound with
+    `confidence`, out of `count` walks. angle_error [rad/s], slide_error [m/s]: the same for each
+    alone. typical_error: the bound for half of the walks. otherwise: share of the measured walks
+    that left the model where their reference did not, or the other way round. sensitive: share of
+    them that amplify what they start with more than a thousandfold. population, not_covered: what
+    the promise is about, in words. cost: seconds for each simulated second and environment, at
+    `batch` environments. scene: the measured kind. measured_on: where costs come from.
     """
 
-    fidelity: Fidelity = "table"
-    integrator: str | Integrator = "rk4_split"
-    dt: float = 0.02
-    dtype: str = "float32"
-
-    def __post_init__(self):
-        object.__setattr__(self, "fidelity", require_fidelity(self.fidelity))
-        object.__setattr__(self, "integrator", integrator_of(self.integrator))
-        require_number("dt", self.dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
-        require_choice("dtype", self.dtype, DTYPES)
-
-    def integrator_over(self, period: float) -> Integrator:
-        """The integrator for one call over `period` [s], in steps of at most dt."""
-        accepted = "a finite time > 0 [s]"
-        require_number("period", period, low=0.0, strict=True, accepted=accepted)
-        integrator = integrator_of(self.integrator)
-        if isinstance(integrator, EventExact):
-            return integrator
-        return replace(integrator, substeps=max(1, math.ceil(period / self.dt * (1 - 1e-9))))
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """One setting in one measured scene and batch.
-
-    angle_error [rad/s], slide_error [m/s]: the largest error of crank angle and slide over the
-    scene, for each simulated second. cost: seconds for each simulated second and environment.
-    """
-
-    scene: str
     setting: Setting
-    batch: int
+    typical_error: float
+    promised_error: float
     angle_error: float
     slide_error: float
-    cost: float
-
-    @property
-    def error(self) -> float:
-        """The worse of both [rad/s], a slide counting as the turn that walks as far."""
-        return max(self.angle_error, self.slide_error / WALK_PER_RADIAN)
-
-
-@dataclass(frozen=True)
-class Recommendation:
-    """The cheapest measured setting that meets a tolerance.
-
-    error [rad/s]: measured, the worse of the crank angle's and the slide's. cost: seconds for
-    each simulated second and environment, at `batch` environments. scene: the measured one.
-    """
-
-    setting: Setting
-    error: float
+    quantile: float
+    confidence: float
+    count: int
+    otherwise: float
+    sensitive: float
+    population: str
+    not_covered: str
     cost: float
     scene: str
     batch: int
     measured_on: str
 
 
-MEASUREMENTS = tuple(
-    Measurement(scene, Setting(*measured.SETTINGS[index]), batch, angle, slide, cost)
-    for scene, index, batch, angle, slide, cost in measured.ROWS
-)
-"""Every measured point that could be the cheapest for some tolerance and precision."""
-
-SCENES = tuple(dict.fromkeys(point.scene for point in MEASUREMENTS))
+SCENES = tuple(CLASSES.values())
 
 
 def recommend(
@@ -114,61 +83,69 @@ def recommend(
     scene: Scene | str = "stick-slip",
     batch: int = 1,
     *,
+    params: BipedParams | None = None,
+    quantile: float = 0.95,
     slide_tolerance: float | None = None,
     dtype: str | None = None,
 ) -> Recommendation:
-    """The cheapest measured setting whose error in such a scene was within the tolerance.
+    """The cheapest measured setting whose promised error on such a floor is within the tolerance.
 
-    tolerance: error of the crank angle, for each simulated second [rad/s]. slide_tolerance: of the
-    foot's slide [m/s], by default tolerance times 8 l8 / pi, the way that the same turn walks.
-    scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip, Patches: ice), or the
-    name of a measured scene. batch: environments stepped together; the nearest measured number
-    stands for it. dtype: only settings of this precision. Measured on the default robot: another
-    robot, floor or torque has other errors. Raises ValueError with the best reachable error if
-    nothing meets the tolerance.
+    A promise is about a population of seeded walks: a share `quantile` (0.5, 0.95 or 0.99) of them
+    keeps it; `Recommendation` says of which, how many were walked and what is not covered. For one
+    walk of your own, see `check_walk`.
+
+    tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
+    as such a turn walks. slide_tolerance [m/s]: of the slide in its place; the share then holds for
+    each of both alone. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
+    Patches: ice), or such a name. batch: environments stepped together; the nearest measured number
+    stands for it. params: the robot, or a batch, of which the quickest counts; the default one if
+    None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and random robots
+    were walked, too. dtype: only settings of this precision. Raises ValueError with the best
+    reachable error if nothing meets the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
-    if slide_tolerance is None:
-        slide_tolerance = tolerance * WALK_PER_RADIAN
-    require_number("slide_tolerance", slide_tolerance, low=0.0, strict=True, accepted=accepted)
-    if isinstance(batch, bool) or not isinstance(batch, int) or batch < 1:
-        raise ValueError(f"batch = {batch!r}; accepted: an integer >= 1")
+    if slide_tolerance is not None:
+        require_number("slide_tolerance", slide_tolerance, low=0.0, strict=True, accepted=accepted)
+    require_integer("batch", batch)
     if dtype is not None:
         require_choice("dtype", dtype, DTYPES)
-    name = scene_class(scene)
-    points = [point for point in MEASUREMENTS if point.scene == name]
+    name, place, own = scene_class(scene), _place(quantile), _units(params)
+    loaded = isinstance(scene, Scene) and scene.payload is not None
+    robots = "default" if params is None and not loaded else "any"
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
     nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
     points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
-    good = [
-        point
-        for point in points
-        if point.angle_error <= tolerance and point.slide_error <= slide_tolerance
-    ]
-    if not good:
-        best = min(points, key=lambda point: point.error)
-        raise ValueError(
-            f"tolerance = {tolerance:g} rad/s and {slide_tolerance:.3g} m/s: no measured setting "
-            f"meets it in the scene {name!r} with {nearest} environments; accepted: from "
-            f"{best.angle_error:.2g} rad/s and {best.slide_error:.2g} m/s ({best.setting})"
-        )
-    return _recommendation(min(good, key=lambda point: (point.cost, point.error)))
+    answers = [_recommendation(point, place, own) for point in points]
+    good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
+    if good:
+        return min(good, key=lambda answer: (answer.cost, answer.promised_error))
+    best = min(answers, key=lambda answer: answer.promised_error)
+    slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
+    raise ValueError(
+        f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
+        f"{100 * quantile:g} % of the walks in the scene {name!r} with {nearest} environments; "
+        f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
+        f"{best.slide_error:.2g} m/s apart ({best.setting})"
+    )
+
+
+def _keeps(answer: Recommendation, tolerance: float, slide_tolerance: float | None) -> bool:
+    if slide_tolerance is None:
+        return answer.promised_error <= tolerance
+    return answer.angle_error <= tolerance and answer.slide_error <= slide_tolerance
 
 
 def setting_of(setting: str | Setting) -> Setting:
     """A preset by name, or the setting itself; ValueError for an unknown one."""
     if isinstance(setting, Setting):
         return setting
-    if not isinstance(setting, str) or setting not in PRESETS:
-        raise ValueError(
-            f"setting = {setting!r} is unknown; accepted: {', '.join(map(repr, PRESETS))} or a "
-            "Setting(...)"
-        )
+    require_choice("setting", setting, PRESETS)
     return PRESETS[setting]
 
 
 def scene_class(scene: Scene | str) -> str:
-    """The measured scene that stands for `scene`; ValueError for one that none stands for."""
+    """The measured kind that stands for `scene`; ValueError for one that none stands for."""
     if isinstance(scene, str):
         require_choice("scene", scene, SCENES)
         return scene
@@ -181,9 +158,50 @@ def scene_class(scene: Scene | str) -> str:
     return CLASSES[type(floor)]
 
 
-def _recommendation(point: Measurement) -> Recommendation:
+def _place(quantile: float) -> int:
+    require_number("quantile", quantile, accepted=", ".join(map(str, QUANTILES)))
+    if quantile not in QUANTILES:
+        raise ValueError(
+            f"quantile = {quantile:g} is not measured; accepted: {', '.join(map(str, QUANTILES))}"
+        )
+    return QUANTILES.index(quantile)
+
+
+def _units(params: BipedParams | None) -> tuple[float, float]:
+    """The robot's own time and length in those of the default one; the shortest of a batch."""
+    if params is None:
+        return 1.0, 1.0
+    require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
+    time = np.sqrt(np.asarray(params.crank, float) / np.asarray(params.gravity, float))
+    length = float(np.max(params.crank)) / DEFAULT_CRANK
+    return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY), length
+
+
+def _recommendation(point: Measurement, place: int, own: tuple[float, float]) -> Recommendation:
+    """The point in the seconds of a robot with such an own time and length."""
+    time, length = own
+    joint, angle, slide = point.bounds[place]
+    samples = [
+        measured.SAMPLES[point.scene, robots]
+        for robots in (("default",) if point.robots == "default" else ("default", "others"))
+    ]
     return Recommendation(
-        point.setting, point.error, point.cost, point.scene, point.batch, measured.MEASURED_ON
+        setting=replace(point.setting, dt=point.setting.dt * time),
+        typical_error=point.bounds[0][0] / time,
+        promised_error=joint / time,
+        angle_error=angle / time,
+        slide_error=slide * length / time,
+        quantile=QUANTILES[place],
+        confidence=CONFIDENCE,
+        count=min(count for count, _ in samples),
+        otherwise=point.otherwise,
+        sensitive=max(share for _, share in samples),
+        population=f"{POPULATION[point.robots]}; {KINDS[point.scene]}; {DRAWN}",
+        not_covered=NOT_COVERED,
+        cost=point.cost / time,
+        scene=point.scene,
+        batch=point.batch,
+        measured_on=measured.MEASURED_ON,
     )
 
 
@@ -203,13 +221,17 @@ def preset_indices(costs: Sequence[float], errors: Sequence[float]) -> dict[str,
 
 
 def _presets() -> dict[str, Recommendation]:
-    points = [p for p in MEASUREMENTS if (p.scene, p.batch) == (PRESET_SCENE, PRESET_BATCH)]
+    wanted = (PRESET_SCENE, "default", PRESET_BATCH)
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots, p.batch) == wanted]
     chosen = preset_indices([p.cost for p in points], [p.error for p in points])
-    return {name: _recommendation(points[index]) for name, index in chosen.items()}
+    place = QUANTILES.index(0.95)
+    return {
+        name: _recommendation(points[index], place, (1.0, 1.0)) for name, index in chosen.items()
+    }
 
 
 MEASURED_PRESETS = _presets()
-"""The presets with what was measured of them."""
+"""The presets with what was measured of them, for the default robot."""
 
 PRESETS: dict[str, Setting] = {name: found.setting for name, found in MEASURED_PRESETS.items()}
 """Settings by name: "fast", "balanced", "exact"."""

@@ -1,18 +1,20 @@
 """The measurement of speed against accuracy: what it compares with, and what it writes."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
 
-from benchmarks.fronts import front_of
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
-from benchmarks.tradeoff import errors, measure, module, tables
-from benchmarks.tradeoff.cases import Case, cases, code
-from benchmarks.tradeoff.points import Point, points_of, undominated
+from benchmarks.tradeoff import errors, measure, module, promises, tables
+from benchmarks.tradeoff.cases import Case, cases, code, promised
+from benchmarks.tradeoff.marching import references, walked
+from benchmarks.tradeoff.points import costs_of, promises_of
+from benchmarks.tradeoff.population import FLOORS, both, draw
 from benchmarks.tradeoff.program import Rolled, Samples
 from benchmarks.tradeoff.scenes import PERIOD, WALKS
 from stickslip.dynamics.biped import Chebyshev, EventExact, RK4Split, Table, reduced_inertia
@@ -45,11 +47,84 @@ def test_measured_module_and_tables_are_those_of_the_results(content):
     assert tables.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
 
-def test_the_module_keeps_every_point_of_every_front(content):
-    for scene in {row["scene"] for row in content["rows"]}:
+def test_every_setting_of_the_population_has_a_cost_on_every_floor(content):
+    for floor in FLOORS:
         for batch in (1, 4096):
-            points = points_of(content["rows"], scene, batch)
-            assert set(front_of(points)) <= set(undominated(points))
+            known = costs_of(content, floor, batch)
+            for setting in promised(quick=False):
+                names = (code(setting.fidelity), code(setting.integrator), setting.dt)
+                assert (*names, setting.dtype) in known
+            for robots in ("default", "others"):
+                assert len(promises_of(content, floor, robots, batch)) == len(promised(False))
+
+
+def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
+    """The k-th of n sorted values, against its coverage counted on uniform samples."""
+    rng, count, tries = np.random.default_rng(7), 120, 20_000
+    drawn = np.sort(rng.random((tries, count)), axis=1)
+    for quantile in (0.5, 0.95):
+        k = promises.rank(count, quantile)
+        for place, surely in ((k, True), (k - 1, False)):
+            covered = np.mean(drawn[:, place - 1] >= quantile)
+            assert (covered > 0.95 - 3e-3) == surely
+    assert promises.bound(np.arange(20.0), 0.95) == np.inf  # 20 walks cannot promise 95 %
+    assert promises.bound(np.arange(1000.0), 0.5) == promises.rank(1000, 0.5) - 1
+
+
+def test_a_walk_of_the_population_is_known_by_its_seed(float64):
+    for floor in FLOORS:
+        many, one = draw(floor, range(40, 44), "others"), draw(floor, [42], "others")
+        for all_of, single in zip(jax.tree.leaves(many), jax.tree.leaves(one), strict=True):
+            np.testing.assert_array_equal(np.asarray(all_of)[2:3], np.asarray(single))
+        default = draw(floor, range(40, 44), "default")
+        assert set(np.asarray(default.params.crank).tolist()) == {0.03}
+        assert default.period == pytest.approx(0.02)
+
+
+def test_the_population_covers_what_the_promise_says(float64):
+    walks = both("stick-slip", range(100))
+    crank, mu = np.asarray(walks.params.crank), np.asarray(walks.scene.floor.mu_static)
+    assert len(crank) == 200
+    assert 0.01 <= crank.min() < 0.013
+    assert 0.25 < crank.max() <= 0.3
+    assert 0.02 <= mu.min() < 0.025
+    assert 0.4 < mu.max() <= 0.5
+    ratio = np.asarray(walks.scene.floor.mu_kinetic) / mu
+    assert 0.6 <= ratio.min() < ratio.max() <= 1.0
+    torques = np.asarray(walks.law[2])
+    assert {len(set(row)) == 1 for row in torques} == {True, False}
+    edges = np.asarray(both("ice", range(50)).scene.floor.edges)
+    assert np.all(np.diff(edges, axis=1) > 0)
+
+
+@pytest.mark.long
+def test_walks_of_scaled_robots_are_the_same_in_their_own_units():
+    """Four times the length and eight times the densities and masses: own times twice as long."""
+    with jax.enable_x64(True):
+        walks = draw("stick-slip", range(16), "default")
+        large = _scaled(walks, 4.0)
+    one, two = references(walks), references(large)
+    np.testing.assert_array_equal(walked(one), walked(two))
+    np.testing.assert_allclose(two.angle, one.angle, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(two.slide, 4 * one.slide, rtol=0, atol=1e-7)
+
+
+def _scaled(walks, length: float):
+    """The same walks of geometrically similar robots of the same mass."""
+    time = np.sqrt(length)
+    robot = walks.params
+    kept = {"mass", "payload", "gravity"}
+    sizes = {name: value * length for name, value in vars(robot).items() if name not in kept}
+    sizes["inertia"] = robot.inertia * length**2
+    state = replace(
+        walks.state,
+        crank_rate=walks.state.crank_rate / time,
+        foot_velocity=walks.state.foot_velocity * length / time,
+    )
+    gain, wanted, torques = walks.law
+    law = (gain * length * time, wanted / time, torques * length)
+    robot = replace(robot, **sizes)
+    return walks._replace(params=robot, state=state, law=law, period=walks.period * time)
 
 
 def test_every_axis_is_varied():
@@ -108,13 +183,16 @@ def test_events_are_compared_until_one_differs():
     assert (found["events_alike"], found["events"], found["events_wanted"]) == (2, 3, 3)
 
 
-def test_only_beaten_points_are_left_out():
-    def point(cost, angle, slide, dtype="float64"):
-        return Point("Reduced()", "RK4()", 0.01, dtype, angle, slide, cost)
-
-    cheap, fine, slides = point(1, 1e-2, 1e-3), point(2, 1e-4, 1e-2), point(2, 1e-1, 1e-5)
-    beaten, single = point(3, 1e-3, 1e-2), point(3, 1e-3, 1e-2, "float32")
-    assert undominated([beaten, single, slides, fine, cheap]) == [cheap, slides, fine, single]
+def test_only_what_is_missing_is_measured_again(content):
+    rows = content["walks"]["rows"]
+    full = cases(quick=False)
+    assert all(measure.lacking(case, rows).walks == () for case in full)
+    case = next(case for case in full if "ice" in case.walks and "ice" in case.batched)
+    names = measure.names_of(case)
+    left = [row for row in rows if row["scene"] != "ice" or not names.items() <= row.items()]
+    assert measure.lacking(case, left).walks == ("ice",)
+    bare = [{k: v for k, v in row.items() if k != "cost_4096"} for row in rows]
+    assert set(measure.lacking(case, bare).walks) == set(case.batched) & set(case.walks)
 
 
 def test_every_step_size_divides_the_control_period():
@@ -130,22 +208,26 @@ def test_every_step_size_divides_the_control_period():
 def test_the_command_measures_and_writes(tmp_path, monkeypatch, capsys):
     case = Case(Table(), RK4Split(), "float32", (1, 4), ("smooth",), batch=64)
     monkeypatch.setattr(measure, "cases", lambda quick: [case])
+    monkeypatch.setattr(promises, "FLOORS", ("smooth",))
     for name in ("MODULE", "DOCUMENT"):
         monkeypatch.setattr(command, name, tmp_path / name)
     (tmp_path / "DOCUMENT").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
     out, picture = tmp_path / "deep" / "tradeoff.json", tmp_path / "tradeoff.png"
-    arguments = ["--quick", "--update", "--out", str(out), "--picture", str(picture)]
-    command.main(arguments)
-    content = json.loads(out.read_text(encoding="utf-8"))
-    assert {"machine", "versions", "commit", "measured", "rows", "programs"} <= set(content)
-    coarse, fine = content["rows"]
+    command.main(["--quick", "--only", "walks", "--out", str(out)])
+    coarse, fine = json.loads(out.read_text(encoding="utf-8"))["walks"]["rows"]
     assert (coarse["dt"], fine["dt"]) == (0.02, 0.005)
     assert fine["angle_error"] < 0.2 * coarse["angle_error"] < 1e-4
-    assert min(row[cost] for row in content["rows"] for cost in ("cost_1", "cost_4096")) > 0
+    assert min(row[cost] for row in (coarse, fine) for cost in ("cost_1", "cost_4096")) > 0
+    arguments = ["--quick", "--update", "--out", str(out), "--picture", str(picture)]
+    command.main([*arguments, "--only", "population"])
+    content = json.loads(out.read_text(encoding="utf-8"))
+    assert {"machine", "versions", "parts", "walks", "population"} <= set(content)
+    first, *_ = content["population"]["rows"]
+    assert first["bounds"]["0.5"][0] < 1e-2
+    assert first["bounds"]["0.99"][0] is None  # 48 walks bound no such quantile
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert 'MEASURED_ON = "' in (tmp_path / "MODULE").read_text()
     assert "| smooth |" in (tmp_path / "DOCUMENT").read_text()
-    assert "knee at table 32x7" in capsys.readouterr().out
 
 
 @pytest.mark.long

@@ -1,0 +1,184 @@
+"""What a walk is given, one or many: which numbers have a batch axis, in which precision."""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.model import prepare
+from stickslip.dynamics.scene import Patches
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from stickslip.dynamics.biped.fidelity import Fidelity
+    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.biped.state import BipedState
+    from stickslip.dynamics.scene import Scene
+
+RANKS = {"mass": 1, "inertia": 1, "centre": 2}
+"""Axes of a robot's fields that have any."""
+
+
+class Given(NamedTuple):
+    """Robot, scene, state and torques (or None), with each number's batch axis: 0 or None."""
+
+    parts: tuple[BipedParams, Scene, BipedState, Any]
+    axes: tuple[tuple[int | None, ...], ...]
+    """Of the leaves of each part."""
+    torques: int | None
+    """How many are given one by one."""
+
+    def prepared(self, fidelity: Fidelity, dtype: str) -> Members:
+        """The members with their robots prepared, in this precision."""
+        with precision(dtype):
+            params, scene, state, values = (_cast(part, dtype) for part in self.parts)
+            state = replace(state, steps=jnp.asarray(self.parts[2].steps, jnp.int32))
+            leaves, tree = jax.tree.flatten((params, scene.payload))
+            own, floor = self.axes[0], self.axes[1]
+            if scene.payload is not None:
+                own, floor = (*own, floor[-1]), floor[:-1]
+                scene = replace(scene, payload=None)
+            model = _prepared(fidelity, tree, own, leaves)
+            each = (0 if 0 in own else None,) * len(jax.tree.leaves(model))
+            leaves, tree = jax.tree.flatten((model, scene, state, values))
+            return Members(leaves, (*each, *floor, *self.axes[2], *self.axes[3]), tree, dtype)
+
+
+class Members(NamedTuple):
+    """Models, scenes, states and torques as leaves."""
+
+    leaves: list[Any]
+    axes: tuple[int | None, ...]
+    tree: Any
+    dtype: str
+
+    def every(self, walk: Callable[..., Any], options: Hashable) -> Any:
+        """walk(options, model, scene, state, torques) of all members at once."""
+        with precision(self.dtype):
+            return jax.block_until_ready(
+                _every(walk, options, self.tree, self.axes, tuple(self.leaves))
+            )
+
+    def one_by_one(self, walk: Callable[..., Any], options: Hashable) -> Any:
+        """The same after each other: what one does not need is not computed."""
+        with precision(self.dtype):
+            return jax.block_until_ready(
+                _one_by_one(walk, options, self.tree, self.axes, tuple(self.leaves))
+            )
+
+    @property
+    def size(self) -> int | None:
+        """How many members, None for a single walk without a batch axis."""
+        pairs = zip(self.leaves, self.axes, strict=True)
+        return next((np.shape(leaf)[0] for leaf, axis in pairs if axis == 0), None)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _prepared(fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        params, load = jax.tree.unflatten(tree, leaves)
+        return prepare(params, fidelity=fidelity, payload=load)
+
+    return (jax.vmap(one, in_axes=(list(axes),)) if 0 in axes else one)(leaves)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _every(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        return walk(options, *jax.tree.unflatten(tree, leaves))
+
+    return (jax.vmap(one, in_axes=(axes,)) if 0 in axes else one)(leaves)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _one_by_one(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
+    def one(leaves):
+        return walk(options, *jax.tree.unflatten(tree, leaves))
+
+    if 0 not in axes:
+        return one(leaves)
+    shared = [None if axis == 0 else leaf for leaf, axis in zip(leaves, axes, strict=True)]
+
+    def member(own):
+        mine = iter(own)
+        return one(
+            [next(mine) if axis == 0 else leaf for leaf, axis in zip(shared, axes, strict=True)]
+        )
+
+    own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis == 0]
+    return jax.lax.map(member, own)
+
+
+def precision(dtype: str):
+    """A context with float64 where it is asked for, else with the user's own switch as it is."""
+    return jax.enable_x64(True) if dtype == "float64" else nullcontext()
+
+
+def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) -> Given:
+    """Find the batch axes. ValueError for more than one, or of different lengths."""
+    ranks = [RANKS.get(name, 0) for name in vars(params)]
+    floor = 1 if isinstance(scene.floor, Patches) else 0
+    count = len(jax.tree.leaves(scene.floor))
+    own = [
+        _axes("params", params, ranks),
+        _axes("scene", scene, [floor] * count + [0]),
+        _axes("state", state, [0] * 6),
+    ]
+    values, torques = None, None
+    if torque is not None:
+        values = jnp.asarray(torque)
+        torques = None if values.ndim == 0 else values.shape[-1]
+        own.append(_axes("torque", values, [min(values.ndim, 1)]))
+    else:
+        own.append(())
+    parts = (params, scene, state, values)
+    sizes = {
+        np.shape(leaf)[0]
+        for part, axes in zip(parts, own, strict=True)
+        for leaf, axis in zip(jax.tree.leaves(part), axes, strict=True)
+        if axis == 0
+    }
+    if len(sizes) > 1:
+        raise ValueError(
+            f"batches of {', '.join(map(str, sorted(sizes)))} members in one call; accepted: "
+            "arrays with one and the same leading axis, or none"
+        )
+    return Given(parts, tuple(own), torques)
+
+
+def _axes(name: str, part: Any, ranks: list[int]) -> tuple[int | None, ...]:
+    axes: list[int | None] = []
+    for leaf, rank in zip(jax.tree.leaves(part), ranks, strict=False):
+        more = np.ndim(leaf) - rank
+        if more not in (0, 1):
+            raise ValueError(
+                f"{name} has a number of shape {np.shape(leaf)}; accepted: at most one batch axis"
+            )
+        axes.append(0 if more else None)
+    return tuple(axes)
+
+
+def _cast(part: Any, dtype: str) -> Any:
+    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf), dtype), part)
+
+
+def timed(members: Members, walk, options: Hashable, repeats: int) -> tuple[Any, float, float]:
+    """The walks of all members; median seconds of a warm run for each; seconds until warm."""
+    begun = time.perf_counter()
+    found = members.every(walk, options)
+    first = time.perf_counter() - begun
+    taken = []
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        members.every(walk, options)
+        taken.append(time.perf_counter() - begun)
+    again = float(np.median(taken))
+    return found, again / (members.size or 1), max(0.0, first - again)
