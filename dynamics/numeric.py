@@ -4,8 +4,9 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import is_concrete, require_number, shown
 
 Numeric = Any
 """A Python number, a NumPy or a JAX array: given as any of them and read as an array, which no
@@ -25,8 +26,51 @@ def float_kind(dtype: Any, otherwise: Any):
     return jax.dtypes.canonicalize_dtype(kind)
 
 
+def require_numeric(**values: Any) -> None:
+    """Raise ValueError for what is neither a number nor an array of real numbers, whatever its
+    value: text, bytes, booleans, None, lists. Cheap, for calls that are made often."""
+    for name, value in values.items():
+        if isinstance(value, float | int) and not isinstance(value, bool):
+            continue
+        kind = getattr(getattr(value, "dtype", None), "kind", None)
+        if kind not in ("f", "i", "u") and getattr(value, "dtype", None) != jnp.bfloat16:
+            raise ValueError(
+                f"{name} = {shown(value)} is not a number; accepted: a real number or an array"
+            )
+
+
+def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:
+    """One number as a Python float, or ValueError; `rule` as in `require_number`."""
+    if not is_concrete(value):
+        raise ValueError(f"{name} is traced; accepted: {accepted}, known before tracing")
+    require_number(name, value, accepted=accepted, **rule)
+    if np.ndim(value):
+        raise ValueError(f"{name} has shape {np.shape(value)}; accepted: {accepted}, one number")
+    return float(value)
+
+
+def require_broadcast(**values: Any) -> tuple[int, ...]:
+    """The shape that the values broadcast to, or ValueError naming them."""
+    shapes = {name: np.shape(value) for name, value in values.items()}
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise ValueError(f"shapes do not broadcast: {told}; accepted: the same, or ()") from None
+
+
 def float_type(*trees: Any):
     """The widest floating type among the leaves; plain numbers take the arrays' type."""
     leaves = jax.tree.leaves(trees)
     floating = [leaf for leaf in leaves if jnp.issubdtype(jnp.result_type(leaf), jnp.floating)]
     return jnp.result_type(*floating)
+
+
+def all_finite(*trees):
+    """Whether every number is finite."""
+    leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
+    finite = jnp.ones((), bool)
+    for leaf in leaves:
+        if jnp.issubdtype(leaf.dtype, jnp.floating):
+            finite &= jnp.all(jnp.isfinite(leaf))
+    return finite

@@ -8,13 +8,22 @@ differentiated.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_choice, require_number
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_choice,
+    require_kind,
+    require_known,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")
@@ -89,14 +98,23 @@ class Scene:
     @classmethod
     def grip(cls, **options) -> Scene:
         """A floor without slip. Options: payload, steps, outputs."""
-        return cls(Grip(), **options).validate()
+        return cls._with(Grip(), options)
+
+    @classmethod
+    def _with(cls, floor: Floor, options: dict[str, Any]) -> Scene:
+        require_known(options, ("payload", "steps", "outputs"), "option of a scene")
+        if options.get("payload") is not None:
+            options["payload"] = as_number("payload", options["payload"], **PAYLOAD)
+        return cls(floor, **options).validate()
 
     @classmethod
     def uniform(cls, mu_static: Numeric, mu_kinetic: Numeric | None = None, **options) -> Scene:
         """One friction everywhere; mu_kinetic defaults to mu_static."""
-        return cls(
-            Uniform(mu_static, mu_static if mu_kinetic is None else mu_kinetic), **options
-        ).validate()
+        mu_static = as_number("mu_static", mu_static, **FRICTION)
+        if mu_kinetic is None:
+            mu_kinetic = mu_static
+        mu_kinetic = as_number("mu_kinetic", mu_kinetic, **FRICTION)
+        return cls._with(Uniform(mu_static, mu_kinetic), options)
 
     @classmethod
     def patches(
@@ -104,50 +122,58 @@ class Scene:
     ) -> Scene:
         """Friction by floor position; see Patches. Ice from 0.3 m to 0.6 m:
         `Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])`."""
-        edges, mu_static = jnp.asarray(edges), jnp.asarray(mu_static)
-        mu_kinetic = mu_static if mu_kinetic is None else jnp.asarray(mu_kinetic)
-        return cls(Patches(edges, mu_static, mu_kinetic), **options).validate()
+        _require_edges(edges)
+        given = {"mu_static": mu_static, "mu_kinetic": mu_kinetic}
+        if mu_kinetic is None:
+            given["mu_kinetic"] = mu_static
+        for name, value in given.items():
+            require_number(name, value, **FRICTION)
+        numbers = (jnp.asarray(value) for value in (edges, *given.values()))
+        return cls._with(Patches(*numbers), options)
 
     @classmethod
     def smoothed(cls, mu_kinetic: Numeric, slip_speed: Numeric = 0.01, **options) -> Scene:
         """Friction smoothed over sliding speeds of about slip_speed [m/s]; see Smoothed."""
-        return cls(Smoothed(mu_kinetic, slip_speed), **options).validate()
+        mu_kinetic = as_number("mu_kinetic", mu_kinetic, **FRICTION)
+        slip_speed = as_number("slip_speed", slip_speed, **SLIP_SPEED)
+        return cls._with(Smoothed(mu_kinetic, slip_speed), options)
 
     def validate(self) -> Scene:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
-        if not isinstance(self.floor, Floor):
-            raise ValueError(
-                f"floor = {self.floor!r} is unknown; accepted: Grip(), Uniform(...), Patches(...), "
-                "Smoothed(...)"
-            )
+        accepted = "Grip(), Uniform(...), Patches(...) or Smoothed(...)"
+        require_kind("floor", self.floor, Floor, accepted)
+        numbers = {} if self.payload is None else {"payload": self.payload}
+        require_numeric(**numbers, **vars(self.floor))
         if self.payload is not None:
-            require_number("payload", self.payload, low=0.0, accepted="a finite mass >= 0 [kg]")
+            require_number("payload", self.payload, **PAYLOAD)
         if isinstance(self.floor, Patches):
             _check_patches(self.floor)
+        elif not isinstance(self.floor, Grip):
+            require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
             _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
         if isinstance(self.floor, Smoothed):
-            require_number(
-                "mu_kinetic", self.floor.mu_kinetic, low=0.0, accepted="a finite number >= 0"
-            )
-            accepted = "a finite speed > 0 [m/s]"
-            require_number(
-                "slip_speed", self.floor.slip_speed, low=0.0, strict=True, accepted=accepted
-            )
+            require_number("mu_kinetic", self.floor.mu_kinetic, **FRICTION)
+            require_number("slip_speed", self.floor.slip_speed, **SLIP_SPEED)
         return self
 
 
+PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
+FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
+SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
+
+
 def _check_friction(mu_static: Numeric, mu_kinetic: Numeric) -> None:
-    accepted = "finite, 0 <= mu_kinetic <= mu_static"
-    require_number("mu_static", mu_static, low=0.0, accepted=accepted)
-    require_number("mu_kinetic", mu_kinetic, low=0.0, accepted=accepted)
+    require_number("mu_static", mu_static, **FRICTION)
+    require_number("mu_kinetic", mu_kinetic, **FRICTION)
     if is_concrete(mu_static, mu_kinetic) and np.any(
         np.asarray(mu_kinetic) > np.asarray(mu_static)
     ):
         raise ValueError(
-            f"mu_kinetic = {mu_kinetic} exceeds mu_static = {mu_static}; accepted: {accepted}"
+            f"mu_kinetic = {shown(mu_kinetic)} exceeds mu_static = {shown(mu_static)}; "
+            f"accepted: {FRICTION['accepted']}"
         )
 
 
@@ -162,9 +188,14 @@ def _check_patches(floor: Patches) -> None:
                 f"{name} has shape {shape}; accepted: one more entry than edges, "
                 f"here {edges[-1] + 1}"
             )
-    if is_concrete(floor.edges):
-        values = np.asarray(floor.edges)
-        if not (np.all(np.isfinite(values)) and np.all(np.diff(values, axis=-1) > 0)):
-            raise ValueError(
-                f"edges = {values.tolist()}; accepted: finite, strictly increasing positions [m]"
-            )
+    require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
+    _require_edges(floor.edges)
+
+
+def _require_edges(edges: Numeric) -> None:
+    accepted = "finite, strictly increasing positions [m]"
+    if np.shape(edges)[-1:] == (0,) and not isinstance(edges, str | bytes):
+        raise ValueError("edges is empty; accepted: at least one floor position [m]")
+    require_number("edges", edges, accepted=accepted)
+    if is_concrete(edges) and not np.all(np.diff(jnp.asarray(edges), axis=-1) > 0):
+        raise ValueError(f"edges = {shown(np.asarray(edges).tolist())}; accepted: {accepted}")

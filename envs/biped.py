@@ -20,12 +20,14 @@ from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
 from stickslip.dynamics.biped.integrators import Integrator
 from stickslip.dynamics.biped.settings import Setting, setting_of
+from stickslip.dynamics.checks import require_kind, require_known
+from stickslip.dynamics.numeric import all_finite, float_kind
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
 from stickslip.envs.biped_params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped_picture import biped_frame
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
@@ -141,6 +143,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     see_patch: bool = False
 
     action_names = ("torque",)
+    params_kind = BipedEnvParams
 
     def __post_init__(self):
         super().__post_init__()
@@ -155,8 +158,12 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
                     f"{by_hand}; accepted: a setting alone, or these without a setting"
                 )
         for name in ("see_friction", "see_patch"):
-            if not isinstance(getattr(self, name), bool):
-                raise ValueError(f"{name} = {getattr(self, name)!r}; accepted: True or False")
+            require_kind(name, getattr(self, name), bool, "True or False")
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """What `make_params` takes."""
+        return keyword_names(make_params)
 
     @property
     def default_params(self) -> BipedEnvParams:
@@ -165,12 +172,13 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def make_params(self, **changes: Any) -> BipedEnvParams:
         """Parameters with some entries changed: biped, scene, randomisation, dtype or any number of
-        BipedEnvParams. Raises ValueError naming the field, and TypeError for an unknown name.
-        The dtype is the setting's unless given."""
+        BipedEnvParams. Raises ValueError naming the field or the unknown name. The dtype is the
+        setting's unless given."""
+        require_known(changes, self.parameter_names(), "parameter of BipedEnv")
         if self.setting is None:
             return make_params(self.fidelity, **changes)
         setting = setting_of(self.setting)
-        dtype = jnp.dtype(changes.setdefault("dtype", setting.dtype))
+        dtype = float_kind(changes.setdefault("dtype", setting.dtype), setting.dtype)
         if dtype == jnp.float64 and not jax.config.read("jax_enable_x64"):
             raise ValueError(
                 f"setting = {self.setting!r} computes in float64, which JAX has switched off; "
@@ -224,17 +232,21 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             contact.status,
         )
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
-        terminated = status > Status.SLIP_ONSET
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
         turned = biped.crank_angle - state.biped.crank_angle
-        slid = contact.slide_distance
         walked = _centre_of_mass(robot, biped, state.biped.steps)
         walked -= _centre_of_mass(robot, state.biped, state.biped.steps)
-        energy = contact.positive_work + params.copper_loss * torque**2 * period
-        fell = terminated & (status != Status.STEP_COMPLETE)
+        loss = params.copper_loss * torque**2 * period
+        did = (turned, walked, contact.slide_distance, contact.positive_work, loss)
+        status, did = _marked(status, did)
+        turned, walked, slid, work, loss = did
+        energy = work + loss
+        fell = (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
         terms = _reward(params, robot, state.drawn, walked, slid, energy, fell, period)
+        status, terms = _marked(status, terms)
+        terminated = status > Status.SLIP_ONSET
         reward = sum(terms.values(), start=jnp.zeros((), dtype))
         totals = Totals(
             state.totals.reward + reward,
@@ -257,8 +269,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             "walking_speed": walked / period,
             "walked": walked,
             "slid": slid,
-            "positive_work": contact.positive_work,
-            "copper_loss": energy - contact.positive_work,
+            "positive_work": work,
+            "copper_loss": loss,
             **_ground_force(contact, status),
             "episode_return": totals.reward,
             "episode_length": elapsed,
@@ -354,6 +366,13 @@ def _reward(params: BipedEnvParams, robot, drawn: Drawn, walked, slid, energy, f
         "reward_energy": -params.energy_weight * energy / (weight * speed),
         "reward_fall": -params.fall_penalty * fell.astype(period.dtype),
     }
+
+
+def _marked(status, numbers):
+    """NON_FINITE, and nothing but zeros, where a number of an episode that goes on is none."""
+    sound = all_finite(numbers)
+    status = jnp.where(sound | (status > Status.SLIP_ONSET), status, Status.NON_FINITE)
+    return status, jax.tree.map(lambda value: jnp.where(sound, value, 0.0), numbers)
 
 
 def _ground_force(contact: Contact, status) -> dict[str, Array]:

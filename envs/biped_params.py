@@ -16,17 +16,24 @@ from stickslip.dynamics.biped import (
     BipedParams,
     prepare,
 )
+from stickslip.dynamics.biped.boundary import require_exchange
 from stickslip.dynamics.biped.fidelity import Fidelity
-from stickslip.dynamics.biped.simulate import require_exchange
 from stickslip.dynamics.checks import (
+    as_number,
     is_concrete,
     require_kind,
     require_known,
     require_number,
 )
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
-from stickslip.dynamics.numeric import Numeric, float_kind
+from stickslip.dynamics.numeric import (
+    Numeric,
+    float_kind,
+    require_broadcast,
+    require_numeric,
+)
 from stickslip.dynamics.scene import Grip, Scene
+from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.fidelity import Inertia
@@ -42,28 +49,18 @@ class Randomisation:
     episode begins. What is None is not compiled in.
     """
 
-    friction: tuple[Numeric, Numeric] | None = None
-    mass: tuple[Numeric, Numeric] | None = None
-    payload: tuple[Numeric, Numeric] | None = None
-    commanded_rate: tuple[Numeric, Numeric] | None = None
-    phase: tuple[Numeric, Numeric] | None = None
-    crank_rate: tuple[Numeric, Numeric] | None = None
+    friction: Range | None = None
+    mass: Range | None = None
+    payload: Range | None = None
+    commanded_rate: Range | None = None
+    phase: Range | None = None
+    crank_rate: Range | None = None
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
         lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
         for one in fields(self):
-            given = getattr(self, one.name)
-            if given is None:
-                continue
-            low = lowest.get(one.name, -np.inf)
-            accepted = f"(low, high), finite, low <= high, low >= {low}"
-            if not isinstance(given, tuple) or len(given) != 2:
-                raise ValueError(f"{one.name} = {given!r} is no range; accepted: {accepted}")
-            require_number(one.name, given[0], low=low, accepted=accepted)
-            require_number(one.name, given[1], low=low, accepted=accepted)
-            if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
-                raise ValueError(f"{one.name} = {given} has low > high; accepted: {accepted}")
+            require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
         if self.phase is not None and is_concrete(self.phase):
             low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
             if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
@@ -130,7 +127,7 @@ class BipedEnvParams:
             raise ValueError(f"robot beside {', '.join(given)}; accepted: one or the others")
         if given:
             changes["robot"] = self._other_robot(**given)
-        return replace(self, **changes).validate()
+        return replace(self, **_as_numbers(changes)).validate()
 
     def _other_robot(
         self, biped: BipedParams | None = None, fidelity: Any = None, dtype: Any = None
@@ -145,10 +142,12 @@ class BipedEnvParams:
 
     def validate(self) -> BipedEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
-        for name in POSITIVE:
-            require_number(name, getattr(self, name), low=0.0, strict=True, accepted="finite, > 0")
-        for name in NON_NEGATIVE:
-            require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
+        kind = jnp.result_type(self.robot.own_mass)
+        numbers = {name: getattr(self, name) for name in NUMBERS}
+        require_numeric(**numbers)
+        for name, value in numbers.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
+        require_broadcast(**numbers)
         require_kind("scene", self.scene, Scene, "a Scene")
         require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
         self.scene.validate()
@@ -169,6 +168,24 @@ POSITIVE = (
     "max_crank_rate",
 )
 NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+NUMBERS: dict[str, dict[str, Any]] = {
+    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
+    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
+}
+"""The rule of every number."""
+
+
+def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
+    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
+    kinds = {"scene": Scene, "randomisation": Randomisation}
+    for name, kind in kinds.items():
+        if name in given:
+            require_kind(name, given[name], kind, f"a {kind.__name__}")
+            given[name].validate()
+    return {
+        name: as_number(name, value, **NUMBERS[name]) if name in NUMBERS else value
+        for name, value in given.items()
+    }
 
 
 def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
@@ -213,22 +230,23 @@ def make_params(
     drawn = Randomisation() if randomisation is None else randomisation
     kinds = {"biped": (biped, BipedParams), "scene": (scene, Scene)}
     for name, (given, kind) in (kinds | {"randomisation": (drawn, Randomisation)}).items():
-        if not isinstance(given, kind):
-            raise ValueError(f"{name} = {given!r}; accepted: None or a {kind.__name__}")
+        require_kind(name, given, kind, f"None or a {kind.__name__}")
     biped.validate()
+    numbers = {
+        "torque_limit": torque_limit,
+        "control_period": control_period,
+        "commanded_rate": commanded_rate,
+        "time_limit": time_limit,
+        "max_crank_rate": max_crank_rate,
+        "copper_loss": copper_loss,
+        "tracking_weight": tracking_weight,
+        "slip_weight": slip_weight,
+        "energy_weight": energy_weight,
+        "fall_penalty": fall_penalty,
+    }
+    numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
     biped = biped.astype(float_kind(dtype, jnp.result_type(biped.mass)))
     return BipedEnvParams(
         robot=prepare(biped, fidelity=fidelity, payload=scene.payload),
-        scene=scene,
-        randomisation=drawn,
-        torque_limit=torque_limit,
-        control_period=control_period,
-        commanded_rate=commanded_rate,
-        time_limit=time_limit,
-        max_crank_rate=max_crank_rate,
-        copper_loss=copper_loss,
-        tracking_weight=tracking_weight,
-        slip_weight=slip_weight,
-        energy_weight=energy_weight,
-        fall_penalty=fall_penalty,
+        **numbers,
     ).validate()

@@ -6,7 +6,9 @@ info. Everything jits, vmaps and differentiates; a failure inside a step is a st
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
+from dataclasses import fields, is_dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -14,7 +16,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_choice
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_kind,
+    require_known,
+    require_number,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
@@ -36,6 +44,21 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     autoreset: str
     action_names: tuple[str, ...]
+    params_kind: type = object
+    """The class of the parameters."""
+
+    def __new__(cls, *args: Any, **options: Any) -> FunctionalEnv:
+        """Refuse unknown names with those that are known, before the constructor counts them."""
+        del args
+        if is_dataclass(cls):
+            names = [field.name for field in fields(cls) if field.init]
+            require_known(options, names, f"option of {cls.__name__}")
+        return super().__new__(cls)
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """What `make_params` takes; () without one."""
+        return ()
 
     @property
     @abstractmethod
@@ -70,6 +93,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
         """Begin an episode: observation and state. `key`: a JAX random key."""
+        self.check_params(params)
         return _jit_reset(self, key, params)
 
     def step(
@@ -88,11 +112,19 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         (the new episode is then `reset(key, params)`). Raises ValueError for an action of the wrong
         shape, NaN or out of range, unless it is traced; inside a trace it is clipped.
         """
+        self.check_params(params)
         return _jit_step(self, key, state, self.check_action(action), params)
+
+    def check_params(self, params: Any) -> None:
+        """Raise ValueError for parameters of another environment."""
+        accepted = f"a {self.params_kind.__name__}, as make_params gives it"
+        require_kind("params", params, self.params_kind, accepted)
 
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
         """Return the action, or raise ValueError saying what was given and what is accepted."""
         shape = (*batch, len(self.action_names))
+        if not isinstance(action, jax.Array | np.ndarray) or action.dtype.kind not in "fiu":
+            require_number("action", action, accepted="numbers in [-1, 1]")
         if np.shape(action) != shape:
             raise ValueError(
                 f"action has shape {np.shape(action)}; accepted: {shape}, "
@@ -100,11 +132,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
             )
         if is_concrete(action):
             values = np.asarray(action)
-            try:
-                good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
-            except TypeError as error:
-                message = f"action = {action!r} is not accepted; accepted: numbers in [-1, 1]"
-                raise ValueError(message) from error
+            good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
             if not np.all(good):
                 bad = values[~good].flat[0]
                 raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")
@@ -112,6 +140,12 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     def __post_init__(self):
         require_choice("autoreset", self.autoreset, AUTORESET)
+
+
+def keyword_names(make_params: Any) -> tuple[str, ...]:
+    """The names that a machine's `make_params` takes, beside what its environment gives."""
+    kinds = inspect.signature(make_params).parameters.values()
+    return tuple(one.name for one in kinds if one.kind is one.KEYWORD_ONLY)
 
 
 @partial(jax.jit, static_argnums=0)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_choice, require_kind, shown
+from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.packed import PackedEnvs
 from stickslip.envs.rendering import Window
 from stickslip.envs.spaces import action_space, observation_space
-
-if TYPE_CHECKING:
-    from stickslip.envs.functional import FunctionalEnv
 
 RENDER_MODES = ("human", "rgb_array")
 
@@ -29,15 +28,14 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
 
     def __init__(self, env: FunctionalEnv, params: Any, render_mode: str | None = None):
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
         if env.autoreset != "disabled":
             raise ValueError(
                 f"autoreset = {env.autoreset!r}; accepted: 'disabled', a gymnasium.Env is reset "
                 "by its user"
             )
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ValueError(
-                f"render_mode = {render_mode!r} is unknown; accepted: None, 'human', 'rgb_array'"
-            )
+        if render_mode is not None:
+            require_choice("render_mode", render_mode, RENDER_MODES)
         self._functional, self._params, self.render_mode = env, params, render_mode
         self.observation_space = observation_space(env, params)
         self.action_space = action_space(env)
@@ -65,7 +63,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """Begin an episode. No options are known; any given raise ValueError."""
         super().reset(seed=seed)
         if options:
-            raise ValueError(f"options = {options!r}; accepted: none")
+            raise ValueError(f"options = {shown(options)}; accepted: none")
         if seed is not None or not self._seeded:
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
             self._seeded = True

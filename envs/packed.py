@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.checks import require_memory
 from stickslip.envs.codec import Codec
 from stickslip.envs.functional import pure_step
 
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.envs.functional import FunctionalEnv
+
+
+COPIES = 4
+"""States and results of one step that exist at once, at least."""
 
 
 class Results(NamedTuple):
@@ -98,6 +103,8 @@ class PackedEnvs:
             lambda leaf: jax.ShapeDtypeStruct((num_envs, *leaf.shape), leaf.dtype), (data, state)
         )
         self.dtype = np.dtype(obs.dtype)
+        each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
+        require_memory(f"num_envs = {num_envs}", "environments", num_envs, COPIES * each)
         shared = None if mapped else _Shared(params)
         self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)))
         self._params = params if mapped else None

@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium
 
+from stickslip.dynamics.checks import require_known
 from stickslip.envs.biped import BipedEnv
 from stickslip.envs.gym import GymEnv
 from stickslip.envs.ugv import UGVEnv
@@ -67,16 +68,10 @@ def _vector(
 def split_options(kind: Any, options: dict[str, Any]) -> tuple[Any, Any]:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
-    static = {field.name for field in fields(kind)}
+    static = tuple(field.name for field in fields(kind))
+    require_known(options, static + kind.parameter_names(), f"option of {kind.__name__}")
     env = kind(**{name: value for name, value in options.items() if name in static})
-    rest = {name: value for name, value in options.items() if name not in static}
-    try:
-        return env, env.make_params(**rest)
-    except TypeError as error:
-        raise ValueError(
-            f"unknown option among {sorted(rest)}; accepted: those of {kind.__name__} "
-            f"({', '.join(sorted(static))}) and of {kind.__name__}.make_params"
-        ) from error
+    return env, env.make_params(**{k: v for k, v in options.items() if k not in static})
 
 
 def register() -> None:

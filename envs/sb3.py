@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
+from stickslip.dynamics.checks import require_integer, require_kind
+from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.packed import PackedEnvs
 from stickslip.envs.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from stickslip.envs.functional import FunctionalEnv
 
 
 class SB3VecEnv(VecEnv):
@@ -28,12 +28,13 @@ class SB3VecEnv(VecEnv):
     """
 
     def __init__(self, env: FunctionalEnv, params: Any, num_envs: int, seed: int = 0):
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
         if env.autoreset != "same_step":
             raise ValueError(
                 f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
             )
-        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs!r}; accepted: an integer >= 1")
+        num_envs = require_integer("num_envs", num_envs)
+        seed = require_integer("seed", seed, low=0)
         self.render_mode = None
         self._envs = PackedEnvs(env, params, num_envs)
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]

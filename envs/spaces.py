@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 def observation_space(env: FunctionalEnv, params: Any) -> spaces.Box:
     """The box of the observation's bounds, float32."""
+    env.check_params(params)
     low, high = env.observation_bounds(params)
     return spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
 

@@ -9,10 +9,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_known,
+)
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, place
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv_draw import UGVDrawn, draw, ground
 from stickslip.envs.ugv_observation import MOST_PREVIEW, bounds, observe
@@ -104,22 +109,24 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     autoreset: str = "same_step"
 
     action_names = ("rear leg rate", "front leg rate")
+    params_kind = UGVEnvParams
 
     def __post_init__(self):
         super().__post_init__()
         require_choice("criterion", self.criterion, tuple(CRITERIA))
-        few = isinstance(self.preview, int) and not isinstance(self.preview, bool)
-        if not few or not 0 <= self.preview <= MOST_PREVIEW:
-            raise ValueError(
-                f"preview = {self.preview!r}; accepted: an integer from 0 to {MOST_PREVIEW}"
-            )
-        if not isinstance(self.solver, PoseSolver):
-            raise ValueError(f"solver = {self.solver!r}; accepted: a PoseSolver")
+        accepted = f"an integer from 0 to {MOST_PREVIEW}"
+        require_integer("preview", self.preview, low=0, high=MOST_PREVIEW, accepted=accepted)
+        require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
 
     @property
     def measure(self) -> Criterion:
         """The criterion itself."""
         return CRITERIA[self.criterion]
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """What `make_params` takes."""
+        return keyword_names(make_params)
 
     @property
     def default_params(self) -> UGVEnvParams:
@@ -128,7 +135,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track, randomisation, dtype or any number
-        of UGVEnvParams. Raises ValueError naming the field, TypeError for an unknown name."""
+        of UGVEnvParams. Raises ValueError naming the field or the unknown name."""
+        require_known(changes, self.parameter_names(), "parameter of UGVEnv")
         return make_params(self.measure, **changes)
 
     def reset_env(self, key, params):

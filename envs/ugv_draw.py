@@ -9,19 +9,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.roughness import rough_waves
 from stickslip.dynamics.ugv.shapes import Bump
 from stickslip.dynamics.ugv.spline import hermite_table
+from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.envs.ugv_params import UGVEnvParams
 
-Range = tuple[Numeric, Numeric]
+
+BYTES = 256
+"""About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
 
 @jax.tree_util.register_dataclass
@@ -50,14 +53,13 @@ class RandomTrack:
             raise ValueError(
                 "bump_height and roughness are None; accepted: a range (low, high) for one or both"
             )
-        _require_range("bump_height", self.bump_height, -np.inf)
-        _require_range("bump_width", self.bump_width, 0.0, strict=True)
-        _require_range("bump_centre", self.bump_centre, -np.inf)
-        _require_range("roughness", self.roughness, 0.0, strict=True)
+        require_range("bump_height", self.bump_height, -np.inf)
+        require_range("bump_width", self.bump_width, 0.0, strict=True)
+        require_range("bump_centre", self.bump_centre, -np.inf)
+        require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
+            value = require_integer(name, getattr(self, name))
+            require_memory(f"{name} = {value}", name, value, BYTES)
         return self
 
     def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
@@ -98,11 +100,10 @@ class UGVRandomisation:
     def validate(self, vehicle: UGVParams) -> UGVRandomisation:
         """Return self, or raise ValueError naming the range."""
         if self.track is not None:
-            if not isinstance(self.track, RandomTrack):
-                raise ValueError(f"track = {self.track!r}; accepted: None or a RandomTrack")
+            require_kind("track", self.track, RandomTrack, "None or a RandomTrack")
             self.track.validate()
-        _require_range("friction", self.friction, 0.0)
-        _require_range("start_angles", self.start_angles, 0.0)
+        require_range("friction", self.friction, 0.0)
+        require_range("start_angles", self.start_angles, 0.0)
         if self.start_angles is not None:
             vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
         return self
@@ -143,18 +144,6 @@ def ground(drawn: UGVDrawn, params: UGVEnvParams) -> tuple[Odometer, Any]:
 def _uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):
     low, high = (jnp.asarray(bound, dtype) for bound in bounds)
     return low + (high - low) * jax.random.uniform(key, shape, dtype)
-
-
-def _require_range(name: str, given: Any, low: float, strict: bool = False) -> None:
-    if given is None:
-        return
-    accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
-    if not isinstance(given, tuple) or len(given) != 2:
-        raise ValueError(f"{name} = {given!r} is no range; accepted: {accepted}")
-    for end in given:
-        require_number(name, end, low=low, strict=strict, accepted=accepted)
-    if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
-        raise ValueError(f"{name} = {given} has low > high; accepted: {accepted}")
 
 
 __all__ = ["RandomTrack", "UGVDrawn", "UGVRandomisation", "draw", "ground"]

@@ -9,9 +9,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_kind, require_known, require_number
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+)
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
-from stickslip.dynamics.numeric import Numeric, float_kind
+from stickslip.dynamics.numeric import Numeric, float_kind, require_broadcast, require_numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.ugv_draw import UGVRandomisation
 from stickslip.optim.waypoints import waypoints_along
@@ -107,27 +113,30 @@ class UGVEnvParams:
         known = [one.name for one in fields(self) if one.init and one.name != "given_penalty"]
         require_known(changes, [*known, "track", "failure_penalty"])
         dtype = jnp.result_type(self.start)
+        kinds = {"vehicle", "track", "randomisation"} & set(changes)
+        _require_kinds(**{name: changes[name] for name in kinds})
+        changes = _as_numbers(changes)
         if "failure_penalty" in changes:
             changes["given_penalty"] = changes.pop("failure_penalty")
         track = changes.pop("track", None)
         if track is not None:
-            require_kind("track", track, Track, "a Track")
             start, end = (changes.get(name, getattr(self, name)) for name in ("start", "end"))
             changes["odometer"] = _odometer(track, start, end, dtype)
         return _cast(replace(self, **changes).validate(), dtype)
 
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        _require_kinds(vehicle=self.vehicle, randomisation=self.randomisation)
+        require_kind("odometer", self.odometer, Odometer, "an Odometer")
         self.vehicle.validate()
-        for name in POSITIVE:
-            require_number(name, getattr(self, name), low=0.0, strict=True, accepted="finite, > 0")
-        for name in NON_NEGATIVE:
-            require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
-        if self.preview_noise is not None:
-            accepted = "None, or a finite length >= 0 [m]"
-            require_number("preview_noise", self.preview_noise, low=0.0, accepted=accepted)
-        for name in ("start", "end"):
-            require_number(name, getattr(self, name), low=-np.inf, accepted="a finite place [m]")
+        numbers = {name: getattr(self, name) for name in NUMBERS}
+        if self.preview_noise is None:
+            del numbers["preview_noise"]
+        kind = jnp.result_type(self.odometer.start)
+        require_numeric(**numbers)
+        for name, value in numbers.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
+        require_broadcast(**numbers)
         if is_concrete(self.start, self.end, self.spacing) and np.any(np.asarray(self.steps) < 1):
             raise ValueError(
                 f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
@@ -140,6 +149,33 @@ class UGVEnvParams:
 
 POSITIVE = ("leg_rate", "spacing", "preview_length", "reward_scale", "speed")
 NON_NEGATIVE = ("friction", "min_clearance", "failure_penalty")
+NUMBERS: dict[str, dict[str, Any]] = {
+    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
+    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
+    "preview_noise": {"low": 0.0, "accepted": "None, or a finite length >= 0 [m]"},
+    "start": {"accepted": "a finite place [m]"},
+    "end": {"accepted": "a finite place [m]"},
+}
+"""The rule of every number."""
+
+
+def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
+    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
+    optional = ("preview_noise", "failure_penalty", "given_penalty")
+    kept = {name: value for name, value in given.items() if name in optional and value is None}
+    angles = {"accepted": "2 finite angles, rear and front [rad]"}
+    rules = NUMBERS | {"start_angles": angles, "given_penalty": NUMBERS["failure_penalty"]}
+    return kept | {
+        name: as_number(name, value, **rules[name]) if name in rules else value
+        for name, value in given.items()
+        if name not in kept
+    }
+
+
+def _require_kinds(**given: Any) -> None:
+    kinds = {"vehicle": UGVParams, "track": Track, "randomisation": UGVRandomisation}
+    for name, value in given.items():
+        require_kind(name, value, kinds[name], f"None or a {kinds[name].__name__}")
 
 
 def make_params(
@@ -171,10 +207,21 @@ def make_params(
     vehicle = UGVParams() if vehicle is None else vehicle
     track = Track.bump() if track is None else track
     drawn = UGVRandomisation() if randomisation is None else randomisation
-    kinds = {"vehicle": (vehicle, UGVParams), "track": (track, Track)}
-    for name, (given, kind) in (kinds | {"randomisation": (drawn, UGVRandomisation)}).items():
-        if not isinstance(given, kind):
-            raise ValueError(f"{name} = {given!r}; accepted: None or a {kind.__name__}")
+    _require_kinds(vehicle=vehicle, track=track, randomisation=drawn)
+    drawn.validate(vehicle)
+    numbers = _as_numbers(
+        {
+            "friction": friction,
+            "leg_rate": leg_rate,
+            "start_angles": start_angles,
+            "min_clearance": min_clearance,
+            "preview_length": preview_length,
+            "preview_noise": preview_noise,
+            "reward_scale": reward_scale,
+            "speed": speed,
+            "given_penalty": failure_penalty,
+        }
+    )
     places = waypoints_along(track, vehicle, spacing, start, end)
     first, last = float(places[0]), float(places[-1])
     dtype = float_kind(dtype, jnp.result_type(float))
@@ -182,19 +229,11 @@ def make_params(
         vehicle=vehicle,
         odometer=_odometer(track, first, last, dtype),
         randomisation=drawn,
-        friction=friction,
-        leg_rate=leg_rate,
         spacing=(last - first) / (len(places) - 1),
         start=first,
         end=last,
-        start_angles=np.asarray(start_angles, float),
-        min_clearance=min_clearance,
-        preview_length=preview_length,
-        preview_noise=preview_noise,
-        reward_scale=reward_scale,
-        speed=speed,
-        given_penalty=failure_penalty,
         penalty_unit=criterion.unit,
+        **numbers,
     )
     return _cast(params.validate(), dtype)
 

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from stickslip.dynamics.checks import (
+    nearest,
+    require_choice,
+    require_integer,
+    require_kind,
+    shown,
+)
+from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.gym import RENDER_MODES
 from stickslip.envs.packed import PackedEnvs, Results
 from stickslip.envs.spaces import action_space, observation_space
-
-if TYPE_CHECKING:
-    from stickslip.envs.functional import FunctionalEnv
 
 MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -41,10 +46,10 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ):
-        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs!r}; accepted: an integer >= 1")
-        if render_mode is not None and render_mode != "rgb_array":
-            raise ValueError(f"render_mode = {render_mode!r}; accepted: None, 'rgb_array'")
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        num_envs = require_integer("num_envs", num_envs)
+        if render_mode is not None:
+            require_choice("render_mode", render_mode, ("rgb_array",))
         self.mode = _mode(autoreset_mode)
         self.num_envs = num_envs
         self._functional: FunctionalEnv = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]
@@ -172,7 +177,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         given = dict(options or {})
         mask = given.pop("reset_mask", None)
         if given:
-            raise ValueError(f"options = {given!r}; accepted: reset_mask")
+            raise ValueError(f"options = {shown(given)}; accepted: reset_mask")
         if mask is None:
             return None
         mask = np.asarray(mask)
@@ -186,10 +191,14 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
 def _mode(given: AutoresetMode | str) -> AutoresetMode:
     """The mode from itself, its value or its name."""
-    for mode, name in MODES.items():
-        if given in (mode, mode.value, name):
-            return mode
-    raise ValueError(f"autoreset_mode = {given!r}; accepted: {', '.join(map(str, MODES))}")
+    if isinstance(given, str | AutoresetMode):
+        for mode, name in MODES.items():
+            if given in (mode, mode.value, name):
+                return mode
+    raise ValueError(
+        f"autoreset_mode = {shown(given)}; accepted: {', '.join(map(str, MODES))}, "
+        f"{', '.join(MODES.values())}{nearest(given, MODES.values())}"
+    )
 
 
 def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.biped.joint_inertia import JointInertia
 from stickslip.dynamics.biped.series import Chebyshev, SeriesInertia, fit_series
 from stickslip.dynamics.biped.table import ExactInertia, Table, TableInertia, fit_table
+from stickslip.dynamics.checks import nearest, shown
+from stickslip.dynamics.derived import settle
+from stickslip.dynamics.numeric import require_one
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
@@ -39,8 +42,9 @@ class Paper:
     step: float = 1e-3
 
     def __post_init__(self):
-        if isinstance(self.step, bool) or not 0.0 < float(self.step) <= 0.5:
-            raise ValueError(f"step = {self.step!r}; accepted: a crank angle in (0, 0.5] rad")
+        accepted = "a crank angle in (0, 0.5] rad"
+        step = require_one("step", self.step, low=0.0, strict=True, high=0.5, accepted=accepted)
+        settle(self, step=step)
 
 
 Fidelity = str | Joint | Reduced | Table | Chebyshev | Paper
@@ -62,8 +66,9 @@ def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev 
         return fidelity
     if not isinstance(fidelity, str) or fidelity not in FIDELITIES:
         raise ValueError(
-            f"fidelity = {fidelity!r} is unknown; accepted: "
+            f"fidelity = {shown(fidelity)} is unknown; accepted: "
             f"{', '.join(map(repr, FIDELITIES))} or an instance such as Table(...)"
+            f"{nearest(fidelity, FIDELITIES)}"
         )
     return FIDELITIES[fidelity]  # type: ignore[return-value]
 

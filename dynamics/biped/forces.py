@@ -23,7 +23,7 @@ from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, 
 from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt
-from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.numeric import all_finite, float_type
 from stickslip.dynamics.scene import OUTPUTS, Floor, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
@@ -44,6 +44,8 @@ class InverseDynamics(NamedTuple):
     """Zero-moment point from the ankle, forwards [m]."""
     joint_forces: Float[Array, " 68"] | None = None
     """With outputs="joints": in the order of JOINT_FORCES [N]."""
+    status: Int[Array, ""] | None = None
+    """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
 
 
 class ForwardDynamics(NamedTuple):
@@ -85,7 +87,7 @@ def inverse_dynamics(
     outputs: "forces", or "joints" for the forces in the joints, too.
     """
     require_choice("outputs", outputs, ("forces", "joints"))
-    theta, crank_rate, alpha, _, a1 = _floats(
+    theta, crank_rate, alpha, speed, a1 = _floats(
         params, theta, crank_rate, crank_acceleration, foot_velocity, foot_acceleration
     )
     inertia = reduced_inertia(params, theta)
@@ -96,7 +98,12 @@ def inverse_dynamics(
     joints = None
     if outputs == "joints":
         joints = JointInertia(params).joint_forces(theta, crank_rate, alpha, a1)
-    return InverseDynamics(torque, friction, normal, zero_moment_point(moment, normal), joints)
+    zmp = zero_moment_point(moment, normal)
+    closes = kinematics(params, theta).closure >= 0
+    numbers = (theta, crank_rate, alpha, speed, a1, torque, friction, normal, zmp, joints)
+    status = jnp.where(closes, Status.OK, Status.NO_SOLUTION)
+    status = jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
+    return InverseDynamics(torque, friction, normal, zmp, joints, status)
 
 
 def forward_dynamics(
@@ -180,14 +187,14 @@ def at_instant(
     if outputs == "joints":
         accelerations = motion.crank_acceleration, motion.foot_acceleration
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
-    asked = theta + crank_rate + foot_velocity + drive[0]
-    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, asked), joints)
+    numbers = (theta, crank_rate, foot_velocity, drive, friction, motion[:4], zmp, joints)
+    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
 
 
-def _status(model: BipedModel, motion: Motion, zmp, onset, asked) -> Int[Array, ""]:
+def _status(model: BipedModel, motion: Motion, zmp, onset, numbers) -> Int[Array, ""]:
     """The Status of one instant, the gravest word last. zmp None: topple is not looked at.
 
-    asked: sum of the numbers that were given, finite unless one of them is not.
+    numbers: all that was given and all that came out.
     """
     status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
     if zmp is not None:
@@ -195,8 +202,7 @@ def _status(model: BipedModel, motion: Motion, zmp, onset, asked) -> Int[Array, 
         status = jnp.where(off_foot, Status.TOPPLE, status)
     status = jnp.where(motion.normal_force <= 0, Status.LIFT_OFF, status)
     status = jnp.where(motion.solvable & model.closes, status, Status.NO_SOLUTION)
-    finite = jnp.isfinite(sum(motion[:4]) + asked)
-    return jnp.where(finite, status, Status.NON_FINITE).astype(jnp.int32)
+    return jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
 
 
 def _floats(tree, *values):

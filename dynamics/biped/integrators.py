@@ -9,10 +9,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 
-def _require_count(name: str, value: object) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
+from stickslip.dynamics.checks import nearest, require_integer, require_kind, shown
+from stickslip.dynamics.derived import settle
+from stickslip.dynamics.numeric import require_one
+
+MOST_STEPS = 10**6
+"""Inside one call; more is more than a call's time has places for in double precision."""
+
+
+def _require(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None:
+    """Check whole numbers and record_events; what a record takes, before it exists."""
+    for name in counts:
+        require_integer(name, getattr(spec, name), high=MOST_STEPS)
+    require_kind("record_events", spec.record_events, bool, "True or False")
 
 
 @dataclass(frozen=True)
@@ -27,7 +38,7 @@ class Unsplit:
     record_events: bool = False
 
     def __post_init__(self):
-        _require_count("substeps", self.substeps)
+        _require(self, "substeps")
 
     @property
     def log_size(self) -> int:
@@ -68,8 +79,7 @@ class RK4Split:
     record_events: bool = False
 
     def __post_init__(self):
-        for name in ("substeps", "max_events"):
-            _require_count(name, getattr(self, name))
+        _require(self, "substeps", "max_events")
 
     @property
     def trials(self) -> int:
@@ -105,11 +115,12 @@ class EventExact:
     record_events: bool = False
 
     def __post_init__(self):
-        _require_count("max_steps", self.max_steps)
-        for name, low, high in (("rtol", 0.0, 0.1), ("atol", 0.0, 0.1), ("max_turn", 0.0, 1.0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not low < float(value) <= high:
-                raise ValueError(f"{name} = {value!r}; accepted: above {low:g}, up to {high:g}")
+        _require(self, "max_steps")
+        for name, high in (("rtol", 0.1), ("atol", 0.1), ("max_turn", 1.0)):
+            accepted = f"above 0, up to {high:g}"
+            rule = {"low": 0.0, "strict": True, "high": high, "dtype": np.float64}
+            value = require_one(name, getattr(self, name), accepted=accepted, **rule)
+            settle(self, **{name: value})
 
     @property
     def trials(self) -> int:
@@ -145,7 +156,8 @@ def integrator_of(integrator: str | Integrator) -> Integrator:
         return integrator
     if not isinstance(integrator, str) or integrator not in INTEGRATORS:
         raise ValueError(
-            f"integrator = {integrator!r} is unknown; accepted: "
+            f"integrator = {shown(integrator)} is unknown; accepted: "
             f"{', '.join(map(repr, INTEGRATORS))} or an instance such as RK4Split(...)"
+            f"{nearest(integrator, INTEGRATORS)}"
         )
     return INTEGRATORS[integrator]

@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.numeric import (
+    Numeric,
+    float_kind,
+    require_broadcast,
+    require_numeric,
+)
 
 LINKS = (
     "foot",
@@ -155,10 +168,12 @@ class BipedParams:
         given = dict(lengths, crank_length=crank_length, gravity=gravity, payload=payload)
         given |= {"bar_density": bar_density, "hip_mass": hip_mass, "foot_mass": foot_mass}
         given |= {"foot_inertia": foot_inertia, "hip_span": hip_span}
-        for name, value in given.items():
-            require_number(name, value, low=0.0, accepted="a finite number >= 0")
-        if dtype is None:
-            dtype = jnp.result_type(float, *(jnp.result_type(v) for v in given.values()))
+        require_kind("hip_centre", hip_centre, tuple | list, "a pair of finite numbers")
+        if len(hip_centre) != 2:
+            raise ValueError(
+                f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers"
+            )
+        dtype = _checked(given, hip_centre, dtype)
         unit = jnp.asarray(crank_length, dtype)
         metres = {name: unit * jnp.asarray(value, dtype) for name, value in lengths.items()}
         zero = jnp.zeros_like(unit)
@@ -205,10 +220,11 @@ class BipedParams:
 
     def replace(self, **changes: Numeric) -> BipedParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
-        known = [field.name for field in fields(self)]
-        for name in changes:
-            if name not in known:
-                raise ValueError(f"{name!r} is no field; accepted: {', '.join(known)}")
+        require_known(changes, [field.name for field in fields(self)])
+        accepted = "finite numbers"
+        changes = {
+            name: as_number(name, value, accepted=accepted) for name, value in changes.items()
+        }
         return replace(self, **changes).validate()
 
     def validate(self) -> BipedParams:
@@ -218,6 +234,7 @@ class BipedParams:
         message says where it does not). Traced values pass unchecked: inside a transformation a
         linkage that cannot close is reported as Status.NO_SOLUTION.
         """
+        require_numeric(**vars(self))
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
             if shape[max(len(shape) - len(tail), 0) :] != tail:
@@ -238,6 +255,22 @@ class BipedParams:
 
             require_closure(self)
         return self
+
+
+def _checked(given: dict[str, Numeric], hip_centre, dtype: Any):
+    """The floating type of a robot with these numbers, or ValueError for one of them."""
+    above = {"low": 0.0, "accepted": "a finite number >= 0"}
+    rules: dict[str, Any] = {name: (value, above) for name, value in given.items()}
+    for i, value in enumerate(hip_centre):
+        rules[f"hip_centre[{i}]"] = value, {"accepted": "a finite number"}
+    for name, (value, rule) in rules.items():
+        require_number(name, value, **rule)
+    kinds = (jnp.result_type(v) for v in given.values() if not isinstance(v, list | tuple))
+    dtype = float_kind(dtype, jnp.result_type(float, *kinds))
+    for name, (value, rule) in rules.items():
+        require_number(name, value, **rule, dtype=dtype)
+    require_broadcast(**given, hip_centre_x=hip_centre[0], hip_centre_y=hip_centre[1])
+    return dtype
 
 
 def _join(first: jax.Array, bars: jax.Array, last: jax.Array) -> jax.Array:

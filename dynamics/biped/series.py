@@ -21,6 +21,7 @@ from stickslip.dynamics.biped.inertia import (
     reduced_inertia,
 )
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.numeric import float_type
 
 if TYPE_CHECKING:
@@ -36,12 +37,8 @@ class Chebyshev:
     degree: int = 48
 
     def __post_init__(self):
-        if (
-            isinstance(self.degree, bool)
-            or not isinstance(self.degree, int)
-            or not 4 <= self.degree <= 256
-        ):
-            raise ValueError(f"degree = {self.degree!r}; accepted: an integer from 4 to 256")
+        accepted = "an integer from 4 to 256"
+        require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
 
 
 @jax.tree_util.register_dataclass

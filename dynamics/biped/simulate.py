@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,29 +10,42 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.boundary import (
+    TIME_STEP,
+    require_exchange,
+    require_kinds,
+    require_rest_on_grip,
+    require_room,
+    require_scalars,
+)
 from stickslip.dynamics.biped.drive import CrankMotion, Drive, Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.forces import Instant, at_instant
 from stickslip.dynamics.biped.integrate import advance
 from stickslip.dynamics.biped.integrators import Integrator, Unsplit, integrator_of
-from stickslip.dynamics.biped.kinematics import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState, Contact, Events
 from stickslip.dynamics.biped.unsplit import advance_unsplit
-from stickslip.dynamics.biped.walk import Problem, Walk, start
-from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric, float_type
-from stickslip.dynamics.scene import Grip
+from stickslip.dynamics.biped.walk import Problem, Walk, entry_status, start
+from stickslip.dynamics.checks import (
+    require_number,
+)
+from stickslip.dynamics.numeric import (
+    Numeric,
+    all_finite,
+    float_type,
+    require_numeric,
+    require_one,
+)
+from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from jaxtyping import Array, Float, Int
-
-    from stickslip.dynamics.biped.params import BipedParams
-    from stickslip.dynamics.scene import Scene
 
 
 @jax.tree_util.register_dataclass
@@ -94,11 +107,14 @@ def step(
     floating type among the arguments. Raises ValueError for dt <= 0 and unknown choices, before
     tracing.
     """
-    require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
+    require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
+    require_numeric(torque=torque, dt=dt)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
+    require_kinds(params, scene, state)
     state.require_support()
     require_rest_on_grip(scene, state)
+    require_scalars(params, torque=torque, dt=dt, **vars(state))
     return _step(spec, fidelity, params, scene, state, Torque(torque), dt)
 
 
@@ -160,54 +176,32 @@ def _walk(
     fidelity,
     integrator,
 ) -> Trajectory:
-    require_number("duration", duration, low=0.0, strict=True, accepted="a finite time > 0 [s]")
-    require_number("dt", dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
+    accepted = "a finite time > 0 [s]"
+    duration = require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
+    given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
+    require_kinds(params, scene, state)
     state.validate()
+    require_scalars(params, **vars(state))
+    require_room(duration, given_dt, scene, spec)
     require_rest_on_grip(scene, state)
     require_exchange(params, scene)
-    count = max(1, int(np.ceil(float(duration) / float(dt) * (1 - 1e-9))))
+    count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
     policy, values = None, None
     if callable(given):
         policy = given
     else:
+        name = "torque" if drive is Torque else "crank_acceleration"
+        require_number(name, given, accepted="finite numbers, or a function of the state")
         if np.ndim(given) > 0 and np.shape(given) != (count,):
-            name = "torque" if drive is Torque else "crank_acceleration"
             raise ValueError(
                 f"{name} has shape {np.shape(given)}; accepted: a number, a function of the state "
                 f"or one value for each of the {count} steps"
             )
         values = jnp.broadcast_to(jnp.asarray(given), (count,))
-    size = float(duration) / count
+    size = duration / count
     return _simulate(spec, fidelity, policy, drive, count, params, scene, state, values, size)
-
-
-def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
-    """Raise ValueError if a linkage with an impact at the exchange is to walk on."""
-    if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
-        return
-    if np.ndim(params.crank) > 0:
-        return  # a batch: Status.NO_EXCHANGE tells the members apart
-    mismatch = float(jax.jit(exchange_mismatch)(params))
-    accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
-    if not mismatch < accepted:
-        raise ValueError(
-            f"this linkage breaks the exchange of support: the other foot is off flat rest, or the "
-            f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
-            f"accepted: below {accepted:.1g}, or a scene with "
-            'steps="one"'
-        )
-
-
-def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
-    """Raise ValueError for a foot that moves on a floor without slip."""
-    if not isinstance(scene.floor, Grip) or not is_concrete(state):
-        return
-    if np.any(np.asarray(state.foot_velocity) != 0):
-        raise ValueError(
-            f"foot_velocity = {state.foot_velocity} on a grip floor; accepted: 0 [m/s]"
-        )
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -215,12 +209,14 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, drive, dt)
     drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
+    duration = jnp.where(jnp.isinf(duration), duration, jnp.maximum(duration, 0.0))
     problem = Problem(model, scene, drive, duration)
     walk = start(model, scene, state, duration, spec, dtype)
+    status = walk.status
     if scene.outputs != "state":
-        status = _contact(problem, walk, "forces").status
-        toppled = jnp.where(status == Status.TOPPLE, status, walk.status)
-        walk = walk._replace(status=toppled)
+        instant = _contact(problem, walk, "forces").status
+        status = jnp.where(instant == Status.TOPPLE, instant, status)
+    walk = walk._replace(status=entry_status(problem, walk, state, status))
     if isinstance(spec, Unsplit):
         walk = advance_unsplit(spec, problem, walk)
     else:
@@ -228,19 +224,22 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
     instant = _contact(problem, walk, scene.outputs)
     motion = instant.motion
     over = walk.status > Status.SLIP_ONSET
-    return BipedState(
+    status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
+    passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
+    after = BipedState(
         phase=walk.theta,
         steps=walk.steps,
         crank_rate=walk.rate,
         foot_position=walk.slide,
         foot_velocity=walk.velocity,
-        time=jnp.asarray(state.time, dtype) + (duration - walk.left),
-    ), Contact(
+        time=jnp.asarray(state.time, dtype) + passed,
+    )
+    contact = Contact(
         friction_force=motion.friction_force,
         normal_force=motion.normal_force,
         zmp=instant.zmp,
         mode=instant.mode.astype(jnp.int32),
-        status=jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status)),
+        status=status,
         switches=walk.switches,
         slide_distance=walk.distance,
         torque=motion.torque,
@@ -249,6 +248,8 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
         joint_forces=instant.joint_forces,
         events=_events(walk, jnp.asarray(state.time, dtype) + duration),
     )
+    unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
+    return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
@@ -257,8 +258,7 @@ def _simulate(
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, values)
-    state = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), state)
-    state = BipedState(**(vars(state) | {"steps": state.steps.astype(jnp.int32)}))
+    state = state.astype(dtype)
 
     def body(carry, value):
         now, last = carry

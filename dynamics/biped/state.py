@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -46,10 +46,26 @@ class BipedState:
         phase = jnp.asarray(self.phase)
         return phase + np.pi * jnp.asarray(self.steps).astype(phase.dtype)
 
+    def astype(self, dtype) -> BipedState:
+        """The same state as arrays of `dtype`, and steps as int32; time is no number where steps
+        are none, so that a step says NON_FINITE."""
+        numbers = {name: jnp.asarray(value, dtype) for name, value in vars(self).items()}
+        steps = jnp.asarray(self.steps)
+        time = jnp.where(jnp.isfinite(numbers["steps"]), numbers["time"], jnp.nan)
+        whole = jnp.issubdtype(steps.dtype, jnp.integer)
+        numbers |= {"steps": steps.astype(jnp.int32), "time": numbers["time"] if whole else time}
+        return BipedState(**numbers)
+
     def validate(self) -> BipedState:
         """Return self, or raise ValueError naming a field that no walk can have."""
-        from stickslip.dynamics.checks import require_number
+        from stickslip.dynamics.checks import is_concrete, require_number
 
+        require_numeric(**vars(self))
+        accepted = "a whole number of exchanges, below 2^31"
+        require_number("steps", self.steps, low=-(2.0**31), high=2.0**31 - 1, accepted=accepted)
+        if is_concrete(self.steps) and np.any(np.asarray(self.steps) % 1 != 0):
+            raise ValueError(f"steps = {self.steps}; accepted: {accepted}")
+        require_broadcast(**vars(self))
         for name in ("phase", "crank_rate", "foot_position", "foot_velocity", "time"):
             require_number(name, getattr(self, name), low=-np.inf, accepted="a finite number")
         return self.require_support()
@@ -61,6 +77,7 @@ class BipedState:
         """
         from stickslip.dynamics.checks import is_concrete
 
+        require_numeric(**vars(self))
         if is_concrete(self.phase):
             phase, slack = np.asarray(self.phase), 1e-6
             if np.any((phase < SUPPORT_START - slack) | (phase > SUPPORT_END + slack)):

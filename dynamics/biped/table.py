@@ -23,6 +23,7 @@ from stickslip.dynamics.biped.inertia import (
     reduced_inertia,
 )
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.checks import require_integer
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -43,9 +44,8 @@ class Table:
 
     def __post_init__(self):
         for name, low, high in (("pieces", 1, 4096), ("degree", 2, 12)):
-            value = getattr(self, name)
-            if not isinstance(value, int) or not low <= value <= high:
-                raise ValueError(f"{name} = {value!r}; accepted: an integer from {low} to {high}")
+            accepted = f"an integer from {low} to {high}"
+            require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
 
 
 @jax.tree_util.register_dataclass

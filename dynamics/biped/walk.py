@@ -13,6 +13,7 @@ from stickslip.dynamics.biped.drive import Drive, motion_in, still_motion
 from stickslip.dynamics.biped.floor import patch_at, smoothed_direction
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
@@ -171,6 +172,17 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     solvable = first.solvable & problem.model.closes & supports
     status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
+
+
+def entry_status(problem: Problem, walk: Walk, state: BipedState, status) -> Int[Array, ""]:
+    """The status of a call before anything moves: `status`, or what is graver about the input."""
+    low, high = bounds(walk.theta.dtype)
+    supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
+    status = jnp.where(supports, status, Status.NO_SOLUTION)
+    model = problem.model
+    given = (state, problem.drive, problem.duration, problem.scene.floor)
+    given += (model.total_mass, model.step_length)
+    return jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32)
 
 
 def hand_over(problem: Problem, walk: Walk, exchange, landed=None) -> Walk:

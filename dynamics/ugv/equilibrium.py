@@ -99,12 +99,15 @@ def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "c
         forces = Forces(F_rear, N_rear, F_front, N_front)
     grip_rear = friction * forces.N_rear - jnp.abs(forces.F_rear)
     grip_front = friction * forces.N_front - jnp.abs(forces.F_front)
+    legs_hold = leg_torques(params, placed, forces)
     status = placed.status
     for bad, what in (
         (~jnp.isfinite(sum(forces)), Status.NO_SOLUTION),
         (jnp.minimum(forces.N_rear, forces.N_front) <= 0, Status.ROLLOVER),
         (placed.clearance <= 0, Status.GROUNDED),
         (jnp.minimum(grip_rear, grip_front) < 0, Status.WHEEL_SLIP),
+        (~jnp.isfinite(grip_rear + grip_front + legs_hold.sum(-1)), Status.NON_FINITE),
+        (jnp.isnan(placed.clearance), Status.NON_FINITE),
     ):
         status = jnp.where((status == Status.OK) & bad, what, status)
     return Equilibrium(
@@ -112,7 +115,7 @@ def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "c
         torque=torque,
         grip_rear=grip_rear,
         grip_front=grip_front,
-        leg_torques=leg_torques(params, placed, forces),
+        leg_torques=legs_hold,
         clearance=placed.clearance,
         status=status.astype(jnp.int32),
         pose=placed,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.derived import register_derived
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.checks import as_number, is_concrete, require_known, require_number
+from stickslip.dynamics.derived import register_derived, settle
+from stickslip.dynamics.numeric import Numeric, require_broadcast
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
 MASSES = ("wheel_mass", "body_mass", "leg_mass")
@@ -40,8 +40,17 @@ class UGVParams:
     leg_angle_max: Numeric = 5 * np.pi / 6
 
     def __post_init__(self):
-        if all(isinstance(getattr(self, field.name), (int, float)) for field in fields(self)):
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        if any(value is not None for value in values.values()):  # else: axes to map over
+            accepted = "finite numbers"
+            for name, value in values.items():
+                settle(self, **{name: as_number(name, value, accepted=accepted)})
             self.validate()
+
+    def replace(self, **changes: Numeric) -> UGVParams:
+        """A copy with some fields changed, validated. ValueError for an unknown field."""
+        require_known(changes, [field.name for field in fields(self)])
+        return replace(self, **changes)
 
     @property
     def weight(self):
@@ -56,6 +65,7 @@ class UGVParams:
             require_number(name, getattr(self, name), low=0.0, accepted="numbers >= 0, not all 0")
         for name in ("leg_angle_min", "leg_angle_max"):
             require_number(name, getattr(self, name), low=0.0, accepted="angles from 0 to pi [rad]")
+        require_broadcast(**vars(self))
         if is_concrete(self):
             self._check_together()
         return self
@@ -80,6 +90,7 @@ class UGVParams:
 
     def check_leg_angles(self, leg_angles) -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
+        require_number("leg_angles", leg_angles, accepted="finite angles [..., 2] [rad]")
         if np.shape(leg_angles)[-1:] != (2,):
             raise ValueError(
                 f"leg_angles has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
+import gymnasium
 import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, Table
 from stickslip.dynamics.derived import rebuilt
-from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
+from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv
 from tests.envs.helpers import task
 
 POSITIVE = (
@@ -60,8 +61,14 @@ def test_numbers_are_checked_when_parameters_are_made():
 def test_unknown_fields_are_refused():
     with pytest.raises(ValueError, match=r"'speed' is no field; accepted: robot, scene"):
         task()[1].replace(speed=3.0)
-    with pytest.raises(TypeError, match="speed"):
-        BipedEnv().make_params(speed=3.0)
+    with pytest.raises(ValueError, match=r"'slip_wieght' is no .*did you mean slip_weight\?"):
+        BipedEnv().make_params(slip_wieght=3.0)
+    with pytest.raises(ValueError, match=r"'slip_wieght' is no .*did you mean slip_weight\?"):
+        gymnasium.make("stickslip/Biped-v0", slip_wieght=1)
+    with pytest.raises(ValueError, match=r"'substep' is no .*did you mean substeps\?"):
+        BipedEnv(substep=2)
+    with pytest.raises(ValueError, match=r"'frictoin' is no .*did you mean friction\?"):
+        UGVEnv().make_params(frictoin=1.0)
 
 
 @pytest.mark.parametrize(

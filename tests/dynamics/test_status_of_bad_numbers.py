@@ -1,0 +1,110 @@
+"""Traced numbers that are none, or are huge, come out marked: nothing passes as OK."""
+
+from functools import lru_cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedState, forward_dynamics, inverse_dynamics, step
+from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from tests.dynamics.helpers import default_model, default_params
+from tests.fuzz.marks import unmarked
+
+SOUND = {
+    "phase": 2.0,
+    "steps": 3.0,
+    "crank_rate": 2.0,
+    "foot_position": 0.01,
+    "foot_velocity": 0.0,
+    "time": 0.5,
+    "torque": 0.8,
+    "dt": 0.01,
+    "mu_static": 0.3,
+    "mu_kinetic": 0.2,
+}
+BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30)
+ROWS = [(name, value) for name in SOUND for value in BAD]
+
+
+@lru_cache
+def stepped():
+    """One step for each of ROWS, in one batch."""
+
+    @jax.jit
+    def one(row):
+        row = dict(row)
+        state = BipedState(**{name: row.pop(name) for name in BipedState.__dataclass_fields__})
+        scene = Scene.uniform(row["mu_static"], row["mu_kinetic"])
+        return step(default_model(dtype="float32"), scene, state, row["torque"], row["dt"])
+
+    rows = {name: np.full(len(ROWS), value, np.float32) for name, value in SOUND.items()}
+    for i, (name, value) in enumerate(ROWS):
+        rows[name][i] = value
+    return jax.tree.map(np.asarray, jax.vmap(one)(rows))
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_a_step_marks_every_number_that_is_none(name):
+    after, contact = stepped()
+    for i, (field, value) in enumerate(ROWS):
+        if field == name and not np.isfinite(value):
+            assert contact.status[i] == Status.NON_FINITE, (field, value)
+    assert not np.any(unmarked(contact.status, (after, contact)))
+
+
+def test_a_crank_angle_that_none_supports_has_no_solution():
+    _, contact = stepped()
+    for value in (1e30, -1e30):
+        assert contact.status[ROWS.index(("phase", value))] == Status.NO_SOLUTION
+
+
+def test_time_does_not_run_where_nothing_moves():
+    after, contact = stepped()
+    assert after.time[ROWS.index(("dt", -1e30))] == np.float32(0.5)
+    assert after.time[ROWS.index(("dt", np.nan))] == np.float32(0.5)
+    over = contact.status > Status.SLIP_ONSET
+    kept = np.isfinite(after.time)
+    assert np.all(after.time[over & kept & (after.time < 1e29)] <= np.float32(0.51))
+
+
+def test_forces_at_an_instant_mark_every_number_that_is_none():
+    names = ("phase", "crank_rate", "foot_velocity", "torque", "mu_static", "mu_kinetic")
+    rows = np.full((len(names) * len(BAD), len(names)), [SOUND[name] for name in names], np.float32)
+    for i in range(len(names)):
+        for j, value in enumerate(BAD):
+            rows[i * len(BAD) + j, i] = value
+    forward = jax.vmap(jax.jit(partial(forward_dynamics, default_model(dtype="float32"))))
+    found = jax.tree.map(np.asarray, forward(*rows.T))
+    assert np.all(found.status[~np.isfinite(rows).all(1)] == Status.NON_FINITE)
+    assert not np.any(unmarked(found.status, found))
+    motion = rows[:, [0, 1, 3, 2, 2]]
+    inverse = jax.vmap(jax.jit(partial(inverse_dynamics, default_params("float32"))))
+    found = jax.tree.map(np.asarray, inverse(*motion.T))
+    assert np.all(found.status[~np.isfinite(motion).all(1)] == Status.NON_FINITE)
+    assert not np.any(unmarked(found.status, found))
+    phase = np.linspace(SUPPORT_START, SUPPORT_END, 5, dtype=np.float32)
+    still = np.zeros_like(phase)
+    assert np.all(np.asarray(inverse(phase, still, still, still, still).status) == Status.OK)
+
+
+def test_a_vehicle_marks_every_number_that_is_none():
+    names = ("x", "rear", "front", "friction", "wheel_mass", "body_mass", "wheel_radius")
+    sound = (4.0, 1.5, 1.6, 0.8, 50.0, 300.0, 0.28)
+    rows = np.full((len(names) * len(BAD), len(names)), sound, np.float32)
+    for i in range(len(names)):
+        for j, value in enumerate(BAD):
+            rows[i * len(BAD) + j, i] = value
+
+    @jax.jit
+    def one(x, rear, front, friction, wheel_mass, body_mass, wheel_radius):
+        vehicle = UGVParams(wheel_mass=wheel_mass, body_mass=body_mass, wheel_radius=wheel_radius)
+        angles = jnp.stack([rear, front])
+        return equilibrium(vehicle, Track.bump().astype(jnp.float32), x, angles, friction)
+
+    found = jax.tree.map(np.asarray, jax.vmap(one)(*rows.T))
+    assert np.all(found.status[~np.isfinite(rows).all(1)] != Status.OK)
+    assert not np.any(unmarked(found.status, found))
