@@ -41,7 +41,8 @@ def as_floats(*values: Numeric) -> list[jax.Array]:
 def require_numbers(shape: Shape) -> None:
     """Raise ValueError unless every field is finite, and > 0 where the class says so."""
     positive = getattr(shape, "POSITIVE", ())
-    for name in (item.name for item in fields(shape)):  # pyright: ignore[reportArgumentType]
+    numbers = (f for f in fields(shape) if not f.metadata.get("static"))  # pyright: ignore
+    for name in (item.name for item in numbers):
         if name in positive:
             accepted = "a finite length > 0 [m]"
             require_number(name, getattr(shape, name), low=0.0, strict=True, accepted=accepted)
