@@ -9,6 +9,8 @@ import jax
 import numpy as np
 
 from stickslip.agents.ugv_controllers import FollowPath
+from stickslip.dynamics.checks import require_integer
+from stickslip.optim.fitting import fitting_grid
 from stickslip.optim.solve import solve
 
 if TYPE_CHECKING:
@@ -21,47 +23,25 @@ if TYPE_CHECKING:
     from stickslip.optim.result import Result
 
 
-USED = 0.95
-"""Share of the legs' rate that moves over a grid should be able to use."""
-FINEST = 96
-
-
-def fitting_angles(problem: PostureProblem, least: int) -> int:
-    """The fewest angles of a grid, at least so many, whose steps use the legs' rate well.
-
-    A leg can move by whole steps of the grid alone: with steps of 70 % of what the rate allows,
-    30 % of the rate lie idle. Where no count up to 96 does better, `least`.
-    """
-    width = float(problem.params.leg_angle_max) - float(problem.params.leg_angle_min)
-    if problem.leg_rate is None or width <= 0:
-        return least
-    limit = float(problem.leg_rate) * float(np.min(np.diff(problem.x)))
-    for count in range(least, FINEST + 1):
-        step = width / (count - 1)
-        if np.floor(limit / step) * step >= USED * limit:
-            return count
-    return least
-
-
 @dataclass(frozen=True)
 class Optimum:
-    """The optimiser's path for the whole episode, by `solve(problem, "dp")`.
+    """The optimiser's path for the whole episode, by `solve(problem, "dp", polish=False)`.
 
-    angles: least number of the grid's angles, for each leg (see `fitting_angles`). Knows ground and
-    friction; no path on its grid is better.
+    angles: least number of the grid's angles, for each leg (see `fitting_grid`). Knows ground and
+    friction; no path on its grid is better, off the grid some are.
     """
 
     angles: int = 31
 
     def validate(self) -> Optimum:
         """Return self, or raise ValueError naming the field."""
-        _require_integer("angles", self.angles, 2)
+        require_integer("angles", self.angles, low=2)
         return self
 
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> Result:
         """The result for the episode that begins in `state`."""
         problem = env.problem(state, params)
-        return solve(problem, "dp", angles=fitting_angles(problem, self.angles))
+        return _best_on_grid(problem, self.angles)
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """The path, or the legs held where there is none."""
@@ -73,7 +53,7 @@ class RecedingHorizon:
     """At every waypoint plan the next `horizon` steps by dynamic programming and take the first.
 
     Sees the ground that far ahead exactly, and friction. angles: least number of the grid's, for
-    each leg (see `fitting_angles`). What lies behind the horizon counts nothing. A planner:
+    each leg (see `fitting_grid`). What lies behind the horizon counts nothing. A planner:
     nothing disturbs the vehicle, so its moves are computed before the drive. Within a horizon of
     the end the last plan is followed, which planning again would only repeat. Where no plan exists
     the legs are held from there on.
@@ -84,8 +64,8 @@ class RecedingHorizon:
 
     def validate(self) -> RecedingHorizon:
         """Return self, or raise ValueError naming the field."""
-        _require_integer("horizon", self.horizon, 1)
-        _require_integer("angles", self.angles, 2)
+        require_integer("horizon", self.horizon)
+        require_integer("angles", self.angles, low=2)
         return self
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
@@ -105,12 +85,12 @@ class RecedingHorizon:
         self, problem: PostureProblem, first: int, last: int, start: Float[np.ndarray, "2"]
     ) -> Float[np.ndarray, "k 2"] | None:
         part = replace(problem, x=problem.x[first : last + 1], start_angles=start)
-        return solve(part, "dp", angles=fitting_angles(problem, self.angles)).leg_angles
+        return _best_on_grid(part, self.angles).leg_angles
 
 
-def _require_integer(name: str, value: int, low: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < low:
-        raise ValueError(f"{name} = {value!r}; accepted: an integer >= {low}")
+def _best_on_grid(problem: PostureProblem, least: int) -> Result:
+    """The best path over the grid that fits."""
+    return solve(problem, "dp", polish=False, angles=fitting_grid(problem, least))
 
 
 def _follow(

@@ -38,7 +38,7 @@ def solve_cma(
     *,
     progress: bool = False,
     start: Any = "dp",
-    angles: Any = 31,
+    angles: Any = None,
     seed: int = 0,
     evaluations: int = 5_000,
     sigma: float = 0.01,

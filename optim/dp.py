@@ -34,10 +34,10 @@ class Paths(NamedTuple):
     """Why there is none."""
 
 
-def solve_dp(
-    problem: PostureProblem, *, progress: bool = False, angles: int | tuple[int, int] = 31
-) -> Result:
-    """The exact optimum over paths on a grid of `angles` evenly spaced angles for each leg.
+def solve_dp(problem: PostureProblem, *, progress: bool = False, angles: Any = None) -> Result:
+    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
+
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
 
     Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
     criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
@@ -47,7 +47,7 @@ def solve_dp(
 
     Given start and end angles are nodes of their own, on the grid or not. The lower bound is the
     value itself: no path over the grid is better. It bounds no path off the grid. evaluations:
-    stations. details: grid.
+    stations. details: grid, rate_used (the share of the leg rate that each leg can use on it).
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
@@ -65,7 +65,7 @@ def solve_dp(
     x = angles_at(grid, paths.nodes)
     found = Result.at(
         problem, x, status=OptimStatus.OPTIMAL, lower_bound=value,
-        message=grid.stuck or OptimStatus.OPTIMAL.value, details={"grid": grid.shape}, **common,
+        message=grid.stuck or OptimStatus.OPTIMAL.value, details=grid.details, **common,
     )  # fmt: skip
     return agreed(found, value)
 

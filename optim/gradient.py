@@ -48,7 +48,7 @@ def solve_gradient(
     *,
     progress: bool = False,
     start: Any = "dp",
-    angles: Any = 31,
+    angles: Any = None,
     scipy_method: str = "SLSQP",
     iterations: int = 200,
     tolerance: float = 1e-8,

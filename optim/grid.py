@@ -22,21 +22,23 @@ def solve_grid(
     problem: PostureProblem,
     *,
     progress: bool = False,
-    angles: int | tuple[int, int] = 31,
+    angles: Any = None,
     within_rate: bool = False,
 ) -> Result:
-    """Choose at each waypoint the admissible pair of `angles` x `angles` whose own cost is least.
+    """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
     The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
     steps are not known of one station; in their place stands, for wheel_energy and total_energy,
     |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
     in weighted sums the weighted sum of these. So nothing says that such a choice is good.
 
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
+
     within_rate: choose among the pairs that leg_rate lets the legs reach from the choice before,
     which may end where there is none; without it leg_rate is not looked at, as in the chapter, and
     the result may break it (VIOLATED; its residuals say by how much). For single worst-station
     criteria the lower bound is the largest over the waypoints of the least cost there. evaluations:
-    stations. details: grid.
+    stations. details: grid, rate_used (of the grid, see build_grid).
     """
     began = time.perf_counter()
     require_kind("within_rate", within_rate, bool, "True or False")
@@ -62,7 +64,7 @@ def solve_grid(
         status=OptimStatus.OPTIMAL if proved else OptimStatus.FEASIBLE,
         lower_bound=bound,
         message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
-        details={"grid": grid.shape},
+        details=grid.details,
         **common,
     )
 

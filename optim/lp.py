@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
 """What cvxpy may solve a linear program with, the first that is installed by default."""
+LEAST = 11
+"""Angles of each leg at least, where none are given."""
 GAP = 1e-6
 """Relative gap between value and bound up to which the path counts as proved optimal."""
 SLACK = 1e-12
@@ -51,7 +53,7 @@ def solve_lp(
     problem: PostureProblem,
     *,
     progress: bool = False,
-    angles: int | tuple[int, int] = 11,
+    angles: Any = None,
     most_edges: int = 2_000_000,
     solver: str | None = None,
 ) -> Result:
@@ -68,14 +70,14 @@ def solve_lp(
     K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
     at least as bad as v (less a rounding, which the bound is lowered by).
 
-    angles: as in dp. most_edges: ValueError for a graph with more. solver: one of SOLVERS.
-    evaluations: stations. details: grid, edges, solver.
+    angles: as in dp, but 11 of each leg at least for None. most_edges: ValueError for a graph with
+    more. solver: one of SOLVERS. evaluations: stations. details: grid, rate_used, edges, solver.
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
     most_edges = require_integer("most_edges", most_edges)
     solver = _solver(solver)
-    grid = build_grid(problem, angles, method="lp", progress=progress)
+    grid = build_grid(problem, angles, method="lp", progress=progress, least=LEAST)
     common: dict[str, Any] = {
         "method": "lp",
         "began": began,
@@ -93,7 +95,7 @@ def solve_lp(
     if graph.empty:
         return _infeasible(best_paths(grid).reason, common)
     flow = solve_flow(graph, solver)
-    details = {"grid": grid.shape, "edges": len(graph.tail), "solver": solver}
+    details = grid.details | {"edges": len(graph.tail), "solver": solver}
     common |= {"details": details}
     if flow.edges is None:
         return Result.without_point(status=flow.status, message=flow.message, **common)

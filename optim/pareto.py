@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -57,7 +57,7 @@ def pareto_front(
     second: str | Criterion,
     *,
     points: int = 11,
-    angles: int | tuple[int, int] = 31,
+    angles: Any = None,
     method: str = "dp",
     progress: bool = False,
 ) -> Front:

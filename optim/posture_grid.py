@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, shown
+from stickslip.dynamics.checks import require_integer, require_number, shown
+from stickslip.optim.fitting import LEAST, ROUNDING, fitting_grid, rate_used, step_of, windows_of
 from stickslip.optim.posture import Posture
 from stickslip.optim.progress import Bar
 from stickslip.optim.sizes import require_grid, require_moves
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 CHUNK = 16_384
 """Stations evaluated in one call, about: what bounds the memory."""
-ROUNDING = 1e-9
-"""Part of a grid step, or of an allowed move, by which a move may seem too long."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,15 @@ class PostureGrid:
 
     def windows(self) -> np.ndarray:
         """How many grid steps the rear and the front leg may move in each step [K-1, 2]."""
-        most = np.stack([_window(angles, self.limits) for angles in (self.rear, self.front)], -1)
-        return most.astype(np.int32)
+        most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
+        return np.stack(most, -1).astype(np.int32)
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """What results tell of the grid: how many angles each leg has, and which share of its rate
+        it can use on them."""
+        used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
+        return {"grid": self.shape, "rate_used": used}
 
     @property
     def stuck(self) -> str:
@@ -81,7 +87,7 @@ class PostureGrid:
         none = np.all((self.windows() == 0) | (counts == 1), axis=1) & np.any(counts > 1)
         if not np.any(none):
             return ""
-        gap = min(of[1] - of[0] for of in (self.rear, self.front) if len(of) > 1)
+        gap = min(step_of(of) for of in (self.rear, self.front) if len(of) > 1)
         return (
             f"In {int(np.sum(none))} of {len(none)} steps no leg can move on the grid: its angles "
             f"are {gap:.4g} rad apart and leg_rate allows {np.min(self.limits[none]):.4g} rad; "
@@ -140,11 +146,18 @@ class PostureGrid:
         return f"{reason}. {self.stuck}" if self.stuck else reason
 
 
-def build_grid(problem: PostureProblem, angles: Any, *, method: str, progress: bool) -> PostureGrid:
-    """Evaluate all stations in float64; angles: how many for each leg, an integer or a pair."""
-    counts = _counts(angles)
-    require_grid(problem, *counts, CHUNK)
-    rear, front = (_angles_of(problem, count) for count in counts)
+def build_grid(
+    problem: PostureProblem, angles: Any, *, method: str, progress: bool, least: int = LEAST
+) -> PostureGrid:
+    """Evaluate all stations in float64.
+
+    angles: how many for each leg, evenly spaced over its range, an integer or a pair; or evenly
+    spaced angles of each leg themselves [rad], a pair of arrays; or None for `fitting_grid`, with
+    `least` of each leg.
+    """
+    given = fitting_grid(problem, least) if angles is None else _pair(angles)
+    require_grid(problem, *(of if isinstance(of, int) else len(of) for of in given), CHUNK)
+    rear, front = (_angles_of(problem, of) for of in given)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
@@ -181,26 +194,42 @@ def _all_pairs(posture: Posture, x, friction, pairs):
     return found, met | {"pose": met["pose"] & found.finite}
 
 
-def _angles_of(problem: PostureProblem, count: int) -> np.ndarray:
-    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    return np.linspace(low, high, count) if low < high else np.array([low])
-
-
-def _counts(angles: Any) -> tuple[int, int]:
-    accepted = "an integer >= 2, or one for each leg"
+def _pair(angles: Any) -> tuple[Any, Any]:
+    """For each leg a count or the angles themselves."""
+    accepted = "an integer >= 2, or for each leg one or its evenly spaced angles [rad]"
     given = angles.tolist() if isinstance(angles, np.ndarray) else angles
     both = given if isinstance(given, tuple | list) else (given, given)
     if len(both) != 2:
         raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
-    rear, front = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
+    rear, front = (
+        _evenly_spaced(of, accepted)
+        if isinstance(of, tuple | list | np.ndarray) and len(np.shape(of)) == 1
+        else require_integer("angles", of, low=2, accepted=accepted)
+        for of in both
+    )
     return rear, front
 
 
-def _window(angles: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    most = len(angles) - 1
-    if most == 0:
-        return np.zeros(limits.shape)
-    return np.minimum(np.floor(limits / (angles[1] - angles[0]) + ROUNDING), most)
+def _evenly_spaced(angles: Any, accepted: str) -> np.ndarray:
+    require_number("angles", angles, accepted=accepted, dtype=np.float64)
+    found = np.array(angles, dtype=float)
+    steps = np.diff(found)
+    if np.any(steps <= 0) or not np.allclose(steps, step_of(found), rtol=1e-6, atol=0):
+        raise ValueError(f"angles = {shown(angles)} are not evenly spaced; accepted: {accepted}")
+    return found
+
+
+def _angles_of(problem: PostureProblem, given: Any) -> np.ndarray:
+    """The angles [rad] of a count, or those given, which must lie in the legs' range."""
+    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
+    if isinstance(given, int):
+        return np.linspace(low, high, given) if low < high else np.array([low])
+    if given[0] < low - ROUNDING or given[-1] > high + ROUNDING:
+        raise ValueError(
+            f"angles from {given[0]:.6g} to {given[-1]:.6g} rad; accepted: within the legs' range, "
+            f"{low:.6g} to {high:.6g} rad"
+        )
+    return np.clip(given, low, high)
 
 
 def offsets(grid: PostureGrid) -> Iterator[tuple[int, int]]:

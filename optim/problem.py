@@ -14,6 +14,7 @@ from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.optim import posture as traced
 from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.free_view import FreeProblem
+from stickslip.optim.missed import FEASIBLE, missed_by
 from stickslip.optim.posture import Posture
 from stickslip.optim.sizes import STATION, require_jacobian, require_stations
 from stickslip.optim.station import Station
@@ -21,9 +22,6 @@ from stickslip.optim.waypoints import check_problem, longest_wheelbase, waypoint
 
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-FEASIBLE = 1e-6
-"""By how much a scaled constraint, or an angle's bound [rad], may be missed."""
 
 
 @dataclass(frozen=True)
@@ -224,26 +222,7 @@ class PostureProblem:
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
         [m], pose: how many waypoints have no pose. Infinite where numbers are not finite.
         """
-        angles = self.angles(x)
-        held = self.stations(x)
-        low, high = float(self.params.leg_angle_min), float(self.params.leg_angle_max)
-        missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}
-        for name, at, given in (
-            ("start_angles", 0, self.start_angles),
-            ("end_angles", -1, self.end_angles),
-        ):
-            if given is not None:
-                missed[name] = [np.abs(angles[at] - given)]
-        if self.leg_rate is not None:
-            rate = np.abs(np.diff(angles, axis=0)) / np.diff(self.x)[:, None]
-            missed["leg_rate"] = [rate - self.leg_rate]
-        missed["grip"] = [self.min_grip - held.grip]
-        missed["normal"] = [self.min_normal - held.N_rear, self.min_normal - held.N_front]
-        if self.solver.samples:
-            missed["clearance"] = [self.min_clearance - held.clearance]
-        worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
-        worst["pose"] = float(np.sum(~np.asarray(held.placed)))
-        return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
+        return missed_by(self, self.angles(x), self.stations(x))
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
         """Whether no scaled constraint and no bound [rad] is missed by more than `tolerance`."""

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.optim.finer import evaluate_finer
+
 if TYPE_CHECKING:
     from jaxtyping import Float
 
@@ -41,8 +43,10 @@ class Result:
     evaluated anew; infinite without x. lower_bound: no point of what `bound_of` names is below it;
     None: nothing is proved. feasible, residuals: of x, by the problem (PostureProblem.residuals).
     evaluations: how many drives or stations were evaluated, as the method says in its own
-    docstring. seconds: all of it, compilation too. message: for a person. details: the method's
-    own findings.
+    docstring. fine_value, fine_feasible, fine_residuals: of the same drive on waypoints
+    `fine_spacing` [m] apart, ten times closer, the legs moving evenly from one to the next
+    (`evaluate_finer`): what the problem, and so every bound, knows nothing of. seconds: all of it,
+    compilation too. message: for a person. details: the method's own findings.
     """
 
     method: str
@@ -53,6 +57,10 @@ class Result:
     bound_of: str = ""
     feasible: bool = False
     residuals: Mapping[str, float] = field(default_factory=dict)
+    fine_value: float = np.inf
+    fine_spacing: float = np.nan
+    fine_feasible: bool = False
+    fine_residuals: Mapping[str, float] = field(default_factory=dict)
     evaluations: int = 0
     seconds: float = 0.0
     message: str = ""
@@ -65,8 +73,22 @@ class Result:
 
     @property
     def gap(self) -> float:
-        """How far the value may be above the best of what bound_of names; infinite if unknown."""
+        """How far the value may be above the best of what bound_of names; infinite if unknown.
+
+        Below 0 where the drive is none of these, and better: one off the grid.
+        """
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
+
+    @property
+    def discretisation(self) -> float:
+        """How far fine_value lies from the value, relative to it; infinite where there is none.
+
+        Where it is not small, the waypoints are too far apart.
+        """
+        if not (np.isfinite(self.value) and np.isfinite(self.fine_value)):
+            return np.inf
+        off = self.fine_value - self.value
+        return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
 
     @classmethod
     def at(
@@ -86,6 +108,7 @@ class Result:
         """
         x = np.array(x, dtype=float).reshape(-1)
         feasible = problem.is_feasible(x)
+        fine = evaluate_finer(problem, x)
         return cls(
             method=method,
             status=status if feasible or not status.solved else OptimStatus.VIOLATED,
@@ -93,6 +116,10 @@ class Result:
             value=problem.objective(x),
             feasible=feasible,
             residuals=problem.residuals(x),
+            fine_value=fine.value,
+            fine_spacing=fine.spacing,
+            fine_feasible=fine.feasible,
+            fine_residuals=fine.residuals,
             seconds=time.perf_counter() - began,
             **others,
         )

@@ -51,7 +51,7 @@ def solve_scp(
     *,
     progress: bool = False,
     start: Any = "dp",
-    angles: Any = 31,
+    angles: Any = None,
     iterations: int = 60,
     radius: float = 0.2,
     tolerance: float = 1e-7,

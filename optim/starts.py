@@ -18,18 +18,16 @@ if TYPE_CHECKING:
     from stickslip.optim.problem import PostureProblem
 
 STARTS = ("dp", "grid", "middle")
-ANGLES = 31
-"""Angles of each leg of the grid that a start from "dp" or "grid" is looked for on."""
 
 
 def start_point(
-    problem: PostureProblem, start: Any, angles: Any = ANGLES, progress: bool = False
+    problem: PostureProblem, start: Any, angles: Any = None, progress: bool = False
 ) -> tuple[Float[np.ndarray, "n"], str]:
     """A point to begin from, inside the bounds, and a sentence where it is not what was asked for.
 
-    start: "dp" or "grid", those methods' solutions with that many angles; "middle", the middle of
-    the legs' range everywhere; or a decision vector. Where the grid has no feasible path, or the
-    criterion is a weighted sum that dp does not take, it is the middle.
+    start: "dp" or "grid", those methods' solutions on the grid of those angles (see build_grid);
+    "middle", the middle of the legs' range everywhere; or a decision vector. Where the grid has no
+    feasible path, or the criterion is a weighted sum that dp does not take, it is the middle.
     """
     low, high = problem.bounds
     if not isinstance(start, str):
@@ -42,7 +40,7 @@ def start_point(
 
     if start == "dp" and problem.criterion.kind == "mixed":
         return middle, "began in the middle: dp takes no weighted sum with a worst station in it; "
-    found = solve(problem, start, progress=progress, angles=angles)
+    found = solve(problem, start, polish=False, progress=progress, angles=angles)
     if found.x is None:
         return middle, f"began in the middle, since {start} found nothing ({found.message}); "
     return np.clip(found.x, low, high), ""

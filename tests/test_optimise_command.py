@@ -15,7 +15,7 @@ from stickslip.optim import PostureProblem
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.picture import chosen
 
-SMALL = ["optimise", "ugv", "--spacing=1", "--leg-rate=none", "--angles=4"]
+SMALL = ["optimise", "ugv", "--spacing=1", "--leg-rate=none", "--angles=4", "--no-polish"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
 
 
@@ -45,7 +45,7 @@ def stations(path: Path) -> dict[str, np.ndarray]:
 def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
     assert main([*SMALL, "--out", "run"]) == OK
-    printed = capsys.readouterr().out
+    printed, warned = capsys.readouterr()
     found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
     at = stations(Path("run/stations.csv"))
     work = (at["torque on each wheel"][1:] + at["torque on each wheel"][:-1]) / 2
@@ -63,6 +63,12 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert found["feasible"] is True
     assert f"{found['value']:.8g} J, for paths over the 4 x 4 grid" in printed
     assert re.search(rf"legs' actuators +{found['energies']['total_energy']:.6g} J", printed)
+    off = found["fine_value"] / found["value"] - 1
+    assert abs(off) > 0.05
+    assert found["fine_spacing"] == pytest.approx(np.diff(at["front wheel"])[0] / 10, rel=1e-6)
+    assert f"{found['fine_value']:.8g} J ({off:+.1%})" in printed
+    assert f"warning: between the waypoints the value is {off:+.0%} off: 0.937 m" in warned
+    assert "4 x 4 leg angles, on which the legs can use 100% of their rate" in printed
     angles = np.array(found["leg_angles"])
     np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)
     assert Path("run/drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"

@@ -94,8 +94,8 @@ def grids(quick: bool) -> Iterator[dict[str, Any]]:
             straight = problem.objective(np.full(problem.n, np.pi / 2))
             best = solve(problem, "scp", angles=MIDDLING if quick else REFERENCE)
             for n in ANGLES[:2] if quick else ANGLES:
-                solve(problem, "dp", angles=n)
-                found = solve(problem, "dp", angles=n)
+                solve(problem, "dp", polish=False, angles=n)
+                found = solve(problem, "dp", polish=False, angles=n)
                 yield {
                     "track": name,
                     "criterion": criterion,

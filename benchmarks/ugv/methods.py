@@ -44,8 +44,8 @@ def methods(quick: bool) -> Iterator[dict[str, Any]]:
                 if quick and name in ("gradient", "cma"):
                     continue
                 if index == 0:  # compiles
-                    solve(problem, method, **options)
-                found = solve(problem, method, **options)
+                    solve(problem, method, polish=False, **options)
+                found = solve(problem, method, polish=False, **options)
                 rows.append({"criterion": criterion, "track": one.name, "method": name,
                              "straight": straight} | _row(found))  # fmt: skip
             yield from with_gaps(rows)

@@ -12,9 +12,9 @@ from stickslip.agents.mlp import MLPPolicy
 from stickslip.agents.rollout import rollout
 from stickslip.agents.ugv_controllers import FixedPosture, FollowPath, LevelBody
 from stickslip.agents.ugv_evaluate import evaluate_ugv, first_state
-from stickslip.agents.ugv_plans import Optimum, RecedingHorizon, fitting_angles
+from stickslip.agents.ugv_plans import Optimum, RecedingHorizon
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import PostureProblem, solve
+from stickslip.optim import solve
 from tests.envs.ugv_helpers import task
 
 pytestmark = pytest.mark.long
@@ -34,7 +34,8 @@ def held() -> float:
 
 def test_the_optimisers_path_played_back_returns_minus_its_value(float64):
     env, params = task(dtype="float64")
-    found = solve(env.problem(first_state(env, params, 0), params), "dp", angles=22)
+    problem = env.problem(first_state(env, params, 0), params)
+    found = solve(problem, "dp", polish=False, angles=22)
     assert found.status.solved
     assert total(env, params, FollowPath(found.leg_angles)) == pytest.approx(-found.value, rel=1e-9)
 
@@ -68,17 +69,6 @@ def test_a_horizon_of_the_whole_track_is_the_optimum():
     cost = -total(env, params, short.path(env, params, state))
     assert Optimum(21).solve(env, params, state).value <= cost * (1 + 1e-4)
     assert cost < -held()
-
-
-def test_a_grid_uses_the_legs_rate():
-    env, params = task()
-    problem = env.problem(first_state(env, params, 0), params)
-    count = fitting_angles(problem, 21)
-    step = np.radians(120) / (count - 1)
-    limit = float(params.leg_rate * params.spacing)
-    assert 0.95 * limit <= np.floor(limit / step) * step <= limit
-    free = PostureProblem(problem.params, problem.track, problem.x, leg_rate=None)
-    assert fitting_angles(free, 21) == 21
 
 
 def test_a_table_scores_everyone_against_the_optimum():

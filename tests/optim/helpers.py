@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.ugv import Track, UGVParams
-from stickslip.optim import PostureProblem
+from stickslip.optim import PostureProblem, Result, solve
 
 TRACK = Track.bump(height=0.25)
 """Steep enough that some postures slip on a slippery floor; Python numbers, so of no precision."""
@@ -23,6 +23,11 @@ def tiny(criterion: str = "wheel_energy", **fields: Any) -> PostureProblem:
     """Four waypoints up the bump, unevenly spaced, on a floor where some postures slip."""
     given = {"friction": 0.3, "leg_rate": 3.0, "min_clearance": 0.1} | fields
     return PostureProblem(UGVParams(), TRACK, np.array([3.3, 3.7, 4.1, 4.6]), criterion, **given)
+
+
+def on_grid(problem: PostureProblem, method: str, **options: Any) -> Result:
+    """What the method itself finds, without the polish that follows paths over a grid."""
+    return solve(problem, method, polish=False, **options)
 
 
 def random_x(problem: PostureProblem, seed: int = 0, spread: float = 0.2) -> np.ndarray:

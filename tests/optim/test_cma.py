@@ -14,7 +14,7 @@ BUDGET = {"population": 8, "evaluations": 400}
 
 
 def start(problem):
-    return solve(problem, "dp", angles=9).x
+    return solve(problem, "dp", polish=False, angles=9).x
 
 
 def test_it_improves_on_the_grid_within_the_constraints_and_its_budget():

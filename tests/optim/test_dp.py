@@ -11,8 +11,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted, solve
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
 from tests.optim.helpers import HIGH, LOW, over_bump, plain_cost, tiny
+from tests.optim.helpers import on_grid as solve
 
 THREE = np.linspace(LOW, HIGH, 3)
 ENDS = {"start_angles": (1.3, 1.9), "end_angles": (1.7, 1.6)}

@@ -237,7 +237,7 @@ def test_friction_may_differ_from_waypoint_to_waypoint():
 def test_unknown_methods_and_options_are_refused_with_what_is_accepted():
     with pytest.raises(ValueError, match="method = 'magic' is unknown; accepted: 'grid', 'dp'"):
         solve(over_bump(), "magic")
-    with pytest.raises(ValueError, match="option 'grid' is unknown to 'dp'; accepted: angles"):
+    with pytest.raises(ValueError, match="'grid' is no option of 'dp'; accepted: angles"):
         solve(over_bump(), "dp", grid=3)
 
 

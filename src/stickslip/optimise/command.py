@@ -13,7 +13,7 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, Result, solve
 from stickslip.optimise.ground import options_of, track_of
-from stickslip.optimise.report import energies, result_json, rows, stations_csv, table
+from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
 NO_LIMIT = "none"
@@ -36,9 +36,12 @@ def optimise_command(given: Mapping[str, Any]) -> bool:
     if given["method"] in NEEDS:
         import_module(NEEDS[given["method"]])  # where it is missing, nothing is computed in vain
     options = {name: given[name] for name in ("angles", "seed") if given[name] is not None}
+    options["polish"] = given["polish"]
     result = solve(problem, given["method"], progress=sys.stderr.isatty(), **options)
     spent = energies(problem, result)
     print(table(rows(problem, result, spent)), end="")
+    for warning in warnings(problem, result):
+        print(f"warning: {warning}", file=sys.stderr)
     files = _files(problem, result, spent, given)
     if given["overwrite"]:  # nothing of an earlier result stays beside this one
         for name in {STATIONS, RESULT, PICTURE} - set(files):
@@ -96,7 +99,7 @@ def _files(
         "track": given["track"],
         "track_options": options_of(given["track_options"]),
         "method": given["method"],
-        **{name: given[name] for name in ("spacing", "start", "end", "angles", "seed")},
+        **{name: given[name] for name in ("spacing", "start", "end", "angles", "polish", "seed")},
     }
     files: dict[str, bytes | str] = {RESULT: result_json(problem, result, spent, asked)}
     if result.x is None:

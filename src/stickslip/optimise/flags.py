@@ -68,5 +68,16 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--method", default="dp", metavar="NAME", help="grid, dp (default), lp, scp, gradient, cma"
     )
-    group.add_argument("--angles", type=int, metavar="N", help="of each leg on the grid")
+    group.add_argument(
+        "--angles",
+        type=int,
+        metavar="N",
+        help="of each leg on the grid, over its range (default: a grid that uses the leg rate)",
+    )
+    group.add_argument(
+        "--no-polish",
+        dest="polish",
+        action="store_false",
+        help="the grid's own path, without scp from there",
+    )
     group.add_argument("--seed", type=int, metavar="N", help="of the method cma")

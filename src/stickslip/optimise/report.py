@@ -20,6 +20,8 @@ ENERGIES = {
 }
 """Positive work only, none recovered. The first alone says little: legs that lift the vehicle
 spare its wheels."""
+NOTABLE = 0.05
+"""Relative difference of the value between waypoints above which there is a warning."""
 UNITS = {
     "leg_range": "rad",
     "start_angles": "rad",
@@ -45,21 +47,20 @@ def rows(
 ) -> list[tuple[str, str]]:
     """What the command prints, a name and its value a row. spent: `energies`."""
     unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
-    bound = "none proved"
-    if result.lower_bound is not None:
-        bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
     about = getattr(problem.criterion, "about", "")
     found = [
         ("criterion", f"{problem.criterion.name}: {about}" if about else problem.criterion.name),
         ("waypoints", f"{len(problem.x)}, from {problem.x[0]:.4g} to {problem.x[-1]:.4g} m"),
         ("status", f"{result.status.name}: {result.status.value}"),
         ("message", "" if result.message == result.status.value else result.message),
+        ("grid", _grid(result, unit)),
         ("value", f"{result.value:.8g}{unit}" if result.x is not None else "no drive found"),
-        ("lower bound", bound),
+        ("lower bound", _bound(result, unit)),
     ]
     if result.x is not None:
+        found.append(("between waypoints", _between(result, unit)))
         found.append(("feasible", "yes" if result.feasible else "no"))
-        found.append(("constraints missed by", _missed(result)))
+        found.append(("constraints missed by", _missed(result.residuals)))
         found.append(("wheels", _overlap(problem, result)))
     found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
     found += [
@@ -69,10 +70,57 @@ def rows(
     return found
 
 
-def _missed(result: Result) -> str:
-    worst = {name: by for name, by in result.residuals.items() if by > 0}
+def warnings(problem: PostureProblem, result: Result) -> list[str]:
+    """Sentences on a drive that is not what its value says between its waypoints."""
+    if result.x is None:
+        return []
+    spacing = float(np.max(np.diff(problem.x)))
+    said = []
+    if abs(result.discretisation) > NOTABLE:
+        said.append(
+            f"between the waypoints the value is {result.discretisation:+.0%} off: {spacing:.3g} m "
+            "apart they are too far from each other for this ground; take a smaller --spacing"
+        )
+    if result.feasible and not result.fine_feasible:
+        said.append(
+            "between the waypoints the drive breaks a constraint: "
+            f"{_missed(result.fine_residuals)}; take a smaller --spacing"
+        )
+    return said
+
+
+def _bound(result: Result, unit: str) -> str:
+    if result.lower_bound is None:
+        return "none proved"
+    bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
+    if result.gap < 0:
+        bound += "; this drive is none of them: off the grid nothing is proved"
+    return bound
+
+
+def _grid(result: Result, unit: str) -> str:
+    """The grid that was searched and, for a drive off it, the value of the grid's own path."""
+    if "grid" not in result.details:
+        return ""
+    rear, front = result.details["grid"]
+    used = min(result.details["rate_used"])
+    text = f"{rear} x {front} leg angles, on which the legs can use {used:.0%} of their rate"
+    if "grid_value" in result.details:
+        text += f"; its path {result.details['grid_value']:.8g}{unit}"
+    return text
+
+
+def _between(result: Result, unit: str) -> str:
+    """The drive on its finer waypoints."""
+    held = "feasible" if result.fine_feasible else f"misses {_missed(result.fine_residuals)}"
+    value = f"{result.fine_value:.8g}{unit} ({result.discretisation:+.1%})"
+    return f"{value}, at every {result.fine_spacing:.3g} m, legs moving evenly; {held}"
+
+
+def _missed(residuals: Mapping[str, float]) -> str:
+    worst = {name: by for name, by in residuals.items() if by > 0}
     shown = ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items())
-    return shown or f"nothing ({', '.join(result.residuals)})"
+    return shown or f"nothing ({', '.join(residuals)})"
 
 
 def _overlap(problem: PostureProblem, result: Result) -> str:
@@ -146,6 +194,10 @@ def result_json(
             "bound_of": result.bound_of,
             "feasible": result.feasible,
             "residuals": dict(result.residuals),
+            "fine_value": result.fine_value,
+            "fine_spacing": result.fine_spacing,
+            "fine_feasible": result.fine_feasible,
+            "fine_residuals": dict(result.fine_residuals),
             "energies": dict(spent),
             "evaluations": result.evaluations,
             "seconds": result.seconds,

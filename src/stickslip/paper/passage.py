@@ -47,8 +47,9 @@ def least_variation(setting: Setting) -> Result:
     setting.say("legs turning at will")
     grid_free, refined_free = _solved(free, COARSE)
     setting.say("point by point")
-    pointwise = solve(free, "grid", angles=FINE)
-    bottleneck = solve(replace(free, criterion="peak_torque"), "grid", angles=FINE)
+    pointwise = solve(free, "grid", polish=False, angles=FINE)
+    by_peak = replace(free, criterion="peak_torque")
+    bottleneck = solve(by_peak, "grid", polish=False, angles=FINE)
     setting.say("the vehicle's whole range")
     whole = along_bump(WAYPOINTS, leg_rate=RATE)
     _, widest = _solved(whole, FINE)
@@ -109,7 +110,7 @@ def _best_held(problem: PostureProblem) -> Held:
 
 def _solved(problem: PostureProblem, angles: int) -> tuple[Solved, Solved]:
     """The best path over the grid, and the local optimum off the grid that it leads to."""
-    grid = solve(problem, "dp", angles=angles)
+    grid = solve(problem, "dp", polish=False, angles=angles)
     return grid, solve(problem, "scp", start=grid.x)
 
 
