@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from stickslip.agents.checkpoint import TrainState
 
 CONFIG, VERSIONS = "config.json", "versions.json"
+FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
+"""An animation that was being written."""
 LOGS = "events.out.tfevents"
 """How TensorBoard's files begin."""
 PACKAGES = (
@@ -211,7 +214,7 @@ def _sweep(path: Path) -> None:
 
 
 def _is_left(name: str) -> bool:
-    return is_remains(name, FILES)
+    return is_remains(name, FILES) or FILM.fullmatch(name) is not None
 
 
 def _foreign(path: Path) -> list[Path]:

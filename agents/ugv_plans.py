@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from stickslip.agents.ugv_controllers import FollowPath
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim.solve import solve
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class Optimum:
 
     def validate(self) -> Optimum:
         """Return self, or raise ValueError naming the field."""
-        _require_integer("angles", self.angles, 2)
+        require_integer("angles", self.angles, low=2)
         return self
 
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> Result:
@@ -84,8 +85,8 @@ class RecedingHorizon:
 
     def validate(self) -> RecedingHorizon:
         """Return self, or raise ValueError naming the field."""
-        _require_integer("horizon", self.horizon, 1)
-        _require_integer("angles", self.angles, 2)
+        require_integer("horizon", self.horizon)
+        require_integer("angles", self.angles, low=2)
         return self
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
@@ -106,11 +107,6 @@ class RecedingHorizon:
     ) -> Float[np.ndarray, "k 2"] | None:
         part = replace(problem, x=problem.x[first : last + 1], start_angles=start)
         return solve(part, "dp", angles=fitting_angles(problem, self.angles)).leg_angles
-
-
-def _require_integer(name: str, value: int, low: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < low:
-        raise ValueError(f"{name} = {value!r}; accepted: an integer >= {low}")
 
 
 def _follow(
