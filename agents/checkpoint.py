@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.files import write_whole
+from stickslip.agents.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.agents.foreign import (
     RefusedError,
     parse_json,
@@ -34,7 +33,8 @@ if TYPE_CHECKING:
 
 FORMAT, VERSION = "stickslip checkpoint", 2
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
-PARTIAL = ".part"
+CONTENTS = (MODEL, STATE, POLICY, "model.pt")
+"""All that a checkpoint holds, the last one of version 1."""
 RULES = {
     "timesteps": Rule(int, "so far", low=0),
     "seconds": Rule(float, "trained so far", low=0),
@@ -66,15 +66,20 @@ def write_checkpoint(
     """
     final = directory / folder_name(state.timesteps)
     partial = directory / (final.name + PARTIAL)
-    shutil.rmtree(partial, ignore_errors=True)
+    if partial.exists():
+        discard(partial)
     partial.mkdir(parents=True)
     write_whole(partial / MODEL, pack(model))
     save(partial / POLICY)
     head = {"format": FORMAT, "version": VERSION}
     write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
     if final.exists():
-        shutil.rmtree(final)
-    os.replace(partial, final)
+        before = final.with_name(final.name + ".old" + PARTIAL)
+        os.replace(final, before)
+        os.replace(partial, final)
+        discard(before)
+    else:
+        os.replace(partial, final)
     return final
 
 
@@ -89,9 +94,29 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
     kept = set(keep)
     for path in list_checkpoints(directory):
         if path not in kept:
-            shutil.rmtree(path)
+            discard(put_aside(path))
     for path in directory.glob("*" + PARTIAL):
-        shutil.rmtree(path)
+        if _is_checkpoints(path.name):
+            discard(path)
+
+
+def foreign_to(directory: Path) -> list[Path]:
+    """What is in a folder of checkpoints, or in one of them, that no run wrote; links always."""
+    if directory.is_symlink() or not directory.is_dir():
+        return [directory]
+    foreign = []
+    for path in directory.iterdir():
+        if path.is_symlink() or not path.is_dir() or not _is_checkpoints(path.name):
+            foreign.append(path)
+            continue
+        inside = (one for one in path.iterdir() if one.name not in CONTENTS or not one.is_file())
+        foreign += [one for one in inside if not is_remains(one.name, CONTENTS)]
+    return foreign
+
+
+def _is_checkpoints(name: str) -> bool:
+    stem = name.removesuffix(PARTIAL).removesuffix(".old")
+    return stem.isascii() and stem.isdigit()
 
 
 def read_state(folder: Path) -> TrainState:

@@ -13,10 +13,16 @@ from typing import TYPE_CHECKING, Any
 from stickslip.agents import biped_task
 from stickslip.agents.config import flags_given, from_flags
 from stickslip.agents.controllers import CONTROLLERS
+from stickslip.agents.evaluate import MOST_EPISODES
 from stickslip.agents.machines import config_kind, machine_of
 from stickslip.agents.places import named_controller, places_of, read_named
 from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
-from stickslip.agents.view_files import require_new, show_window, view_files
+from stickslip.agents.view_files import (
+    require_new,
+    require_writable,
+    show_window,
+    view_files,
+)
 from stickslip.dynamics.checks import require_integer
 
 if TYPE_CHECKING:
@@ -26,7 +32,6 @@ if TYPE_CHECKING:
     from stickslip.agents.places import Named, Place
 
 BIPED: Any = biped_task
-MOST_EPISODES = 65536
 
 
 def train_command(given: Mapping[str, Any]) -> bool:
@@ -88,6 +93,7 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
     kind = kind_of(given["who"])
     named = read_named(given["who"], kind)
     places = places_of(named, given, kind, "moving")
+    require_writable(targets)
     for place in places:
         print(place.line())
     if kind is BIPED:
@@ -139,6 +145,7 @@ def view_command(given: Mapping[str, Any]) -> None:
         return ugv_commands.view(given, named)
     (place,) = places_of(named, given, kind, "rest")
     files, env = view_files(given, place.label), place.who[name]
+    require_writable(files.written)
     print(place.line())
     params = place.params.replace(time_limit=seconds)
     played = rollout(env, named_controller(named[name], name, env, kind), params, given["seed"])

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.agents.computed_torque import ComputedTorque
 from stickslip.agents.protocol import Controller, Memoryless, action_of
 from stickslip.dynamics.biped.contact import sticking
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_choice, require_known, require_number
 from stickslip.envs.biped_draw import drawn_robot
 
 if TYPE_CHECKING:
@@ -133,13 +133,9 @@ CONTROLLERS: dict[str, Any] = {
 
 def controller_by_name(name: str, **settings: Any) -> Controller:
     """A baseline with some settings changed. ValueError for an unknown name or setting."""
-    if name not in CONTROLLERS:
-        raise ValueError(f"controller {name!r} is unknown; accepted: {', '.join(CONTROLLERS)}")
+    require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]
-    known = list(kind.__dataclass_fields__)
-    for setting in settings:
-        if setting not in known:
-            raise ValueError(f"{name} has no {setting!r}; accepted: {', '.join(known)}")
+    require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
     return kind(**settings).validate()
 
 

@@ -19,6 +19,7 @@ from stickslip.agents.statistics import (
     ratio_interval,
 )
 from stickslip.agents.tables import Column, csv_text, json_text, markdown, plain_text
+from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import drawn_robot
 
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
 
 INTERVALS = ("return",)
 """Metrics of a test during training whose interval is written, too."""
+A_STEP = 300
+"""Bytes that a step of an episode takes while episodes are played side by side."""
+MOST_EPISODES = 65536
+"""Of each controller in each scene."""
 MIN_DISTANCE = 0.1
 """Mean distance per episode below which nothing is said per metre [m]."""
 
@@ -210,7 +215,9 @@ def seeds_of(
 
     ValueError if there are none, or if anything else given is empty.
     """
-    seeds = tuple(range(episodes)) if seeds is None else tuple(int(seed) for seed in seeds)
+    if seeds is None:
+        seeds = range(require_integer("episodes", episodes, low=0, high=MOST_EPISODES))
+    seeds = tuple(require_integer("seeds", seed, low=0, high=2**32 - 1) for seed in seeds)
     for name, one in ({"seeds": seeds} | given).items():
         if not one:
             raise ValueError(f"{name} is empty; accepted: at least one")
@@ -221,8 +228,14 @@ def play(
     env: BipedEnv, controller: Controller, params: BipedEnvParams, seeds: Sequence[int]
 ) -> Episodes:
     """The episodes of the seeds, as NumPy arrays."""
+    require_room(len(seeds), horizon(params))
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
     return jax.tree.map(np.asarray, _play(env, horizon(params), controller, params, keys))
+
+
+def require_room(episodes: int, steps: int) -> None:
+    """Raise ValueError where so many episodes at once would not fit into memory."""
+    require_memory(f"episodes = {episodes}", f"episodes of {steps} steps", episodes, steps * A_STEP)
 
 
 @partial(jax.jit, static_argnums=(0, 1))

@@ -10,12 +10,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.checks import require_integer, shown
 from stickslip.envs.functional import pure_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.agents.protocol import Controller
+
+
+MOST_STEPS = 10**7
+"""Of one episode."""
 
 
 class Rollout(NamedTuple):
@@ -63,9 +68,7 @@ def rollout(
     controller.validate()
     if isinstance(key, int | np.integer):
         key = episode_key(int(key))
-    count = horizon(params) if steps is None else int(steps)
-    if count < 1:
-        raise ValueError(f"steps = {steps}; accepted: an integer >= 1")
+    count = horizon(params) if steps is None else require_integer("steps", steps, high=MOST_STEPS)
     return _rollout(replace(env, autoreset="disabled"), count, controller, params, key)
 
 
@@ -77,7 +80,14 @@ def episode_key(seed: Array | int) -> Array:
 def horizon(params: Any) -> int:
     """Control steps to the time limit. params: concrete numbers."""
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
-    return max(1, int(np.ceil(np.max(steps) - 0.5)))
+    count = float(np.max(steps))
+    if not count <= MOST_STEPS:
+        raise ValueError(
+            f"time_limit = {shown(params.time_limit)} with control_period = "
+            f"{shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
+            f"{MOST_STEPS:g}"
+        )
+    return max(1, int(np.ceil(count - 0.5)))
 
 
 @partial(jax.jit, static_argnums=(0, 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
+from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.scene import Scene
 
 
@@ -40,6 +41,5 @@ grip: a floor on which nothing slips; no slip equation is compiled."""
 
 def scene_by_name(name: str) -> Scene:
     """The scene of that name, or ValueError listing the names."""
-    if name not in SCENES:
-        raise ValueError(f"scene {name!r} is unknown; accepted: {', '.join(SCENES)}")
+    require_choice("scene", name, SCENES)
     return SCENES[name]

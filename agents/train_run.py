@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import os
 import platform
-import shutil
+import re
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.agents.checkpoint import list_checkpoints, read_state
-from stickslip.agents.files import write_whole
+from stickslip.agents.checkpoint import foreign_to, list_checkpoints, read_state
+from stickslip.agents.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.agents.foreign import RefusedError, read_text, refusing
 from stickslip.agents.machines import read_configuration
 
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
     from stickslip.agents.checkpoint import TrainState
 
-CONFIG = "config.json"
+CONFIG, VERSIONS = "config.json", "versions.json"
+FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
+"""An animation that was being written."""
+LOGS = "events.out.tfevents"
+"""How TensorBoard's files begin."""
 PACKAGES = (
     "stickslip",
     "jax",
@@ -35,7 +39,7 @@ PACKAGES = (
 FOLDERS = ("checkpoints", "tensorboard")
 FILES = (
     CONFIG,
-    "versions.json",
+    VERSIONS,
     "metrics.csv",
     "evaluations.csv",
     "policy.npz",
@@ -79,7 +83,7 @@ def open_run(
         return _resumed(path, config)
     if config is None:
         raise ValueError("config is missing; accepted: a TrainConfig, or resume=True")
-    if path.exists() and any(path.iterdir()):
+    if path.exists() and not _is_bare(path):
         if not overwrite:
             raise ValueError(
                 f"{path} exists and is not empty; accepted: a new directory, --resume to go on "
@@ -87,8 +91,9 @@ def open_run(
             )
         _clear(path)
     path.mkdir(parents=True, exist_ok=True)
-    write_whole(path / "versions.json", json.dumps(versions(), indent=2) + "\n")
-    write_whole(path / CONFIG, config.to_json())
+    _sweep(path)
+    write_whole(path / CONFIG, config.to_json())  # from here on it is a run
+    _write_versions(path)
     return Run(path, config, None, None)
 
 
@@ -152,6 +157,9 @@ def _resumed(path: Path, config: Any | None) -> Run:
             f"{path} was begun with another configuration; accepted: to resume without changing "
             "it, or a new directory"
         )
+    _sweep(path)
+    if not (path / VERSIONS).exists():  # killed before it was written
+        _write_versions(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
         return Run(path, found, None, None)
@@ -164,16 +172,62 @@ def _resumed(path: Path, config: Any | None) -> Run:
     return Run(path, found, checkpoints[-1], state)
 
 
+def _write_versions(path: Path) -> None:
+    write_whole(path / VERSIONS, json.dumps(versions(), indent=2) + "\n")
+
+
+def _is_bare(path: Path) -> bool:
+    """Whether a directory holds at most what a run leaves that was killed as it began."""
+    return all(
+        one.is_file() and not one.is_symlink() and (one.name == VERSIONS or _is_left(one.name))
+        for one in path.iterdir()
+    )
+
+
 def _clear(path: Path) -> None:
-    """Delete what a run wrote, and refuse a directory that holds anything else."""
+    """Delete what a run wrote, and refuse a directory that holds anything else.
+
+    The configuration goes last: until then it is a run, and can be cleared again.
+    """
     read_config(path)  # raises for a directory that is no run
-    foreign = {one.name for one in path.iterdir()} - {*FILES, *FOLDERS}
-    foreign = {name for name in foreign if not name.endswith(".part")}
-    if foreign:
+    if foreign := _foreign(path):
+        names = ", ".join(sorted(str(one.relative_to(path)) for one in foreign)[:5])
         raise ValueError(
-            f"{path} also holds {', '.join(sorted(foreign)[:5])}, which no run wrote; accepted: a "
-            "directory with a run alone"
+            f"{path} also holds {names}, which no run wrote; accepted: a directory with a run alone"
         )
-    for name in (*FOLDERS, *FILES):
-        target = path / name
-        shutil.rmtree(target) if target.is_dir() else target.unlink(missing_ok=True)
+    _sweep(path)
+    for name in FOLDERS:
+        if (path / name).exists():
+            discard(put_aside(path / name))
+    for name in sorted(FILES, key=lambda name: name == CONFIG):
+        (path / name).unlink(missing_ok=True)
+
+
+def _sweep(path: Path) -> None:
+    """Delete what a killed process left half written or half deleted."""
+    for one in path.iterdir():
+        if one.is_file() and not one.is_symlink() and _is_left(one.name):
+            one.unlink()
+    for name in FOLDERS:
+        if (aside := path / (name + PARTIAL)).is_dir():
+            discard(aside)
+
+
+def _is_left(name: str) -> bool:
+    return is_remains(name, FILES) or FILM.fullmatch(name) is not None
+
+
+def _foreign(path: Path) -> list[Path]:
+    """What is in a run's directory that no run wrote; links always."""
+    found: list[Path] = []
+    for one in path.iterdir():
+        name = one.name.removesuffix(PARTIAL)
+        if one.is_symlink():
+            found.append(one)
+        elif name == "checkpoints":
+            found += foreign_to(one)
+        elif name == "tensorboard" and one.is_dir():
+            found += [log for log in one.iterdir() if not log.name.startswith(LOGS)]
+        elif not one.is_file() or (one.name not in FILES and not _is_left(one.name)):
+            found.append(one)
+    return found

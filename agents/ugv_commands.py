@@ -9,7 +9,7 @@ from stickslip.agents.evaluate import Evaluation, joined
 from stickslip.agents.places import Named, Place, named_controller, places_of, same_unit
 from stickslip.agents.rollout import episode_key, rollout
 from stickslip.agents.ugv_evaluate import evaluate_ugv, first_state
-from stickslip.agents.view_files import show_window, view_files
+from stickslip.agents.view_files import require_writable, show_window, view_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -52,6 +52,7 @@ def view(given: Mapping[str, Any], named: Mapping[str, Named]) -> None:
         given = {**given, "scenes": [VIEWED]}
     (place,) = places_of(named, given, KIND, "")
     files = view_files(given, place.label)
+    require_writable(files.written)
     print(place.line())
     env, params = place.who[name], place.params
     controller = named_controller(one, name, env, KIND)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_integer, require_number
 from stickslip.envs.ugv import UGVEnv
 
 if TYPE_CHECKING:
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
     from stickslip.envs.ugv_params import UGVEnvParams
     from stickslip.envs.ugv_state import UGVEnvState
+
+
+MOST_POSTURES = 1000
+"""Of each leg, that FixedPosture tries."""
 
 
 def towards(
@@ -76,8 +80,7 @@ class FixedPosture:
 
     def validate(self) -> FixedPosture:
         """Return self, or raise ValueError naming the field."""
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise ValueError(f"count = {self.count!r}; accepted: an integer >= 1")
+        require_integer("count", self.count, high=MOST_POSTURES)
         return self
 
     def init(self, env_params: UGVEnvParams, env_state: UGVEnvState) -> Float[Array, " 2"]:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluate import Evaluation, Row, is_random, seeds_of
+from stickslip.agents.evaluate import Evaluation, Row, is_random, require_room, seeds_of
 from stickslip.agents.rollout import episode_key, horizon, rollout
 from stickslip.agents.statistics import Interval, fraction_interval, mean_interval
 from stickslip.agents.tables import Column
@@ -142,6 +142,7 @@ def play_ugv(
 ) -> UGVEpisodes:
     """The episodes of the seeds, as NumPy arrays. A planner (with `path`) plans each of them."""
     count = horizon(params)
+    require_room(len(seeds), count)
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
     if not hasattr(controller, "path"):
         played = _play(env, count, controller, None, params, keys)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.ugv_draw import RandomTrack
 
@@ -42,5 +43,6 @@ def ground_by_name(name: str) -> Ground:
 
         return Ground(read_track(path))
     raise ValueError(
-        f"track {name!r} is unknown; accepted: {', '.join(TRACK_NAMES)}, or a file of points"
+        f"track {shown(name)} is unknown; accepted: {', '.join(TRACK_NAMES)}, or a file of points"
+        f"{nearest(name, TRACK_NAMES)}"
     )

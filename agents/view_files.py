@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +22,12 @@ class ViewFiles(NamedTuple):
     """The animation, unless a window is asked for."""
     plots: list[Path]
     """One or none."""
+    window: bool = False
+
+    @property
+    def written(self) -> list[Path]:
+        """All files that will be there."""
+        return self.plots if self.window else [*self.plots, self.film]
 
 
 def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
@@ -39,7 +46,7 @@ def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
     for path in plots:
         require_suffix(path, (".png",))
     require_new(plots + ([] if given["window"] else [film]), given["overwrite"])
-    return ViewFiles(f"{name} on {place}", film, plots)
+    return ViewFiles(f"{name} on {place}", film, plots, given["window"])
 
 
 def _for_a_file(label: str) -> str:
@@ -65,6 +72,14 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
     for path in paths:
         if path.exists() and not overwrite:
             raise ValueError(f"{path} exists; accepted: a new path, or --overwrite to replace it")
+
+
+def require_writable(paths: Sequence[Path]) -> None:
+    """Raise OSError where nothing can be written, before anything is computed for it."""
+    for folder in {path.parent for path in paths}:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
 
 
 def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:

@@ -7,11 +7,17 @@ message on stderr and exit status 2.
 from __future__ import annotations
 
 import argparse
+import difflib
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 OK, NOTHING_FOUND, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+LONGEST = 1200
+"""Characters of a message."""
+EXHAUSTED = "RESOURCE_EXHAUSTED"
+"""What XLA calls a lack of memory."""
 EXTRAS = {
     "stable_baselines3": "train",
     "torch": "train",
@@ -55,6 +61,17 @@ class Parser(argparse.ArgumentParser):
             self.register("action", name, _StoreOnce)
         self.register("action", argparse.BooleanOptionalAction, _SwitchOnce)
 
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """As ever, with the nearest name for an option that there is not."""
+        found, rest = self.parse_known_args(args, namespace)
+        if rest:
+            command = getattr(found, "command", self)
+            known = [name for name in command._option_string_actions if name.startswith("--")]
+            near = difflib.get_close_matches(rest[0].partition("=")[0], known, n=1)
+            meant = f" (did you mean {near[0]}?)" if near else ""
+            command.error(f"unrecognized arguments: {' '.join(rest)[:200]}{meant}")
+        return found
+
     def error(self, message: str) -> NoReturn:
         """What argparse calls."""
         raise ValueError(f"{message} (see {self.prog} --help)")
@@ -75,8 +92,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"this needs {package}, which is not installed; run: "
             f'pip install "stickslip[{EXTRAS[package]}]"'
         )
+    except BrokenPipeError:  # whoever read the output has left; so does the interpreter at its end
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     except (ValueError, OSError) as error:
         _complain(str(error))
+    except MemoryError as error:
+        _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")
+    except RuntimeError as error:
+        if EXHAUSTED not in str(error):
+            raise
+        _complain(f"not enough memory ({error}); accepted: less at once")
     except KeyboardInterrupt:
         _complain("interrupted")
         return INTERRUPTED
@@ -238,7 +263,7 @@ def _add_reproduce(commands: Any) -> None:
 
 def _command(commands: Any, name: str, run: Callable[[Any], int], about: str) -> Any:
     parser = commands.add_parser(name, help=about, description=about[0].upper() + about[1:] + ".")
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, command=parser)
     return parser
 
 
@@ -282,7 +307,9 @@ def _reproduce(given: argparse.Namespace) -> int:
 
 
 def _complain(message: str) -> None:
-    print(f"stickslip: error: {' '.join(message.split())}", file=sys.stderr)
+    line = " ".join(message[: 2 * LONGEST].split())
+    line = line if len(line) <= LONGEST else f"{line[:LONGEST]} ..."
+    print(f"stickslip: error: {line}", file=sys.stderr)
 
 
 if __name__ == "__main__":

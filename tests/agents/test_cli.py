@@ -65,7 +65,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("train biped --learning-rate nan", "learning_rate = nan"),
         ("train biped --mu-static 0.05 --mu-kinetic 0.06", "mu_kinetic = 0.06 exceeds mu_static"),
         ("train biped --mu-kinetic 0.06", "mu_kinetic = 0.06 without mu_static"),
-        ("train biped --scene moon", "scene 'moon' is unknown; accepted: slippery"),
+        ("train biped --scene moon", "scene = 'moon' is unknown; accepted: 'sl"),
         ("train biped --algorithm dqn", "algorithm = 'dqn'"),
         ("train biped --random-mass 2 1", "random_mass = "),
         ("train biped --resume", "--resume needs the run's directory"),
@@ -73,7 +73,10 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("train biped --resume --out x --seed 1", "accepted: without --seed"),
         ("evaluate", "POLICY"),
         ("evaluate nobody", "'nobody' is neither a baseline nor a file; accepted: constant-torque"),
-        ("evaluate computed-torque --scene moon", "scene 'moon' is unknown; accepted: slippery"),
+        (
+            "evaluate computed-torque --scene moon",
+            "scene = 'moon' is unknown; accepted: 'slippery'",
+        ),
         ("evaluate computed-torque --episodes 0", "episodes = 0"),
         ("evaluate computed-torque --mu-static nan", "mu_static = nan"),
         ("evaluate computed-torque --mu-static 0.1 --mu-kinetic 0.2", "mu_kinetic = 0.2 exceeds"),
@@ -82,6 +85,21 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("view computed-torque --seconds nan", "seconds = nan"),
         ("view computed-torque --out walk.mp4", "'.mp4'; accepted: .gif, .png, .webp"),
         ("view computed-torque --plot walk.gif", "'.gif'; accepted: .png"),
+        ("view computed-torque --seed -1", "seed = -1"),
+        ("view computed-torque --seed 4294967296", "seed = 4294967296"),
+        ("evaluate computed-torqu", "did you mean computed-torque?"),
+        ("evaluate computed-torque --scene icepatch", "did you mean ice-patch?"),
+        ("evaluate computed-torque --payloads 2", "did you mean --payload?"),
+        ("evaluate computed-torque --episodes 99999999", "episodes = 99999999"),
+        ("train --slip-wieght 2", "did you mean --slip-weight?"),
+        ("train --timesteps 1e6", "--timesteps: invalid int value: '1e6'"),
+        ("train --timesteps 1000000000000", "timesteps = 1000000000000"),
+        ("train --num-envs 60000 --rollout-steps 100000000", "STICKSLIP_MEMORY_LIMIT"),
+        ("train --algorithm sac --buffer-size 1000000000000", "STICKSLIP_MEMORY_LIMIT"),
+        ("train --hidden 4096 --layers 8", "what fits a policy file"),
+        ("train --learning-rate 1e-46", "out of range in float32"),
+        ("train --out /dev/null", "/dev/null is a file"),
+        ("evaluate /dev/zero", "not a plain file"),
     ],
 )
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
@@ -148,6 +166,29 @@ def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, "tqdm", None)
     assert 'pip install "stickslip[train]"' in refusal(capsys, "train", "biped", "--out", "run")
     assert not Path("run").exists()
+
+
+def test_no_message_is_longer_than_a_few_lines(capsys):
+    for word in ("9" * 6000, "x" * 6000, "-" * 6000):
+        for arguments in (["train", "--seed", word], ["evaluate", word], [word]):
+            assert len(refusal(capsys, *arguments)) < 1300
+
+
+def test_a_lack_of_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch):
+    for failure in (MemoryError(), RuntimeError("RESOURCE_EXHAUSTED: Out of memory")):
+
+        def fail(given, failure=failure):
+            raise failure
+
+        monkeypatch.setattr("stickslip.agents.commands.view_command", fail)
+        assert "not enough memory" in refusal(capsys, "view", "computed-torque")
+
+
+def test_a_place_that_cannot_be_written_is_said_before_anything_is_computed(capsys, still: str):
+    Path("file").write_text("mine")
+    line = refusal(capsys, "evaluate", still, "--out", "file/table")
+    assert "file" in line
+    assert Path("file").read_text() == "mine"
 
 
 def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch):

@@ -125,7 +125,7 @@ def test_a_configuration_says_whose_it_is():
 def test_the_biped_is_meant_where_no_machine_is_named(capsys: pytest.CaptureFixture[str]):
     assert machine_named(["train", "--seed", "1"]) == "biped"
     assert machine_named(["train", "ugv", "--seed", "1"]) == "ugv"
-    assert "scene 'moon' is unknown" in refusal(capsys, "train", "--scene", "moon")
+    assert "scene = 'moon' is unknown" in refusal(capsys, "train", "--scene", "moon")
     assert "criterion = 'moon'" in refusal(capsys, "train", "ugv", "--criterion", "moon")
     assert "track 'moon' is unknown" in refusal(capsys, "train", "ugv", "--tracks", "moon")
 

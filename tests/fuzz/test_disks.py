@@ -1,0 +1,169 @@
+"""Full disks and read-only ones: one clear line, nothing half written, and on it goes afterwards.
+
+Needs the right to mount a small tmpfs.
+"""
+
+import itertools
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.checkpoint import list_checkpoints
+from stickslip.agents.policy import MLPPolicy, load_policy, save_policy
+from stickslip.cli import OK, WRONG_INPUT, main
+
+pytestmark = pytest.mark.long
+TRAIN = [
+    "train",
+    "--timesteps=512",
+    "--num-envs=4",
+    "--rollout-steps=32",
+    "--batch-size=64",
+    "--epochs=1",
+    "--hidden=8",
+    "--evaluation-episodes=1",
+    "--checkpoint-interval=128",
+    "--no-pictures",
+]
+SIZES = (4, 16, 32, 48, 64, 80, 96, 128)
+"""Of disks too small for a training [kB]; pages of 4 kB are given out whole."""
+OPTIMISE = ["optimise", "ugv", "--track", "bump", "--spacing", "0.5", "--angles", "5"]
+SPACE, READ_ONLY = "No space left on device", "Read-only file system"
+
+
+class Disk:
+    """A mounted tmpfs."""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def mount(self, *options: str) -> bool:
+        command = ["mount", "-t", "tmpfs", "-o", ",".join(options), "tmpfs", str(self.path)]
+        try:
+            return subprocess.run(command, capture_output=True, check=False).returncode == 0
+        except OSError:
+            return False
+
+    def change(self, *options: str) -> None:
+        command = ["mount", "-o", ",".join(("remount", *options)), str(self.path)]
+        subprocess.run(command, check=True, capture_output=True)
+
+    def fill(self) -> None:
+        with (self.path / "filler").open("wb") as file:
+            try:
+                while True:
+                    os.write(file.fileno(), bytes(512))
+            except OSError:
+                return
+
+
+@pytest.fixture
+def disk(tmp_path: Path):
+    path = tmp_path / "disk"
+    path.mkdir()
+    made = Disk(path)
+    if not made.mount("size=4k"):
+        pytest.skip("no right to mount a tmpfs here")
+    yield made
+    subprocess.run(["umount", "-l", str(path)], check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A training that had room."""
+    pytest.importorskip("stable_baselines3")
+    path = tmp_path_factory.mktemp("whole") / "run"
+    assert main([*TRAIN, "--out", str(path)]) == OK
+    return path
+
+
+def policy(sizes=(6, 8, 1)) -> MLPPolicy:
+    pairs = list(itertools.pairwise(sizes))
+    return MLPPolicy(
+        tuple(jnp.ones(pair) for pair in pairs),
+        tuple(jnp.zeros(n) for _, n in pairs),
+        jnp.zeros(sizes[0]),
+        jnp.ones(sizes[0]),
+    )
+
+
+def refused(capfd: pytest.CaptureFixture[str], words: str, *arguments: str) -> None:
+    """The command fails with one line that says so, and no traceback of any thread."""
+    capfd.readouterr()
+    assert main(arguments) == WRONG_INPUT
+    said = capfd.readouterr().err
+    assert "Traceback" not in said, said
+    last = said.strip().splitlines()[-1]
+    assert re.match(r"stickslip: error: ", last)
+    assert words in last
+
+
+def assert_same_policy(one: Path, other: Path) -> None:
+    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
+    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
+        np.testing.assert_array_equal(left, right)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_training_on_a_full_disk_goes_on_when_there_is_room(disk, whole, capfd, size: int):
+    disk.change(f"size={size}k")
+    path = disk.path / "run"
+    refused(capfd, SPACE, *TRAIN, "--out", str(path))
+    print(f"\ndisk of {size} kB: {len(list_checkpoints(path / 'checkpoints'))} checkpoints")
+    if (path / "policy.npz").exists():
+        load_policy(path / "policy.npz")
+    disk.change("size=20m")
+    begun = (path / "config.json").exists()
+    assert (
+        main(
+            ["train", "--out", str(path), *(["--resume", "--no-pictures"] if begun else TRAIN[1:])]
+        )
+        == OK
+    )
+    assert_same_policy(whole, path)
+    assert not list(path.rglob("*.part"))
+
+
+def test_a_training_on_a_read_only_disk_is_refused_and_goes_on_later(disk, whole, capfd):
+    disk.change("size=20m")
+    path = disk.path / "run"
+    shutil.copytree(whole, path)
+    shutil.rmtree(list_checkpoints(path / "checkpoints")[-1])
+    before = {one: one.read_bytes() for one in path.rglob("*") if one.is_file()}
+    disk.change("ro")
+    refused(capfd, READ_ONLY, "train", "--out", str(path), "--resume", "--no-pictures")
+    refused(capfd, READ_ONLY, *TRAIN, "--out", str(disk.path / "new"))
+    refused(capfd, READ_ONLY, *TRAIN, "--out", str(path), "--overwrite")
+    assert before == {one: one.read_bytes() for one in path.rglob("*") if one.is_file()}
+    disk.change("rw")
+    assert main(["train", "--out", str(path), "--resume", "--no-pictures"]) == OK
+    assert_same_policy(whole, path)
+
+
+@pytest.mark.parametrize("how", ["full", "read-only"])
+def test_outputs_fail_with_one_line_and_nothing_half_written(disk, capfd, tmp_path, how: str):
+    name = str(save_policy(policy(), tmp_path / "policy.npz"))
+    kept = save_policy(policy(), disk.path / "kept.npz") if how == "read-only" else None
+    if how == "full":
+        disk.fill()
+    else:
+        disk.change("ro")
+    words = SPACE if how == "full" else READ_ONLY
+    before = sorted(disk.path.rglob("*"))
+    with pytest.raises(OSError, match=words):
+        save_policy(policy(), disk.path / "policy.npz", overwrite=True)
+    out = ["--out", str(disk.path / "out")]
+    quick = ["--episodes", "1", "--start", "rest"]
+    refused(capfd, words, "evaluate", name, *quick, *out)
+    refused(capfd, words, "view", name, "--seconds", "0.04", "--out", str(disk.path / "a.gif"))
+    refused(capfd, words, *OPTIMISE, *out)
+    found = [one for one in disk.path.rglob("*") if one.is_file()]
+    assert found == [one for one in before if one.is_file()]
+    if kept is not None:
+        load_policy(kept)

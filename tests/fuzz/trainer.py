@@ -1,0 +1,67 @@
+"""A process that has imported all that training needs, and forks a child for each training.
+
+Lines on stdin: {"path": directory, "how": {"resume": true, ...}, "kill_after": seconds or null}.
+For each of them a line on stdout with the child's exit status when it has ended, or was killed.
+"""
+
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from stickslip.agents import biped_training, train_algorithm, train_callback, train_log  # noqa: F401
+from stickslip.agents.config import TrainConfig
+from stickslip.agents.train import train
+from stickslip.envs import sb3  # noqa: F401
+
+CONFIG = TrainConfig.of(
+    timesteps=1024,
+    checkpoint_interval=128,
+    num_envs=4,
+    rollout_steps=32,
+    batch_size=64,
+    epochs=2,
+    hidden=8,
+    evaluation_episodes=1,
+    episode_time=0.4,
+    seed=3,
+)
+REFUSED = 3
+
+
+def main() -> None:
+    """Serve until stdin ends."""
+    for line in sys.stdin:
+        asked = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            status = 1
+            try:
+                status = run(asked["path"], asked["how"])
+            finally:
+                os._exit(status)
+        if asked["kill_after"] is not None:
+            time.sleep(asked["kill_after"])
+            os.kill(child, signal.SIGKILL)  # a child that has ended is there until it is waited for
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
+def run(path: str, how: dict) -> int:
+    """Train; what goes wrong is added to a file beside the directory."""
+    status, words = 1, ""
+    try:
+        return 0 if train(CONFIG, path, bar=False, **how).finished else 2
+    except ValueError as error:
+        status, words = REFUSED, str(error)
+    except Exception:  # noqa: BLE001, whatever it is, the test shows it
+        words = traceback.format_exc()
+    with Path(path + ".said").open("a") as file:
+        file.write(words + "\n")
+    return status
+
+
+if __name__ == "__main__":
+    main()
