@@ -11,7 +11,8 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, place
+from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv.pose import stand
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv_draw import UGVDrawn, draw, ground
@@ -236,7 +237,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """Station and attitude with the front wheel touching at x."""
         odometer, friction = ground(drawn, params)
         vehicle = params.vehicle
-        placed = place(vehicle, odometer.track, x, angles, self.solver)
+        placed = stand(vehicle, odometer.track, x, angles, self.solver)
         station = station_of(vehicle, odometer, placed, angles, friction)
         low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
         status = jnp.where(low, Status.GROUNDED, station.status).astype(jnp.int32)

@@ -9,7 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_integer,
+    require_memory,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.roughness import rough_waves
@@ -55,9 +61,12 @@ class RandomTrack:
         _require_range("bump_centre", self.bump_centre, -np.inf)
         _require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise ValueError(f"{name} = {value!r}; accepted: an integer >= 1")
+            value = require_integer(name, getattr(self, name))
+            require_memory(f"{name} = {value:.6g}", f"{name} of a ground", value, 400)
+        require_memory(
+            f"pieces = {self.pieces}, waves = {self.waves}",
+            "waves at knots", self.pieces * self.waves, 64,
+        )  # fmt: skip
         return self
 
     def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
@@ -79,7 +88,8 @@ class RandomTrack:
                 return y, dy, d2y
 
             shape = hermite_table(both, start, end, self.pieces)
-        return Odometer.along(Track(shape, start, end), start, end, self.cells)
+        odometer = Odometer.along(Track(shape, start, end), start, end, self.cells)
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
 
 
 @jax.tree_util.register_dataclass
@@ -150,7 +160,7 @@ def _require_range(name: str, given: Any, low: float, strict: bool = False) -> N
         return
     accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
     if not isinstance(given, tuple) or len(given) != 2:
-        raise ValueError(f"{name} = {given!r} is no range; accepted: {accepted}")
+        raise ValueError(f"{name} = {shown(given)} is no range; accepted: {accepted}")
     for end in given:
         require_number(name, end, low=low, strict=strict, accepted=accepted)
     if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):

@@ -78,9 +78,9 @@ class UGVEnvParams:
         return self.start + self.spacing * jnp.asarray(step).astype(jnp.result_type(self.start))
 
     def waypoints(self) -> np.ndarray:
-        """Every place of the front wheel in a whole episode, the start included [m], float64."""
-        steps = np.arange(int(self.steps) + 1)
-        return float(self.start) + float(self.spacing) * steps
+        """Every place of the front wheel in a whole episode, the start included [m]: float64,
+        of the numbers that the environment has, rounded as it rounds them."""
+        return np.asarray(self.waypoint(np.arange(int(self.steps) + 1)), np.float64)
 
     def replace(self, **changes: Any) -> UGVEnvParams:
         """A copy with some entries changed, validated: fields, or `track`. The numbers take the
@@ -208,12 +208,8 @@ def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, len
 def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
     """Over the track and the drive, whichever reaches farther."""
     first, last = np.minimum(track.start, start), np.maximum(track.end, end)
-    return _along(*(_cast(tree, dtype) for tree in (track, first, last)))
-
-
-@jax.jit
-def _along(track: Track, start: jax.Array, end: jax.Array) -> Odometer:
-    return Odometer.along(track, start, end)
+    track.require_resolved(dtype)
+    return _cast(Odometer.along(track, first, last), dtype)
 
 
 def _cast(tree: Any, dtype: Any) -> Any:

@@ -8,10 +8,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Numeric
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
+NO_NUMBERS = (str, bytes, bytearray, complex, list, dict, set)
 MASSES = ("wheel_mass", "body_mass", "leg_mass")
 
 
@@ -40,7 +41,11 @@ class UGVParams:
     leg_angle_max: Numeric = 5 * np.pi / 6
 
     def __post_init__(self):
-        if all(isinstance(getattr(self, field.name), (int, float)) for field in fields(self)):
+        # What JAX's transformations put into the fields (None, truth values, shapes) passes.
+        given = [getattr(self, field.name) for field in fields(self)]
+        plain = all(isinstance(value, int | float) for value in given)
+        truths = all(isinstance(value, bool) for value in given)
+        if (plain and not truths) or any(isinstance(value, NO_NUMBERS) for value in given):
             self.validate()
 
     @property
@@ -50,6 +55,10 @@ class UGVParams:
 
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        for name in (field.name for field in fields(self)):
+            if isinstance(getattr(self, name), NO_NUMBERS):
+                shape = "accepted: a number, or an array of them"
+                raise ValueError(f"{name} = {shown(getattr(self, name))} is no number; {shape}")
         for name in POSITIVE:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
         for name in MASSES:
@@ -80,6 +89,7 @@ class UGVParams:
 
     def check_leg_angles(self, leg_angles) -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
+        require_number("leg_angles", leg_angles, accepted="angles [..., 2], rear and front [rad]")
         if np.shape(leg_angles)[-1:] != (2,):
             raise ValueError(
                 f"leg_angles has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
