@@ -16,7 +16,8 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, place
+from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv.pose import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv_draw import UGVDrawn, draw, ground
@@ -244,7 +245,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """Station and attitude with the front wheel touching at x."""
         odometer, friction = ground(drawn, params)
         vehicle = params.vehicle
-        placed = place(vehicle, odometer.track, x, angles, self.solver)
+        placed = stand(vehicle, odometer.track, x, angles, self.solver)
         station = station_of(vehicle, odometer, placed, angles, friction)
         low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
         status = jnp.where(low, Status.GROUNDED, station.status).astype(jnp.int32)

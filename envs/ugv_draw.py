@@ -59,7 +59,11 @@ class RandomTrack:
         require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
             value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {value}", name, value, BYTES)
+            require_memory(f"{name} = {value:.6g}", f"{name} of a ground", value, BYTES)
+        require_memory(
+            f"pieces = {self.pieces}, waves = {self.waves}",
+            "waves at knots", self.pieces * self.waves, 64,
+        )  # fmt: skip
         return self
 
     def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
@@ -81,7 +85,8 @@ class RandomTrack:
                 return y, dy, d2y
 
             shape = hermite_table(both, start, end, self.pieces)
-        return Odometer.along(Track(shape, start, end), start, end, self.cells)
+        odometer = Odometer.along(Track(shape, start, end), start, end, self.cells)
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
 
 
 @jax.tree_util.register_dataclass

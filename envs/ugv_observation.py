@@ -75,7 +75,7 @@ def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Fl
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
     part = jnp.arange(1, preview + 1, dtype=dtype) / preview
-    heights = track.height(x + params.preview_length * part) - track.height(x)
+    heights = track.seen_from(x).height(params.preview_length * part)
     if state.drawn.noise is None or params.preview_noise is None:
         return heights
     key = jax.random.fold_in(jax.random.wrap_key_data(state.drawn.noise), state.elapsed)

@@ -103,9 +103,9 @@ class UGVEnvParams:
         return self.start + self.spacing * jnp.asarray(step).astype(jnp.result_type(self.start))
 
     def waypoints(self) -> np.ndarray:
-        """Every place of the front wheel in a whole episode, the start included [m], float64."""
-        steps = np.arange(int(self.steps) + 1)
-        return float(self.start) + float(self.spacing) * steps
+        """Every place of the front wheel in a whole episode, the start included [m]: float64,
+        of the numbers that the environment has, rounded as it rounds them."""
+        return np.asarray(self.waypoint(np.arange(int(self.steps) + 1)), np.float64)
 
     def replace(self, **changes: Any) -> UGVEnvParams:
         """A copy with some entries changed, validated: fields, or `track`. The numbers take the
@@ -285,13 +285,11 @@ def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
 
 def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
     """Over the track and the drive, whichever reaches farther."""
-    return _along(*(_cast(tree, dtype) for tree in (track, start, end)))
-
-
-@jax.jit
-def _along(track: Track, start: jax.Array, end: jax.Array) -> Odometer:
-    first, last = jnp.minimum(track.start, start), jnp.maximum(track.end, end)
-    return Odometer.along(track, first, last)
+    track.require_resolved(dtype)
+    known = is_concrete(track, start, end)
+    least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
+    first, last = least(track.start, start), greatest(track.end, end)
+    return _cast(Odometer.along(track, first, last), dtype)
 
 
 def _cast(tree: Any, dtype: Any) -> Any:

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.numeric import Numeric
-from stickslip.optim.station import Station
+from stickslip.optim.station import Station, turned
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -99,7 +99,7 @@ class Weighted:
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
-    return ((a.torque + b.torque) / 2 * (b.turn - a.turn))[..., None]
+    return ((a.torque + b.torque) / 2 * turned(a, b))[..., None]
 
 
 def _total_work(a: Station, b: Station) -> Array:

@@ -10,8 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.optim.criteria import Criterion, Weighted, station_cost, step_cost
+from stickslip.optim.impossible import judged
 from stickslip.optim.posture_grid import PostureGrid, build_grid, offsets
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.rounding import below
 from stickslip.optim.station import Station
 
 if TYPE_CHECKING:
@@ -46,8 +48,10 @@ def solve_dp(problem: PostureProblem, *, progress: bool = False, angles: Any = N
     w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
 
     Given start and end angles are nodes of their own, on the grid or not. The lower bound is the
-    value itself: no path over the grid is better. It bounds no path off the grid. evaluations:
-    stations. details: grid, rate_used (the share of the leg rate that each leg can use on it).
+    value itself, less its rounding (rounding.py): no path over the grid is better. It bounds no
+    path off the grid. Where no path is found, INFEASIBLE says that there is none over the grid;
+    FAILED, that postures without a pose leave it open (impossible.py). evaluations: stations.
+    details: grid, rate_used (the share of the leg rate that each leg can use on it).
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
@@ -60,11 +64,12 @@ def solve_dp(problem: PostureProblem, *, progress: bool = False, angles: Any = N
     }
     paths = best_paths(grid)
     if paths.nodes is None:
-        return Result.without_point(status=OptimStatus.INFEASIBLE, message=paths.reason, **common)
+        status, message = judged(grid, paths.reason)
+        return Result.without_point(status=status, message=message, **common)
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
     found = Result.at(
-        problem, x, status=OptimStatus.OPTIMAL, lower_bound=value,
+        problem, x, status=OptimStatus.OPTIMAL, lower_bound=below(problem, value),
         message=grid.stuck or OptimStatus.OPTIMAL.value, details=grid.details, **common,
     )  # fmt: skip
     return agreed(found, value)

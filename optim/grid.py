@@ -10,8 +10,10 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_kind
 from stickslip.optim.criteria import pointwise_cost
+from stickslip.optim.impossible import judged_at
 from stickslip.optim.posture_grid import PostureGrid, build_grid
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.rounding import below
 from stickslip.optim.station import Station
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ def solve_grid(
     began = time.perf_counter()
     require_kind("within_rate", within_rate, bool, "True or False")
     grid = build_grid(problem, angles, method="grid", progress=progress)
-    nodes, reason, bound = _choose(grid, within_rate)
+    nodes, status, reason, bound = _choose(grid, within_rate)
     common: dict[str, Any] = {
         "method": "grid",
         "began": began,
@@ -51,9 +53,6 @@ def solve_grid(
         "bound_of": f"{grid.what}, leg_rate left out",
     }
     if nodes is None:
-        # Only a waypoint without any pair proves that there is no path; a dead end does not.
-        proved = "leg_rate" not in reason
-        status = OptimStatus.INFEASIBLE if proved else OptimStatus.FAILED
         return Result.without_point(status=status, message=reason, **common)
     x = np.stack([grid.layer(k)[0].leg_angles[node] for k, node in enumerate(nodes)])
     value = problem.objective(x.reshape(-1))
@@ -69,8 +68,13 @@ def solve_grid(
     )
 
 
-def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int] | None, str, float | None]:
-    """The node at each waypoint (or why there is none), and the lower bound, if there is one."""
+def _choose(
+    grid: PostureGrid, within_rate: bool
+) -> tuple[list[int] | None, OptimStatus, str, float | None]:
+    """The node at each waypoint (or why there is none), and the lower bound, if there is one.
+
+    Only a waypoint without any pair proves that there is no path; a dead end does not.
+    """
     criterion = grid.problem.criterion
     before = None
     nodes: list[int] = []
@@ -79,18 +83,19 @@ def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int] | None, str
         here, _ = grid.layer(k)
         good = grid.admissible(k)
         if not np.any(good):
-            return None, grid.why_stuck(k, good), None
+            return None, *judged_at(grid, k, grid.why_stuck(k, good)), None
         cost = np.where(good, _cost(criterion, here, before), np.inf)
         least.append(np.min(cost))
         if within_rate and before is not None:
             reached = grid.within(k - 1, before.leg_angles, here.leg_angles)
             cost = np.where(reached, cost, np.inf)
             if not np.any(np.isfinite(cost)):
-                return None, _dead_end(grid, k), None
+                return None, OptimStatus.FAILED, _dead_end(grid, k), None
         node = int(np.argmin(cost))
         before = here.map(lambda of, node=node: of[[node]])
         nodes.append(node)
-    return nodes, "", float(np.max(least)) if criterion.kind == "max" else None
+    bound = below(grid.problem, float(np.max(least))) if criterion.kind == "max" else None
+    return nodes, OptimStatus.FEASIBLE, "", bound
 
 
 def _cost(criterion, here: Station, before: Station | None) -> np.ndarray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import jax
@@ -11,6 +13,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory
 from stickslip.optim.criteria import station_cost, step_cost
 from stickslip.optim.posture_grid import PostureGrid, offsets
+from stickslip.optim.rounding import slack as slack_of
 from stickslip.optim.sizes import EDGE
 from stickslip.optim.station import Station
 
@@ -35,6 +38,8 @@ class LayeredGraph:
     per_waypoint: int
     empty: bool = False
     """No path leads through."""
+    rounding: Callable[[float], float] = lambda value: 0.0
+    """By how much a path's cost of about this value may be off by rounding of the stations."""
 
     @property
     def source(self) -> int:
@@ -85,7 +90,10 @@ def build_graph(
     begins = np.cumsum([0, *map(len, tails[:-1])])
     tail, head = np.concatenate(tails), np.concatenate(heads)
     cost = np.zeros(0) if empty else _costs(grid, tail, head, threshold, slack)
-    return LayeredGraph(tail, head, cost, begins, K, N, empty)
+    if threshold is not None:  # whole numbers
+        return LayeredGraph(tail, head, cost, begins, K, N, empty)
+    rounding = partial(slack_of, grid.problem, criterion=grid.problem.criterion)
+    return LayeredGraph(tail, head, cost, begins, K, N, empty, rounding)
 
 
 @dataclass

@@ -13,9 +13,11 @@ import scipy.sparse as sp
 
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.dp import angles_at, best_paths, require_one_kind
+from stickslip.optim.impossible import judged
 from stickslip.optim.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture_grid import build_grid
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.rounding import below
 
 if TYPE_CHECKING:
     from stickslip.optim.posture_grid import PostureGrid
@@ -64,7 +66,8 @@ def solve_lp(
     every path costs y_end - y_start plus the reduced costs c_e - (y_head - y_tail) of its edges;
     one edge of each step is on it, so y_end - y_start + sum over steps of the least reduced cost
     there is below every path's cost whatever y is: that is computed in NumPy from y alone and is
-    the lower bound, the solver trusted in nothing.
+    the lower bound, less what rounding may do to the stations (rounding.py), the solver trusted in
+    nothing. Where there is no path: as in dp.
 
     Worst-station criteria: v is dp's value, and a station costs 1 where its cost is v or more and
     K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
@@ -88,12 +91,12 @@ def solve_lp(
     if problem.criterion.kind == "max":
         paths = best_paths(grid)
         if paths.nodes is None:
-            return _infeasible(paths.reason, common)
+            return _without_path(grid, paths.reason, common)
         threshold = float(np.min(paths.values[-1]))
-        slack = SLACK * (1 + abs(threshold))
+        slack = max(SLACK * (1 + abs(threshold)), threshold - below(problem, threshold))
     graph = build_graph(grid, threshold, slack, most_edges)
     if graph.empty:
-        return _infeasible(best_paths(grid).reason, common)
+        return _without_path(grid, best_paths(grid).reason, common)
     flow = solve_flow(graph, solver)
     details = grid.details | {"edges": len(graph.tail), "solver": solver}
     common |= {"details": details}
@@ -142,7 +145,8 @@ def proved_bound(graph: LayeredGraph, y: np.ndarray) -> float:
     bound = y[graph.sink] - y[graph.source] + np.sum(least)
     # What the sums above may have lost: a rounding of each addend.
     size = np.max(np.abs(y)) + np.max(np.abs(graph.cost))
-    return float(bound - 4 * np.finfo(float).eps * size * (len(least) + 1))
+    bound -= 4 * np.finfo(float).eps * size * (len(least) + 1)
+    return float(bound - graph.rounding(float(bound)))
 
 
 def _result(
@@ -170,8 +174,9 @@ def _result(
     return Result.at(problem, x, status=status, lower_bound=bound, message=message, **common)
 
 
-def _infeasible(reason: str, common: dict[str, Any]) -> Result:
-    return Result.without_point(status=OptimStatus.INFEASIBLE, message=reason, **common)
+def _without_path(grid: PostureGrid, reason: str, common: dict[str, Any]) -> Result:
+    status, message = judged(grid, reason)
+    return Result.without_point(status=status, message=message, **common)
 
 
 def _solver(name: str | None) -> str:

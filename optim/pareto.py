@@ -18,6 +18,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name, station_cost
 from stickslip.optim.dp import angles_at, best_paths
+from stickslip.optim.impossible import judged
 from stickslip.optim.posture_grid import PostureGrid, build_grid
 from stickslip.optim.progress import Bar
 
@@ -95,7 +96,7 @@ def pareto_front(
         values=values[keep],
         x=x,
         complete=complete,
-        proved=proved if found else "no path on the grid meets the constraints",
+        proved=proved if found else judged(grid, "no path on the grid meets the constraints")[1],
         proved_for=grid.what,
         paths=search.paths,
         seconds=time.perf_counter() - began,

@@ -109,7 +109,7 @@ class PostureProblem:
         first -= 2 * float(self.params.wheel_radius)
         with jax.enable_x64(True):
             track = jax.tree.map(_number, self.track)
-            odometer = _odometer(track, _number(first), self.x[-1])
+            odometer = Odometer.along(track, first, float(self.x[-1]))
             return Posture(
                 params=jax.tree.map(_number, self.params),
                 track=track,
@@ -253,8 +253,3 @@ class PostureProblem:
 def _number(value: Any) -> Any:
     """A leaf in double precision."""
     return np.asarray(value, dtype=np.float64)
-
-
-@jax.jit
-def _odometer(track: Track, start, end) -> Odometer:
-    return Odometer.along(track, start, end)

@@ -59,9 +59,30 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
     if problem.leg_rate is not None:
         constraints.append(cp.abs(cp.diff(near, axis=0)) <= most * np.ones(2))
     nearest = cp.Problem(cp.Minimize(cp.sum_squares(near - angles)), constraints)
-    if solve_quietly(nearest, cp.CLARABEL) is not OptimStatus.OPTIMAL:
+    if not _joined(problem):
         return None
+    if solve_quietly(nearest, cp.CLARABEL) is not OptimStatus.OPTIMAL:
+        return _straight(problem)
     return np.clip(np.asarray(near.value), low, high).reshape(-1)
+
+
+def _joined(problem: PostureProblem) -> bool:
+    """Whether the rate lets both legs turn from the given start to the given end: that is all that
+    could stand in the way of a point within bounds and rates."""
+    if problem.leg_rate is None or problem.start_angles is None or problem.end_angles is None:
+        return True
+    turn = np.max(np.abs(np.subtract(problem.end_angles, problem.start_angles)))
+    return bool(turn <= problem.leg_rate * (problem.x[-1] - problem.x[0]) * (1 + 1e-9))
+
+
+def _straight(problem: PostureProblem) -> np.ndarray:
+    """Angles that change evenly from the given start to the given end, or stay: within the rates
+    where any are."""
+    ends = [given for given in (problem.start_angles, problem.end_angles) if given is not None]
+    middle = (problem.bounds[0][-2:] + problem.bounds[1][-2:]) / 2
+    first, last = (ends or [middle])[0], (ends or [middle])[-1]
+    part = (problem.x - problem.x[0]) / (problem.x[-1] - problem.x[0])
+    return (first + part[:, None] * (last - first)).reshape(-1)
 
 
 def shortcomings(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:

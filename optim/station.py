@@ -16,9 +16,9 @@ from stickslip.dynamics.ugv import (
     Track,
     UGVParams,
     balance,
-    place,
-    wheel_turns,
 )
+from stickslip.dynamics.ugv.pose import stand
+from stickslip.dynamics.ugv.rolling import wheel_lags
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -39,9 +39,12 @@ class Station(NamedTuple):
     """Rear and front [rad]."""
     torque: Float[Array, ...]
     """M on each wheel [N m], anticlockwise positive: driving forwards is negative."""
-    turn: Float[Array, ...]
-    """Angle of the rear and the front wheel against their legs, summed [rad]; falls when driving
-    forwards. Only differences mean something: M d(turn) is the work of both motors."""
+    lag: Float[Array, ...]
+    """Angle of the rear and the front wheel against their legs, summed, less what both turn on
+    level ground, -per_metre (x - start of the odometer) [rad]. Keeps the digits of short steps at
+    the end of long ways. Only differences mean something: see `turned`."""
+    per_metre: Float[Array, ...]
+    """How far both wheels turn on a metre of level ground, 2 / r [rad/m]."""
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators [N m], positive outwards; times d(leg_angles) is their work."""
     F_rear: Float[Array, ...]
@@ -63,6 +66,12 @@ class Station(NamedTuple):
         return Station._make(function(of) for of in self)
 
     @property
+    def turn(self) -> Float[Array, ...]:
+        """Angle of both wheels against their legs, summed [rad]; falls when driving forwards. Only
+        differences mean something: M d(turn) is the work of both motors."""
+        return self.lag - self.per_metre * self.x
+
+    @property
     def placed(self) -> Bool[Array, ...]:
         """Whether the vehicle has a place on the track and finite forces."""
         placed = self.status == PLACED[0]
@@ -74,7 +83,7 @@ class Station(NamedTuple):
     def finite(self) -> Bool[Array, ...]:
         """Whether every number that a criterion reads is finite."""
         legs = jnp.sum(self.leg_torques, -1)
-        return jnp.isfinite(self.torque + self.turn + legs + self.N_rear + self.N_front)
+        return jnp.isfinite(self.torque + self.lag + legs + self.N_rear + self.N_front)
 
 
 def station(
@@ -92,7 +101,7 @@ def station(
     odometer must reach from the rearmost contact asked for to the foremost, and be the same for
     stations whose turns are compared.
     """
-    placed = place(params, track, x_front, leg_angles, solver)
+    placed = stand(params, track, x_front, leg_angles, solver)
     return station_of(params, odometer, placed, leg_angles, friction)
 
 
@@ -103,15 +112,16 @@ def station_of(
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
 ) -> Station:
-    """The station of a vehicle that has its place; see `station`."""
+    """The station of a vehicle that has its place, best one of `stand`; see `station`."""
     held = balance(params, placed, friction)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
     return Station(
-        x=placed.front.x,
+        x=placed.origin[..., 0] + placed.front.x,
         leg_angles=angles,
         torque=held.torque,
-        turn=jnp.sum(wheel_turns(params, odometer, placed, angles), -1),
+        lag=jnp.sum(wheel_lags(params, odometer, placed, angles), -1),
+        per_metre=jnp.broadcast_to(jnp.asarray(2 / params.wheel_radius, dtype), shape),
         leg_torques=held.leg_torques,
         F_rear=held.F_rear,
         N_rear=held.N_rear,
@@ -122,3 +132,8 @@ def station_of(
         clearance=held.clearance,
         status=held.status,
     )
+
+
+def turned(a: Station, b: Station) -> Float[Array, ...]:
+    """How far both wheels turn against their legs from station a to station b, summed [rad]."""
+    return (b.lag - a.lag) - b.per_metre * (b.x - a.x)

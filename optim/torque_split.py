@@ -203,7 +203,12 @@ class TorqueSplit:
             1, abs(outcome.value)
         ):
             return OptimStatus.INACCURATE, f"gap {gap:.3g} to the bound (of 1 weight)", outcome.d
-        demand = outcome.value if self.criterion == "friction_demand" else 0.0
+        demand, least = outcome.value, outcome.bound
+        if self.criterion != "friction_demand" or setting.friction is None:
+            demand = least = -np.inf
+        if demand > (setting.friction or 0.0) >= least:
+            text = f"a friction of {least:.9g} to {demand:.9g} is needed: too near to tell"
+            return OptimStatus.INACCURATE, text, outcome.d
         if setting.friction is not None and demand > setting.friction:
             text = f"no split keeps within grip: a friction of {demand:.6g} is needed"
             return OptimStatus.INFEASIBLE, text, outcome.d

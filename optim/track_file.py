@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import io
 import math
-import re
+import os
+import stat
+from array import array
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.ugv.track import Track
 
 EARTH_RADIUS = 6_371_008.8
 """Mean radius [m]."""
+
+MOST_BYTES = 16 * 2**20
+"""Of a file; a point takes about 20 of them in a table and 80 in a GPX track."""
+MOST_IN_A_LINE = 10_000
+"""Characters of a line or of an elevation."""
+DEEPEST = 100
+"""Elements of a GPX file inside one another."""
+BYTES_A_POINT = 400
+"""While the spline is made, about."""
 
 X_NAMES = ("x", "distance", "s")
 Y_NAMES = ("y", "elevation", "height", "z")
@@ -28,110 +42,199 @@ def read_track(path: str | Path, interpolation: str = "cubic") -> Track:
     """The track in a file; `interpolation` as in Track.from_points.
 
     *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
-    the Earth's mean radius (haversine) and y the elevation. Anything else: a table of two columns
-    in metres, in UTF-8; blank lines and lines that begin with # are passed over. ValueError names
-    the file, the line and what is accepted; OSError where the file cannot be opened.
+    the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
+    refused. Anything else: a table of two columns in metres, blank lines and lines that begin with
+    # passed over. Both in UTF-8, regular files of at most MOST_BYTES. ValueError names the file,
+    the line and what is accepted; OSError where the file cannot be opened.
     """
+    if not isinstance(path, str | Path) or "\0" in str(path):
+        raise ValueError(f"path = {shown(path)}; accepted: the path of a file")
     path = Path(path)
-    raw = path.read_bytes()
+    text = _text(path)
+    line, x, y = _gpx(path, text) if path.suffix.lower() == ".gpx" else _table(path, text)
+    _require_points(path, line, x, y)
+    try:
+        return Track.from_points(x, y, interpolation)
+    except ValueError as error:
+        raise ValueError(f"{_name(path)}: {error}") from error
+
+
+def _text(path: Path) -> str:
+    """What is in the file, or ValueError for one that is too large or no text."""
+    name = _name(path)
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise ValueError(f"{name}: not a regular file; {_accepted(path)}")
+    with os.fdopen(descriptor, "rb") as file:
+        raw = file.read(MOST_BYTES + 1)
+    if len(raw) > MOST_BYTES:
+        raise ValueError(f"{name}: larger than {MOST_BYTES >> 20} MiB; accepted: up to that")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(
-            f"{path}: byte {error.start} is no UTF-8 text; {_accepted(path)}"
+            f"{name}: byte {error.start} is no UTF-8 text; {_accepted(path)}"
         ) from None
     if "\0" in text:
-        raise ValueError(f"{path}: not a text file; {_accepted(path)}")
-    places, x, y = _gpx(path, text) if path.suffix.lower() == ".gpx" else _table(path, text)
-    _require_points(path, places, x, y)
-    try:
-        return Track.from_points(x, y, interpolation)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{name}: not a text file; {_accepted(path)}")
+    return text
 
 
-def _table(path: Path, text: str) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Where each point is found, x and y."""
-    rows = [
-        (number, line.strip())
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not rows:
-        raise ValueError(f"{path}: no points; {_accepted(path)}")
-    separator = next((mark for mark in ";\t," if mark in rows[0][1]), None)
-    columns, width = (0, 1), 2
-    cells = _cells(rows[0][1], separator)
-    if not any(map(_is_number, cells)):
-        names, width = [cell.strip("\"'").lower() for cell in cells], len(cells)
-        found = [
-            [i for i, name in enumerate(names) if name in known] for known in (X_NAMES, Y_NAMES)
-        ]
-        if any(len(places) != 1 for places in found):
-            raise ValueError(f"{path}:{rows[0][0]}: header {rows[0][1]!r}; {_accepted(path)}")
-        columns = (found[0][0], found[1][0])
-        rows = rows[1:]
-    points = np.empty((len(rows), 2))
-    for i, (number, line) in enumerate(rows):
+def _table(path: Path, text: str) -> tuple[Sequence[int], np.ndarray, np.ndarray]:
+    """The line of each point, x and y."""
+    name = _name(path)
+    separator, columns, width = None, (0, 1), 0
+    numbers, values = array("q"), (array("d"), array("d"))
+    for number, line in _lines(path, text):
+        if not width:
+            separator = next((mark for mark in ";\t," if mark in line), None)
+            cells, width = _cells(line, separator), 2
+            if not any(map(_is_number, cells)):
+                columns, width = _header(path, number, line, cells), len(cells)
+                continue
         cells = _cells(line, separator)
         if len(cells) != width:
             raise ValueError(
-                f"{path}:{number}: {len(cells)} columns instead of {width}; {_accepted(path)}"
+                f"{name}:{number}: {len(cells)} columns instead of {width}; {_accepted(path)}"
             )
-        for j, column in enumerate(columns):
+        for column, into in zip(columns, values, strict=True):
             try:
-                points[i, j] = _number(cells[column])
+                into.append(_number(cells[column]))
             except ValueError:
                 raise ValueError(
-                    f"{path}:{number}: {cells[column]!r} is no number; {_accepted(path)}"
+                    f"{name}:{number}: {shown(cells[column])} is no number; {_accepted(path)}"
                 ) from None
-    return [f"{path}:{number}" for number, _ in rows], points[:, 0], points[:, 1]
+        numbers.append(number)
+        if len(numbers) > 1 and not values[0][-2] < values[0][-1]:
+            break  # no more is needed to refuse it
+    if not width:
+        raise ValueError(f"{name}: no points; {_accepted(path)}")
+    return numbers, np.array(values[0]), np.array(values[1])
 
 
-def _gpx(path: Path, text: str) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Where each point is found, distance along the track and elevation."""
-    if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise ValueError(f"{path}: declares a document type or entities; {_accepted(path)}")
+def _lines(path: Path, text: str) -> Iterator[tuple[int, str]]:
+    """The lines that say something, with their numbers."""
+    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
+        if len(line) > MOST_IN_A_LINE:
+            raise ValueError(
+                f"{_name(path)}:{number}: a line of {len(line)} characters; accepted: up to "
+                f"{MOST_IN_A_LINE}"
+            )
+        line = line.strip()
+        if line and not line.startswith("#"):
+            yield number, line
+
+
+def _header(path: Path, number: int, line: str, cells: list[str]) -> tuple[int, int]:
+    """Which columns are x and y."""
+    names = [cell.strip("\"'").lower() for cell in cells]
+    found = [[i for i, name in enumerate(names) if name in known] for known in (X_NAMES, Y_NAMES)]
+    if any(len(places) != 1 for places in found):
+        raise ValueError(f"{_name(path)}:{number}: header {shown(line)}; {_accepted(path)}")
+    return found[0][0], found[1][0]
+
+
+def _gpx(path: Path, text: str) -> tuple[Sequence[int], np.ndarray, np.ndarray]:
+    """The number of each track point, distance along the track and elevation."""
+    name, points = _name(path), _Points()
     try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise ValueError(f"{path}: no XML ({error}); {_accepted(path)}") from None
-    points = [node for node in root.iter() if _tag(node) == "trkpt"]
-    places = [f"{path}: track point {i}" for i in range(1, len(points) + 1)]
-    values = np.empty((len(points), 3))
-    for i, point in enumerate(points):
-        elevation = next((node.text for node in point if _tag(node) == "ele"), None)
-        given = (point.get("lat"), point.get("lon"), elevation)
-        for j, (name, value) in enumerate(zip(("lat", "lon", "ele"), given, strict=True)):
+        points.parse(text)
+    except (expat.ExpatError, ValueError) as error:
+        raise ValueError(f"{name}: {error}; {_accepted(path)}") from None
+    values = np.empty((len(points.found), 3))
+    for i, given in enumerate(points.found):
+        place = f"{name}: track point {i + 1}"
+        for j, (key, value) in enumerate(zip(("lat", "lon", "ele"), given, strict=True)):
             if value is None or not _is_number(value) or not math.isfinite(float(value)):
-                raise ValueError(f"{places[i]}: {name} = {value!r}; {_accepted(path)}")
+                raise ValueError(f"{place}: {key} = {shown(value)}; {_accepted(path)}")
             values[i, j] = float(value)
-        for name, value, limit in (("lat", values[i, 0], 90), ("lon", values[i, 1], 360)):
+        for key, value, limit in (("lat", values[i, 0], 90), ("lon", values[i, 1], 360)):
             if abs(value) > limit:
-                raise ValueError(f"{places[i]}: {name} = {value}; {_accepted(path)}")
+                raise ValueError(f"{place}: {key} = {value}; {_accepted(path)}")
     latitude, longitude = np.radians(values[:, :2]).T
     half = np.sin(np.diff(latitude) / 2) ** 2
     half += np.cos(latitude[1:]) * np.cos(latitude[:-1]) * np.sin(np.diff(longitude) / 2) ** 2
     legs = 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0)))
-    x = np.zeros(len(points))
+    x = np.zeros(len(values))
     x[1:] = np.cumsum(legs)
-    return places, x, values[:, 2]
+    return range(1, len(values) + 1), x, values[:, 2]
 
 
-def _require_points(path: Path, places: list[str], x: np.ndarray, y: np.ndarray) -> None:
+class _Points:
+    """The track points of a GPX file, taken out as expat comes past them; no tree is built."""
+
+    def __init__(self):
+        self.found: list[tuple[str | None, str | None, str | None]] = []
+        self._tags: list[str] = []
+        self._place: tuple[str | None, str | None] = (None, None)
+        self._elevation: str | None = None
+        self._reads = False
+
+    def parse(self, text: str) -> None:
+        """ExpatError for what is no XML, ValueError for what is not accepted of it."""
+        parser = expat.ParserCreate("utf-8")
+        parser.StartElementHandler = self._begin
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._read
+        parser.StartDoctypeDeclHandler = _no_document_type
+        try:
+            parser.Parse(text.encode(), True)
+        except expat.ExpatError as error:
+            raise ValueError(f"no XML ({error})") from None
+
+    def _begin(self, tag: str, attributes: dict[str, str]) -> None:
+        tag = tag.rpartition(":")[2]
+        if len(self._tags) >= DEEPEST:
+            raise ValueError(f"elements nested deeper than {DEEPEST}")
+        inside = self._tags[-1:] == ["trkpt"]
+        self._tags.append(tag)
+        if tag == "trkpt":
+            self._place = (attributes.get("lat"), attributes.get("lon"))
+            self._elevation = None
+        self._reads = inside and tag == "ele" and self._elevation is None
+
+    def _read(self, text: str) -> None:
+        if self._reads:
+            self._elevation = (self._elevation or "") + text
+            if len(self._elevation) > MOST_IN_A_LINE:
+                raise ValueError(f"track point {len(self.found) + 1}: a long text in ele")
+
+    def _end(self, tag: str) -> None:
+        self._reads = False
+        if self._tags.pop() == "trkpt":
+            self.found.append((*self._place, self._elevation))
+
+
+def _no_document_type(*_: object) -> None:
+    raise ValueError("declares a document type or entities")
+
+
+def _require_points(path: Path, line: Sequence[int], x: np.ndarray, y: np.ndarray) -> None:
     """Raise ValueError, with its place in the file, for the first point that will not do."""
+    name = _name(path)
     if len(x) < 2:
-        raise ValueError(f"{path}: {len(x)} points; {_accepted(path)}")
-    for name, values in (("x", x), ("y", y)):
+        raise ValueError(f"{name}: {len(x)} points; {_accepted(path)}")
+    require_memory(name, "points", len(x), BYTES_A_POINT)
+    before = ": track point " if path.suffix.lower() == ".gpx" else ":"
+    for axis, values in (("x", x), ("y", y)):
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            raise ValueError(f"{places[bad[0]]}: {name} = {values[bad[0]]}; {_accepted(path)}")
+            at = f"{name}{before}{line[int(bad[0])]}"
+            raise ValueError(f"{at}: {axis} = {values[bad[0]]}; {_accepted(path)}")
     wrong = np.flatnonzero(np.diff(x) <= 0)
     if wrong.size:
         i = int(wrong[0]) + 1
         raise ValueError(
-            f"{places[i]}: x = {x[i]} after {x[i - 1]} does not increase; {_accepted(path)}"
+            f"{name}{before}{line[i]}: x = {x[i]} after {x[i - 1]} does not increase; "
+            f"{_accepted(path)}"
         )
+
+
+def _name(path: Path) -> str:
+    """The path on one line, its end where it is long."""
+    text = " ".join(str(path).split())
+    return text if len(text) <= 200 else f"... {text[-200:]}"
 
 
 def _accepted(path: Path) -> str:
@@ -153,8 +256,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _tag(node: ElementTree.Element) -> str:
-    """The name without its namespace."""
-    return node.tag.rpartition("}")[2] if isinstance(node.tag, str) else ""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.checks import require_choice, require_number
+from stickslip.dynamics.checks import as_number, require_choice
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose, place
+from stickslip.dynamics.ugv.pose import Pose, require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
 from stickslip.dynamics.ugv.systems import SYSTEMS, solve_system
 from stickslip.dynamics.ugv.track import Track
@@ -76,17 +76,18 @@ def equilibrium(
     Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
     losses in the legs. Differentiable in every number.
     """
-    params.validate()
-    require_number("x_front", x_front, low=-jnp.inf, accepted="finite numbers [m]")
-    require_number("friction", friction, low=0.0, accepted="numbers >= 0")
+    friction = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
     require_choice("system", system, SYSTEMS)
-    params.check_leg_angles(leg_angles)
+    x_front, leg_angles = require_place(
+        params, track, x_front, leg_angles, solver, friction=friction
+    )
     return _equilibrium(params, track, x_front, leg_angles, friction, solver, system)
 
 
 @partial(jax.jit, static_argnums=(5, 6))
 def _equilibrium(params, track, x_front, leg_angles, friction, solver, system):
-    return balance(params, place(params, track, x_front, leg_angles, solver), friction, system)
+    held = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
+    return held._replace(pose=held.pose.in_world())
 
 
 def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "closed"):

@@ -6,16 +6,24 @@ beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_integer,
+    require_kind,
+    require_memory,
+    require_number,
+)
 from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
+from stickslip.dynamics.ugv.spline import Spline
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:
@@ -23,6 +31,16 @@ if TYPE_CHECKING:
 
 ORDER = 5
 """Points of the Gauss-Legendre rule in each cell: exact for polynomials of degree 9."""
+CELLS = 256
+"""Of a way whose ends are traced."""
+LONGEST_CELL = 1 / 16
+"""Of concrete ground [m]; without knots there are CELLS or twice, four times ... as many, so that
+compiled programs are shared."""
+
+CHUNK = 1 << 14
+"""Cells that are integrated in one call."""
+BYTES_A_CELL = 200
+"""While it is made, about."""
 
 
 @jax.tree_util.register_dataclass
@@ -31,65 +49,133 @@ class Odometer:
     """Arc length S(x) = integral of sqrt(1 + f'^2) from the start [m].
 
     What is integrated is sqrt(1 + f'^2) - 1, to which x - start is added: single precision keeps
-    its digits. excess: that integral at the edges of the cells. Build it with `along`.
+    its digits. edges + rests: of the cells [m], in two parts as a Spline's knots; even: whether
+    they are evenly spaced, static. excess: that integral from the start to each edge. Build it with
+    `along`.
     """
 
     track: Track
     start: Numeric
     end: Numeric
+    edges: Float[Array, "cells+1"]
+    rests: Float[Array, "cells+1"]
     excess: Float[Array, "cells+1"]
+    even: bool = field(metadata={"static": True})
 
     @classmethod
     def along(
-        cls, track: Track, start: Numeric = None, end: Numeric = None, cells: int = 256
+        cls,
+        track: Track,
+        start: Numeric = None,
+        end: Numeric = None,
+        cells: int | None = None,
     ) -> Odometer:
         """Integrate once from start to end [m], by default the track's; cells: static.
 
-        Between them S is exact to rounding where the ground is smooth within a cell, and good to
-        about 1e-12 m where knots of a smooth spline lie inside cells. Beyond them one rule spans
+        cells: how many of even length; None: on concrete ground no longer than LONGEST_CELL, and
+        between the knots of a spline, so that none hides inside one, else CELLS. On concrete ground
+        all is computed in double precision, whatever jax_enable_x64 says.
+
+        Between the ends S is exact to rounding where the ground is smooth within a cell, and good
+        to about 1e-12 m where knots of a smooth spline lie inside cells. Beyond them one rule spans
         the whole distance from the end: exact where the track is straight, off by 1e-10 m at 0.5 m
         and 4e-7 m at 1 m from the end on the default sinusoid. So enclose what is asked often.
         """
-        if isinstance(cells, bool) or not isinstance(cells, int) or cells < 1:
-            raise ValueError(f"cells = {cells!r}; accepted: an integer >= 1")
+        require_kind("track", track, Track, "a Track")
+        if cells is not None:
+            require_integer("cells", cells)
+            require_memory(f"cells = {cells:.6g}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
+        for name, value in (("start", start), ("end", end)):
+            require_number(name, value, accepted="a finite position [m]")
         if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
             raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
+        if is_concrete(track, start, end) and all(np.ndim(at) == 0 for at in (start, end)):
+            return cls._concrete(track, float(start), float(end), cells)
         dtype = float_type(track, start, end, 0.0)
-        track, first, last = track.astype(dtype), *(jnp.asarray(v, dtype) for v in (start, end))
-        width = (last - first) / cells
-        edges = first + width * jnp.arange(cells, dtype=dtype)
-        each = _excess_over(track, edges, jnp.broadcast_to(width, edges.shape))
-        total = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(each)])
-        return cls(track, first, last, total)
+        given = (track, start, end)
+        track, first, last = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
+        count = CELLS if cells is None else cells
+        edges = first + (last - first) / count * jnp.arange(count + 1, dtype=dtype)
+        excess = _summed(track, edges)
+        return cls(track, first, last, edges, jnp.zeros_like(edges), excess, even=True)
+
+    @classmethod
+    def _concrete(cls, track: Track, start: float, end: float, cells: int | None) -> Odometer:
+        edges, even = _edges(track, start, end, cells)
+        wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
+        with jax.enable_x64(True), jax.ensure_compile_time_eval():
+            parts = [
+                np.asarray(_integrals(wide, jnp.asarray(edges[i : i + CHUNK + 1])))
+                for i in range(0, len(edges) - 1, CHUNK)
+            ]
+            sums = np.concatenate([[0.0], np.cumsum(np.concatenate(parts))])
+            found = cls(wide, start, end, *in_two(edges), sums, even=even)
+            before = np.asarray(found.excess_at(jnp.asarray(start), jnp.zeros(())))
+        return replace(found, track=track, excess=sums - before)
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
-        x, *_ = as_floats(x, self.start)
-        return _distance(self, x)
+        x, start = as_floats(x, self.start)
+        return (x - start) + self.excess_at(x, jnp.zeros_like(x))
+
+    def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
+        """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see near.py."""
+        base, u, *_ = as_floats(base, u, self.excess)
+        return _excess_at(self, *jnp.broadcast_arrays(base, u))
 
 
-def _by_rule(odometer: Odometer, x: jax.Array) -> jax.Array:
-    """The stored integral at the edge to the left, the way from there, and the rest of the cell."""
-    cells = odometer.excess.shape[-1] - 1
-    width = (odometer.end - odometer.start) / cells
-    cell = jnp.clip(jnp.floor((x - odometer.start) / width), 0, cells)
-    left = odometer.start + cell * width
-    rest = _excess_over(odometer.track, left, x - left)
-    return (x - odometer.start) + (odometer.excess[cell.astype(jnp.int32)] + rest)
+def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:
+    """The cells' edges in double precision, and whether they are even."""
+    spline = track.shape if cells is None and isinstance(track.shape, Spline) else None
+    if spline is None or np.ndim(spline.knots) != 1:
+        most = max((end - start) / LONGEST_CELL, CELLS)
+        count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS)) if cells is None else cells
+        _require_room(end - start, count)
+        return np.linspace(start, end, int(count) + 1), True
+    # All of the spline, whose ends one rule goes past exactly, whatever start and end are.
+    knots = np.asarray(spline.knots, np.float64) + np.asarray(spline.rests, np.float64)
+    split = np.maximum(np.ceil(np.diff(knots) / LONGEST_CELL), 1.0)
+    _require_room(knots[-1] - knots[0], np.sum(split))
+    if spline.even:
+        return np.linspace(knots[0], knots[-1], (len(knots) - 1) * int(np.max(split)) + 1), True
+    split = split.astype(int)
+    part = np.arange(np.sum(split)) - np.repeat(np.cumsum(split) - split, split)
+    inner = np.repeat(knots[:-1], split) + part * np.repeat(np.diff(knots) / split, split)
+    return np.append(inner, knots[-1]), False
 
 
-_distance = jax.custom_jvp(_by_rule)
+def _require_room(length: float, count: float) -> None:
+    require_memory(f"end - start = {length:.6g}", "cells of an odometer", count, BYTES_A_CELL)
 
 
-@_distance.defjvp
-def _distance_jvp(primals, tangents):
+def _by_rule(odometer: Odometer, base: jax.Array, u: jax.Array) -> jax.Array:
+    """The stored integral at the edge to the left, and that of the rest of the cell."""
+    dtype = base.dtype
+    edges, rests, excess = (
+        jnp.asarray(v, dtype) for v in (odometer.edges, odometer.rests, odometer.excess)
+    )
+    cell, t, outside = locate(edges, rests, odometer.even, base, u)
+    length = t + outside
+    past = outside > 0
+    # Past the end the integral of the last cell is known, and the rule spans the way from there.
+    here = excess[cell + past.astype(cell.dtype)]
+    length = jnp.where(past, outside, length)
+    return here + _excess_over(odometer.track, base, u - length, length)
+
+
+_excess_at = jax.custom_jvp(_by_rule)
+
+
+@_excess_at.defjvp
+def _excess_jvp(primals, tangents):
     """In x, the integrand itself rather than a derivative of the rule."""
-    odometer, x = primals
-    odometer_dot, x_dot = tangents
-    distance, by_numbers = jax.jvp(lambda o: _by_rule(o, x), (odometer,), (odometer_dot,))
-    return distance, by_numbers + x_dot * (1 + _excess(odometer.track.slope(x)))
+    odometer, base, u = primals
+    odometer_dot, base_dot, u_dot = tangents
+    value, by_numbers = jax.jvp(lambda o: _by_rule(o, base, u), (odometer,), (odometer_dot,))
+    slope = parts_of(odometer.track.shape, base, u)[1]
+    return value, by_numbers + (base_dot + u_dot) * _excess(slope)
 
 
 def _excess(slope: jax.Array) -> jax.Array:
@@ -98,8 +184,23 @@ def _excess(slope: jax.Array) -> jax.Array:
     return square / (1 + jnp.sqrt(1 + square))
 
 
-def _excess_over(track: Track, left: jax.Array, length: jax.Array) -> jax.Array:
-    """Integral of sqrt(1 + f'^2) - 1 from each `left` over each `length`, by one rule."""
+def _excess_over(track: Track, base: jax.Array, left: jax.Array, length: jax.Array) -> jax.Array:
+    """Integral of sqrt(1 + f'^2) - 1 from each base + left over each `length`, by one rule."""
     nodes, weights = (jnp.asarray(v, length.dtype) for v in np.polynomial.legendre.leggauss(ORDER))
     points = left[..., None] + length[..., None] * (1 + nodes) / 2
-    return length / 2 * jnp.sum(weights * _excess(track.slope(points)), axis=-1)
+    slope = parts_of(track.shape, base[..., None], points)[1]
+    return length / 2 * jnp.sum(weights * _excess(slope), axis=-1)
+
+
+def _pieces(track: Track, edges: jax.Array) -> jax.Array:
+    """The integral over each cell."""
+    left, length = edges[:-1], edges[1:] - edges[:-1]
+    return _excess_over(track, left, jnp.zeros_like(left), length)
+
+
+def _summed(track: Track, edges: jax.Array) -> jax.Array:
+    """The integral from the first edge to each."""
+    return jnp.concatenate([jnp.zeros(1, edges.dtype), jnp.cumsum(_pieces(track, edges))])
+
+
+_integrals = jax.jit(_pieces)

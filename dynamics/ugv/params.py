@@ -59,6 +59,10 @@ class UGVParams:
 
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        for name in (field.name for field in fields(self)):
+            if isinstance(getattr(self, name), NO_NUMBERS):
+                shape = "accepted: a number, or an array of them"
+                raise ValueError(f"{name} = {shown(getattr(self, name))} is no number; {shape}")
         for name in POSITIVE:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
         for name in MASSES:

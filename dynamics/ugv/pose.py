@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from stickslip.dynamics.checks import require_number
-from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.params import UGVParams, legs
-from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed, locate
+from stickslip.dynamics.ugv.pose_solver import (
+    NEWTON,
+    PoseSolver,
+    depth_allowed,
+    locate,
+    size_near,
+)
 from stickslip.dynamics.ugv.track import Track
 from stickslip.dynamics.ugv.wheel import Contact, contact, cross, dot, penetration
 
@@ -21,7 +29,11 @@ if TYPE_CHECKING:
 
 
 class Pose(NamedTuple):
-    """The half vehicle on the track; points [..., 2] in the world frame [m], y up, x forwards."""
+    """The half vehicle on the track; points [..., 2] [m], y up, x forwards.
+
+    In the world frame, or, out of `stand`, from `origin`, which keeps the digits of differences
+    far from x = 0 and y = 0; `in_world` adds it.
+    """
 
     rear: Contact
     front: Contact
@@ -40,12 +52,36 @@ class Pose(NamedTuple):
     hinge to hinge, and of the legs as far as they stand out of the wheels."""
     status: Int[Array, ...]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
+    origin: Float[Array, "... 2"]
+    """Where the points' frame has its origin in the world [m]: zero, or out of `stand` where the
+    front wheel touches."""
 
     def potential_energy(self, params: UGVParams):
-        """Of all five bodies above y = 0 [J]."""
+        """Of all five bodies above y = 0 [J]; far up, energy_above_origin keeps more digits."""
+        return self.energy_above_origin(params) + params.weight * self.origin[..., 1]
+
+    def energy_above_origin(self, params: UGVParams):
+        """Potential energy of all five bodies above `origin` [J]."""
         wheels = params.wheel_mass * (self.rear.centre[..., 1] + self.front.centre[..., 1])
         legs = params.leg_mass * (self.rear_leg[..., 1] + self.front_leg[..., 1])
         return (wheels + legs + params.body_mass * self.body[..., 1]) * params.gravity
+
+    def in_world(self) -> Pose:
+        """The same with every point in the world frame."""
+        by = self.origin
+
+        def moved(wheel: Contact) -> Contact:
+            return wheel._replace(
+                x=wheel.x + by[..., 0], point=wheel.point + by, centre=wheel.centre + by
+            )
+
+        points = ("rear_hinge", "front_hinge", "body", "rear_leg", "front_leg")
+        return self._replace(
+            rear=moved(self.rear),
+            front=moved(self.front),
+            origin=jnp.zeros_like(by),
+            **{name: getattr(self, name) + by for name in points},
+        )
 
 
 def pose(
@@ -63,17 +99,54 @@ def pose(
     wheel's centre meets the circle of radius R about the front centre, in a bracket that always
     holds such a point. Differentiable in every number (implicit function theorem).
 
+    Computed relative to the front contact (`stand`) and only then put into the world frame.
+
     Raises ValueError for angles outside the range or numbers that are not finite, before tracing.
     Neglected: the wheels' width, and that they might touch each other.
     """
-    params.validate()
-    require_number("x_front", x_front, low=-jnp.inf, accepted="finite numbers [m]")
-    params.check_leg_angles(leg_angles)
+    x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
     return _place(params, track, x_front, leg_angles, solver)
+
+
+def require_place(
+    params: UGVParams, track: Track, x_front, leg_angles, solver: PoseSolver, **others: Numeric
+) -> tuple:
+    """x_front and leg_angles as arrays, or ValueError for what places no vehicle; others: numbers
+    whose shapes have to go with theirs."""
+    require_kind("params", params, UGVParams, "a UGVParams")
+    require_kind("track", track, Track, "a Track")
+    require_kind("solver", solver, PoseSolver, "a PoseSolver")
+    params.validate()
+    require_number("x_front", x_front, accepted="finite numbers [m]")
+    params.check_leg_angles(leg_angles)
+    shapes = {"x_front": np.shape(x_front), "leg_angles": np.shape(leg_angles)[:-1]}
+    shapes |= {name: np.shape(value) for name, value in others.items()}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ValueError(
+            f"the shapes {listed} do not go together (leg_angles without its last axis); "
+            "accepted: the same, or 1"
+        ) from None
+    track.require_resolved(float_type(params, track, x_front, leg_angles))
+    listed = (list, tuple)
+    return tuple(
+        jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles)
+    )
 
 
 def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
     """`pose` without checks, for use inside a trace."""
+    return stand(params, track, x_front, leg_angles, solver).in_world()
+
+
+def stand(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
+    """`place` with the points counted from where the front wheel touches, in x and in height.
+
+    So nothing depends on how far the track lies from x = 0 and y = 0 but `origin`. Forces, torques
+    and differences are best taken of this pose.
+    """
     dtype = float_type(params, track, x_front, leg_angles)
     x_front, leg_angles = jnp.asarray(x_front, dtype), jnp.asarray(leg_angles, dtype)
     shape = jnp.broadcast_shapes(x_front.shape, leg_angles.shape[:-1])
@@ -83,9 +156,10 @@ def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
     rear_wheel, front_wheel = legs(params, leg_angles)
     chord = front_wheel - rear_wheel
     R = jnp.sqrt(dot(chord, chord))
-    front = contact(track, x_front, params.wheel_radius)
-    x_rear, gap, rate = locate(track, params.wheel_radius, front, R, solver)
-    rear = contact(track, x_rear, params.wheel_radius)
+    ground = track.seen_from(x_front)
+    front = contact(ground, jnp.zeros_like(x_front), params.wheel_radius)
+    x_rear, gap, rate = locate(ground, params.wheel_radius, front, R, solver)
+    rear = contact(ground, x_rear, params.wheel_radius)
 
     # The body's axis: the chord in the body's frame is turned into the chord in the world.
     world = front.centre - rear.centre
@@ -111,15 +185,16 @@ def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
         front_leg=(front_hinge + front.centre) / 2,
         clearance=zero,
         status=zero.astype(int),
+        origin=jnp.stack([x_front, sum(ground.anchor)], -1),
     )
-    placed = placed._replace(clearance=clearance(params, track, placed, solver.samples))
-    return placed._replace(status=_status(params, track, placed, (gap, rate), solver))
+    placed = placed._replace(clearance=clearance(params, ground, placed, solver.samples))
+    return placed._replace(status=_status(params, ground, placed, (gap, rate), solver))
 
 
 _place = jax.jit(place, static_argnums=4)
 
 
-def clearance(params: UGVParams, track: Track, placed: Pose, samples: int):
+def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int):
     """Least height above the ground of the body and of what the wheels leave of the legs [m]."""
     if samples == 0:
         return jnp.full_like(placed.wheelbase, jnp.inf)
@@ -130,7 +205,7 @@ def clearance(params: UGVParams, track: Track, placed: Pose, samples: int):
     least = jnp.full_like(placed.wheelbase, jnp.inf)
     for a, b in pairwise([rear, placed.rear_hinge, placed.front_hinge, front]):
         (x, y), (along, up) = ((v[..., :1], v[..., 1:]) for v in (a, b - a))
-        height = y + part * up - track.height(x + part * along)
+        height = y + part * up - ground.height(x + part * along)
         least = jnp.minimum(least, jnp.min(height, axis=-1))
     return least
 
@@ -142,12 +217,12 @@ def turned(vector, along):
     return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
 
 
-def _status(params, track, placed: Pose, missed, solver):
+def _status(params, ground: Near, placed: Pose, missed, solver):
     """The first of the pose's failures that applies."""
     dtype = placed.wheelbase.dtype
     eps = jnp.finfo(dtype).eps
     r = params.wheel_radius
-    size = jnp.abs(placed.front.centre).max(-1) + placed.wheelbase + r
+    size = size_near(ground, placed.wheelbase, r)
     gap, rate = missed
     # At a sharp edge the last digit of x moves the wheel by far more than that.
     accepted = solver.accepted_gap(dtype) * size * jnp.maximum(jnp.abs(rate), 1)
@@ -155,12 +230,12 @@ def _status(params, track, placed: Pose, missed, solver):
     hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
     if solver.samples:
         depth = jnp.maximum(
-            penetration(track, placed.rear, r, solver.samples),
-            penetration(track, placed.front, r, solver.samples),
+            penetration(ground, placed.rear, r, solver.samples),
+            penetration(ground, placed.front, r, solver.samples),
         )
         hollow |= depth > depth_allowed(size)
     status = jnp.where(hollow & (status == 0), Status.HOLLOW_GROUND, status)
     vanished = placed.wheelbase <= 16 * eps * params.body_length
     status = jnp.where(vanished, Status.NO_SOLUTION, status)
-    numbers = placed.wheelbase + placed.pitch + placed.rear.x + size
+    numbers = placed.wheelbase + placed.pitch + placed.rear.x + sum(ground.anchor) + size
     return jnp.where(jnp.isfinite(numbers), status, Status.NON_FINITE).astype(jnp.int32)

@@ -6,13 +6,22 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.wheel import Contact, contact, dot, penetration
 
 METHODS = ("newton", "scan")
 MOST_ITERATIONS = 100
+MOST = 10_000
+"""Samples, candidates or fixed iterations that may be asked for."""
+TOLERANCES = "None, or one number, 0 < it <= 0.1"
 
 
 @dataclass(frozen=True)
@@ -39,16 +48,15 @@ class PoseSolver:
 
     def __post_init__(self):
         require_choice("method", self.method, METHODS)
-        if self.tolerance is not None and not 0 < self.tolerance <= 0.1:
-            raise ValueError(
-                f"tolerance = {self.tolerance} is not accepted; accepted: None, or 0 < it <= 0.1"
+        if self.tolerance is not None:
+            require_number(
+                "tolerance", self.tolerance, low=0.0, high=0.1, strict=True, accepted=TOLERANCES
             )
+            if np.ndim(self.tolerance):
+                raise ValueError(f"tolerance = {shown(self.tolerance)}; accepted: {TOLERANCES}")
         for name, low in (("iterations", 1), ("samples", 0), ("candidates", 2)):
-            value = getattr(self, name)
-            if value is None and name == "iterations":
-                continue
-            if not isinstance(value, int) or value < low:
-                raise ValueError(f"{name} = {value!r} is not accepted; accepted: integers >= {low}")
+            if getattr(self, name) is not None or name != "iterations":
+                require_integer(name, getattr(self, name), low=low, high=MOST)
         if self.method == "scan" and self.samples == 0:
             raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
 
@@ -65,12 +73,13 @@ NEWTON = PoseSolver()
 """The default."""
 
 
-def locate(track: Track, radius, front: Contact, wheelbase, solver: PoseSolver):
+def locate(track: Near, radius, front: Contact, wheelbase, solver: PoseSolver):
     """The rear contact [m], by how much the wheelbase is missed there [m] and its slope in x [-].
 
-    The distance between the centres is at least the wheelbase R at x = s_f - R - r and 0 at the
-    front contact, so a crossing lies between. Derivatives: the last Newton step is differentiated,
-    with the point before it held fixed, which is the implicit function theorem.
+    In the frame of the track's base. The distance between the centres is at least the wheelbase R
+    at x = s_f - R - r and 0 at the front contact, so a crossing lies between. Derivatives: the last
+    Newton step is differentiated, with the point before it held fixed, which is the implicit
+    function theorem.
     """
     low = front.centre[..., 0] - wheelbase - radius
     find = _newton if solver.method == "newton" else _scan
@@ -83,7 +92,7 @@ def locate(track: Track, radius, front: Contact, wheelbase, solver: PoseSolver):
     return polished, *miss(track, radius, front.centre, wheelbase, polished)
 
 
-def miss(track: Track, radius, centre, wheelbase, x):
+def miss(track: Near, radius, centre, wheelbase, x):
     """By how much the wheel at x is farther than the wheelbase from `centre` [m] (eq. 39), and the
     slope of that in x."""
     rear = contact(track, x, radius)
@@ -120,7 +129,7 @@ def _refine(track, radius, centre, wheelbase, bracket, guess, solver: PoseSolver
 
     Where Newton's method does not at least halve the miss, the next point is the middle.
     """
-    stop = solver.stop_gap(wheelbase.dtype) * (wheelbase + jnp.abs(centre[..., 0]))
+    stop = solver.stop_gap(wheelbase.dtype) * size_near(track, wheelbase, radius)
 
     def more(carry):
         count, (*_, done) = carry
@@ -157,14 +166,21 @@ def _scan(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
     bracket = jnp.where(falls, left, right), jnp.where(falls, right, left)
     x = _refine(track, radius, centre, R, bracket, (left + right) / 2, solver)
     rear = contact(track, x, radius)
-    size = jnp.abs(centre).max(-1) + R + radius
-    deep = depth_allowed(size)
+    deep = depth_allowed(size_near(track, R, radius))
     clear = (penetration(track, rear, radius, solver.samples) <= deep) & (rear.stretch > 0)
     nearest = jnp.max(jnp.where(crossing, x, low[..., None]), axis=-1)
     best = jnp.max(jnp.where(crossing & clear, x, -jnp.inf), axis=-1)
     return jnp.where(jnp.isfinite(best), best, nearest)
 
 
+def size_near(ground: Near, wheelbase, radius):
+    """The largest number [m] whose rounding a vehicle's place carries: its own size, wherever on
+    the ground it stands; of the shape of wheelbase."""
+    grain = ground.grain
+    more = (1,) * (jnp.ndim(wheelbase) - grain.ndim)
+    return wheelbase + 2 * radius + jnp.reshape(grain, (*grain.shape, *more))
+
+
 def depth_allowed(size):
-    """How far the ground may seem to enter a wheel by rounding [m], at coordinates of `size`."""
+    """How far the ground may seem to enter a wheel by rounding [m], at numbers of `size`."""
     return 256 * jnp.finfo(size.dtype).eps * size

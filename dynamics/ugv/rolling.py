@@ -28,8 +28,24 @@ def wheel_turns(
 
     for every displacement along the track and of the legs (virtual work, MODEL 2).
     """
-    turns = []
+    level = (placed.origin[..., 0] + placed.front.x) - odometer.start
+    return (
+        wheel_lags(params, odometer, placed, leg_angles) - (level / params.wheel_radius)[..., None]
+    )
+
+
+def wheel_lags(
+    params: UGVParams, odometer: Odometer, placed: Pose, leg_angles: Float[Array, "... 2"]
+) -> Float[Array, "... 2"]:
+    """`wheel_turns` less what rolling over level ground to the front contact would take, [rad].
+
+    That is -(x_front - start) / r, by far the larger part of a long way: the lag keeps in single
+    precision the digits that the turn loses.
+    """
+    base = placed.origin[..., 0] + placed.front.x
+    lags = []
     for wheel, leg in ((placed.rear, -leg_angles[..., 0]), (placed.front, leg_angles[..., 1])):
-        rolled = wheel.slope_angle - odometer.distance(wheel.x) / params.wheel_radius
-        turns.append(rolled - placed.pitch - leg)
-    return jnp.stack(turns, -1)
+        behind = wheel.x - placed.front.x
+        rolled = behind + odometer.excess_at(base, behind)
+        lags.append(wheel.slope_angle - rolled / params.wheel_radius - placed.pitch - leg)
+    return jnp.stack(lags, -1)

@@ -12,21 +12,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_choice, require_number
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_integer,
+    require_memory,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.numeric import Numeric, float_type
-from stickslip.dynamics.ugv.shapes import as_floats
+from stickslip.dynamics.ugv.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.spline import Spline, hermite_table
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.ugv.shapes import Profile
 
 REFERENCE_FREQUENCY = 0.1
 """n0 [cycles/m]."""
@@ -60,20 +66,24 @@ def band_variance(roughness: Numeric, band: tuple[float, float] = BAND) -> Numer
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Waves:
+class Waves(Closed):
     """Sum of cosines, y = sum_i amplitude_i cos(2 pi n_i x + phase_i); exact but slow."""
 
     amplitudes: Float[Array, "waves"]
     frequencies: Float[Array, "waves"]
     phases: Float[Array, "waves"]
 
-    def profile(self, x: Numeric) -> Profile:
-        """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]."""
-        x, a, n, phase = as_floats(x, self.amplitudes, self.frequencies, self.phases)
+    def near(self, base: Numeric, u: Numeric):
+        """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]; whole
+        cycles left out of n x."""
+        values = (base, u, self.amplitudes, self.frequencies, self.phases)
+        base, u, a, n, phase = as_floats(*values)
         k = 2 * np.pi * n
-        angle = k * x[..., None] + phase
+        turns = n * base[..., None]
+        angle = 2 * np.pi * (turns - jax.lax.stop_gradient(jnp.round(turns)))
+        angle = (angle + phase) + k * u[..., None]
         cosine, sine = jnp.cos(angle), jnp.sin(angle)
-        return (cosine * a).sum(-1), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
+        return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
 
 
 def rough_waves(
@@ -88,15 +98,24 @@ def rough_waves(
     """
     edges = _checked_edges(band, waves)
     require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
-    (level,) = as_floats(roughness)
-    dtype = level.dtype
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
-    phases = jax.random.uniform(key, (waves,), jnp.float32, 0.0, 2 * np.pi)
-    return Waves(
-        jnp.sqrt(level) * jnp.asarray(np.sqrt(2 * variance), dtype),
-        jnp.asarray(np.sqrt(edges[:-1] * edges[1:]), dtype),
-        phases.astype(dtype),
-    )
+    amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
+    phases = jax.random.uniform(_as_key(key), (waves,), jnp.float32, 0.0, 2 * np.pi)
+    if is_concrete(roughness, phases):
+        level = np.asarray(roughness, np.float64)[..., None]
+        return Waves(np.sqrt(level) * amplitudes, frequencies, np.asarray(phases, np.float64))
+    (level,) = as_floats(roughness)
+    amplitudes, frequencies = (jnp.asarray(v, level.dtype) for v in (amplitudes, frequencies))
+    return Waves(jnp.sqrt(level) * amplitudes, frequencies, phases.astype(level.dtype))
+
+
+def _as_key(key: Any) -> Array:
+    """A JAX key of either kind, or ValueError."""
+    dtype = getattr(key, "dtype", None)
+    typed = dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
+    if not typed and (dtype != np.uint32 or np.shape(key) != (2,)):
+        raise ValueError(f"key = {shown(key)}; accepted: a JAX key, or for Track.rough a seed")
+    return key
 
 
 def rough_shape(
@@ -124,17 +143,27 @@ def rough_shape(
         longest = float(np.max(np.asarray(end, float) - np.asarray(start, float)))
         accepted = "start < end, finite [m]"
         require_number("end - start", longest, low=0.0, strict=True, accepted=accepted)
-        pieces = max(1, math.ceil(longest * band[1] * PIECES_PER_WAVE))
-    dtype = float_type(drawn)
-    first, last = jnp.asarray(start, dtype), jnp.asarray(end, dtype)
-    return hermite_table(drawn.profile, first, last, pieces)
+        wanted = longest * band[1] * PIECES_PER_WAVE
+        require_memory(f"end - start = {longest:.6g}", "pieces of a table", wanted, 64 * waves)
+        pieces = max(1, math.ceil(wanted))
+    pieces = require_integer("pieces", pieces)
+    require_memory(f"pieces = {pieces:.6g}", "pieces of a table", pieces, 64 * waves)
+    if not is_concrete(drawn, start, end):
+        dtype = float_type(drawn)
+        start, end = (jnp.asarray(at, dtype) for at in (start, end))
+    return hermite_table(drawn.profile, start, end, pieces)
 
 
 def _checked_edges(band: tuple[float, float], waves: int) -> np.ndarray:
     """Edges of the waves' intervals of spatial frequency [cycles/m]."""
-    if isinstance(waves, bool) or not isinstance(waves, int) or waves < 1:
-        raise ValueError(f"waves = {waves!r}; accepted: an integer >= 1")
-    low, high = band
+    waves = require_integer("waves", waves)
+    require_memory(f"waves = {waves:.6g}", "waves", waves, 64)
+    accepted = "(low, high), 0 < low < high [cycles/m]"
+    if not isinstance(band, tuple | list) or len(band) != 2:
+        raise ValueError(f"band = {shown(band)}; accepted: {accepted}")
+    for end in band:
+        require_number("band", end, accepted=accepted)
+    low, high = (float(end) for end in band)
     if not 0 < low < high < math.inf:
-        raise ValueError(f"band = {band!r}; accepted: (low, high), 0 < low < high [cycles/m]")
+        raise ValueError(f"band = {band!r}; accepted: {accepted}")
     return np.linspace(low, high, waves + 1)

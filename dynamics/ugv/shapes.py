@@ -2,7 +2,8 @@
 
 A shape is a frozen pytree with a method `profile(x) -> (height, slope, second derivative)`. Its
 class is tree structure, hence static under jit; its fields are numbers and may be traced, batched
-and differentiated. All of them are defined for every x.
+and differentiated. All of them are defined for every x. A shape with a method `near(base, u)` gives
+the same at base + u without rounding that sum: see near.py.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Numeric, float_type
 
 if TYPE_CHECKING:
@@ -38,11 +39,28 @@ def as_floats(*values: Numeric) -> list[jax.Array]:
     return [jnp.asarray(value, dtype) for value in values]
 
 
+class Closed:
+    """A shape given by `near`: (parts of the height, slope, second derivative) at base + u."""
+
+    def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
+        """The parts add up to the height; see near.py."""
+        raise NotImplementedError
+
+    def profile(self, x: Numeric) -> Profile:
+        """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
+        (x,) = as_floats(x)
+        parts, slope, second = self.near(x, jnp.zeros_like(x))
+        return sum(parts), slope, second  # pyright: ignore[reportReturnType]
+
+
 def require_numbers(shape: Shape) -> None:
     """Raise ValueError unless every field is finite, and > 0 where the class says so."""
     positive = getattr(shape, "POSITIVE", ())
     numbers = (f for f in fields(shape) if not f.metadata.get("static"))  # pyright: ignore
     for name in (item.name for item in numbers):
+        if isinstance(getattr(shape, name), list | tuple | dict):
+            given = shown(getattr(shape, name))
+            raise ValueError(f"{name} = {given}; accepted: a number, or an array of them")
         if name in positive:
             accepted = "a finite length > 0 [m]"
             require_number(name, getattr(shape, name), low=0.0, strict=True, accepted=accepted)
@@ -52,33 +70,33 @@ def require_numbers(shape: Shape) -> None:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Flat:
+class Flat(Closed):
     """Level ground, y = 0."""
 
-    def profile(self, x: Numeric) -> Profile:
+    def near(self, base: Numeric, u: Numeric):
         """Zeros."""
-        (x,) = as_floats(x)
-        zero = jnp.zeros_like(x)
-        return zero, zero, zero
+        base, u = as_floats(base, u)
+        zero = jnp.zeros_like(base + u)
+        return (zero,), zero, zero
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Incline:
+class Incline(Closed):
     """One endless straight, y = slope x. slope = tan(angle) [-]."""
 
     slope: Numeric
 
-    def profile(self, x: Numeric) -> Profile:
-        """y = slope x."""
-        x, m = as_floats(x, self.slope)
-        height = m * x
-        return height, jnp.broadcast_to(m, height.shape), jnp.zeros_like(height)
+    def near(self, base: Numeric, u: Numeric):
+        """y = slope base + slope u."""
+        base, u, m = as_floats(base, u, self.slope)
+        zero = jnp.zeros_like(base + u)
+        return (m * base, m * u), m + zero, m * zero
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Bump:
+class Bump(Closed):
     """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
 
     height: Numeric
@@ -87,17 +105,17 @@ class Bump:
 
     POSITIVE: ClassVar = ("width",)
 
-    def profile(self, x: Numeric) -> Profile:
+    def near(self, base: Numeric, u: Numeric):
         """With z = (x - centre) / width: y, -2 z y / width, (4 z^2 - 2) y / width^2."""
-        x, h, c, w = as_floats(x, self.height, self.centre, self.width)
-        z = (x - c) / w
+        base, u, h, c, w = as_floats(base, u, self.height, self.centre, self.width)
+        z = ((base - c) + u) / w
         y = h * jnp.exp(-z * z)
-        return y, -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
+        return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Sinusoid:
+class Sinusoid(Closed):
     """y = amplitude sin(2 pi x / wavelength); both in [m]."""
 
     amplitude: Numeric
@@ -105,17 +123,18 @@ class Sinusoid:
 
     POSITIVE: ClassVar = ("wavelength",)
 
-    def profile(self, x: Numeric) -> Profile:
-        """y, amplitude k cos(k x), -k^2 y with k = 2 pi / wavelength."""
-        x, a, wavelength = as_floats(x, self.amplitude, self.wavelength)
+    def near(self, base: Numeric, u: Numeric):
+        """y, amplitude k cos(k x), -k^2 y with k = 2 pi / wavelength; whole waves left out of x."""
+        base, u, a, wavelength = as_floats(base, u, self.amplitude, self.wavelength)
         k = 2 * np.pi / wavelength
-        y = a * jnp.sin(k * x)
-        return y, a * k * jnp.cos(k * x), -k * k * y
+        angle = k * (jax.lax.rem(*jnp.broadcast_arrays(base, wavelength)) + u)
+        y = a * jnp.sin(angle)
+        return (y,), a * k * jnp.cos(angle), -k * k * y
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Ramp:
+class Ramp(Closed):
     """A straight of one slope between two levels, y = 0 before it.
 
     slope: of the straight [-]; position: middle of the lower joint [m]; length: from there
@@ -132,18 +151,19 @@ class Ramp:
 
     POSITIVE: ClassVar = ("length", "joint")
 
-    def profile(self, x: Numeric) -> Profile:
+    def near(self, base: Numeric, u: Numeric):
         """Rise of the slope at one joint, less that at the other, integrated in closed form."""
-        values = (x, self.slope, self.position, self.length, self.joint)
-        x, m, begin, length, joint = as_floats(*values)
-        up, down = (_bend(x - at, joint) for at in (begin, begin + length))
+        values = (base, u, self.slope, self.position, self.length, self.joint)
+        base, u, m, begin, length, joint = as_floats(*values)
+        z = (base - begin) + u
+        up, down = (_bend(at, joint) for at in (z, z - length))
         y, dy, d2y = (m * (a - b) for a, b in zip(up, down, strict=True))
-        return y, dy, d2y
+        return (y,), dy, d2y
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Step:
+class Step(Closed):
     """A smoothed step from y = 0 up to y = height [m].
 
     position: its middle [m]; length: that of the rise [m]. The rise is the quintic
@@ -159,16 +179,16 @@ class Step:
 
     POSITIVE: ClassVar = ("length",)
 
-    def profile(self, x: Numeric) -> Profile:
-        """height S(u), u = (x - position) / length + 1/2."""
-        x, h, at, length = as_floats(x, self.height, self.position, self.length)
-        y, dy, d2y = _quintic_rise(x - at, length)
-        return h * y, h * dy, h * d2y
+    def near(self, base: Numeric, u: Numeric):
+        """height S(s), s = (x - position) / length + 1/2."""
+        base, u, h, at, length = as_floats(base, u, self.height, self.position, self.length)
+        y, dy, d2y = _quintic_rise((base - at) + u, length)
+        return (h * y,), h * dy, h * d2y
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Ditch:
+class Ditch(Closed):
     """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
 
     depth [m]; position: its middle [m]; width: between the middles of its sides [m]; side: length
@@ -183,13 +203,14 @@ class Ditch:
 
     POSITIVE: ClassVar = ("width", "side")
 
-    def profile(self, x: Numeric) -> Profile:
+    def near(self, base: Numeric, u: Numeric):
         """One step down and one up."""
-        values = (x, self.depth, self.position, self.width, self.side)
-        x, depth, middle, width, side = as_floats(*values)
-        near, far = (_quintic_rise(x - middle + k * width, side) for k in (0.5, -0.5))
-        y, dy, d2y = (depth * (b - a) for a, b in zip(near, far, strict=True))
-        return y, dy, d2y
+        values = (base, u, self.depth, self.position, self.width, self.side)
+        base, u, depth, middle, width, side = as_floats(*values)
+        z = (base - middle) + u
+        first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
+        y, dy, d2y = (depth * (b - a) for a, b in zip(first, second, strict=True))
+        return (y,), dy, d2y
 
 
 @jax.tree_util.register_dataclass
@@ -226,19 +247,21 @@ def require_function(function: Any, points: np.ndarray) -> None:
     """Raise ValueError unless `function` can be a profile, as far as a few points tell."""
     accepted = "a hashable function of one number x [m] to one number y [m], in jax.numpy"
     if not callable(function):
-        raise ValueError(f"function = {function!r} cannot be called; accepted: {accepted}")
+        raise ValueError(f"function = {shown(function)} cannot be called; accepted: {accepted}")
     try:
         hash(function)
     except TypeError as error:
-        raise ValueError(f"function = {function!r} has no hash; accepted: {accepted}") from error
+        raise ValueError(
+            f"function = {shown(function)} has no hash; accepted: {accepted}"
+        ) from error
     for point in points:
         try:
             with jax.ensure_compile_time_eval():
                 value: Any = function(jnp.asarray(point, float))
                 shape = jnp.shape(value)
                 found = Function(function).profile(point) if shape == () else ()
-        except (TypeError, ValueError) as error:  # NumPy or math on a traced number, for one
-            reason = str(error).partition("\n")[0]
+        except Exception as error:  # NumPy or math on a traced number, for one
+            reason = str(error).partition("\n")[0][:120]
             raise ValueError(
                 f"function({point:g}) fails: {reason}; accepted: {accepted}"
             ) from error

@@ -5,14 +5,22 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_choice, require_number
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_integer,
+    require_known,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv.near import Near, seen_from
 from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
 from stickslip.dynamics.ugv.shapes import (
     Bump,
@@ -27,7 +35,7 @@ from stickslip.dynamics.ugv.shapes import (
     require_function,
     require_numbers,
 )
-from stickslip.dynamics.ugv.spline import hermite_table, spline_through
+from stickslip.dynamics.ugv.spline import Spline, hermite_table, spline_through
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -36,6 +44,8 @@ if TYPE_CHECKING:
 
 TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
 """The named tracks: each is a constructor of Track, also reached by Track.named."""
+
+ROUGH_OPTIONS = ("band", "waves", "pieces")
 
 
 @jax.tree_util.register_dataclass
@@ -65,6 +75,15 @@ class Track:
     def slope(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """f'(x) [-], the tangent of the ground's angle."""
         return self.profile(x)[1]
+
+    def seen_from(self, x: Float[Array, "..."]) -> Near:
+        """The ground with distances and heights counted from its points at x [...] [m]."""
+        return seen_from(self.shape, x)
+
+    def require_resolved(self, dtype: Any) -> None:
+        """Raise ValueError where points of the ground are one number in `dtype`."""
+        if isinstance(self.shape, Spline):
+            self.shape.require_resolved(dtype)
 
     @classmethod
     def from_function(cls, function: Callable, start: Numeric = 0.0, end: Numeric = 10.0) -> Track:
@@ -97,10 +116,9 @@ class Track:
         """One of TRACKS by its name, with its constructor's arguments."""
         require_choice("name", name, TRACKS)
         build = getattr(cls, name)
-        known = list(inspect.signature(build).parameters)
-        for given in numbers:
-            if given not in known:
-                raise ValueError(f"{name!r} has no {given!r}; accepted: {', '.join(known)}")
+        known = [p for p in inspect.signature(build).parameters if p != "options"]
+        known += ROUGH_OPTIONS if name == "rough" else ()
+        require_known(numbers, known, f"argument of {name!r}")
         return build(**numbers)
 
     @classmethod
@@ -196,10 +214,12 @@ class Track:
         before it is straight. Options: band, waves and pieces, as in rough_shape, which also takes
         the roughness as a number, for draws inside jit.
         """
-        if isinstance(key, int | np.integer):
-            key = jax.random.key(int(key))
+        require_known(options, ROUGH_OPTIONS, "option of a rough track")
+        if isinstance(key, int | np.integer | bool):
+            key = jax.random.key(require_integer("key", key, low=-(2**31), high=2**31 - 1))
         level = class_roughness(iso_class)
         require_number("margin", margin, low=0.0, accepted="a finite length >= 0 [m]")
+        _require_ends(start, end)
         shape = rough_shape(key, level, start - margin, end + margin, **options)
         return _placed(shape, start, end)
 
@@ -212,16 +232,24 @@ class Track:
         return replace(self, shape=hermite_table(self.profile, start, end, pieces))
 
     def astype(self, dtype) -> Track:
-        """The same track with every number as an array of `dtype`."""
+        """The same track with every number as an array of `dtype`.
+
+        ValueError where points are one number in it.
+        """
+        self.require_resolved(dtype)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
 
 
 def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:
-    """A track whose numbers have been checked."""
+    """A track whose numbers have been checked: they are kept as they are given."""
     if not isinstance(shape, Function):
         require_numbers(shape)
-    for name, value in (("start", start), ("end", end)):
-        require_number(name, value, low=-np.inf, accepted="a finite position [m]")
-    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
-        raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
+    _require_ends(start, end)
     return Track(shape, start, end)
+
+
+def _require_ends(start: Numeric, end: Numeric) -> None:
+    for name, value in (("start", start), ("end", end)):
+        require_number(name, value, accepted="a finite position [m]")
+    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
+        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")

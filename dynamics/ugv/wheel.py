@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Contact(NamedTuple):
         return jnp.stack([-self.tangent[..., 1], self.tangent[..., 0]], -1)
 
 
-def contact(track: Track, x: Float[Array, ...], radius) -> Contact:
+def contact(track: Track | Near, x: Float[Array, ...], radius) -> Contact:
     """The contact at x (eq. 38, with f' for the f that is printed there); no check for a second."""
     f, df, d2f = track.profile(x)
     q = jnp.sqrt(1 + df**2)
@@ -56,7 +57,7 @@ def contact(track: Track, x: Float[Array, ...], radius) -> Contact:
     )
 
 
-def penetration(track: Track, wheel: Contact, radius, samples: int):
+def penetration(track: Track | Near, wheel: Contact, radius, samples: int):
     """How deep the ground reaches into the wheel [m], >= 0: zero where it touches at one point.
 
     The distance from the wheel's centre to the ground is looked up below `samples` points of the
@@ -116,7 +117,7 @@ def _encloses(d_left, g_left, d_right, g_right):
     )
 
 
-def _from_centre(track: Track, centre, x):
+def _from_centre(track: Track | Near, centre, x):
     """Distance of the ground at x from the wheel's centre [m], and half the slope of its square."""
     f, df, _ = track.profile(x)
     across, up = x - centre[..., 0], f - centre[..., 1]

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip.dynamics.ugv import Track
 from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
 from tests.optim.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.helpers import on_grid as solve
@@ -129,7 +128,6 @@ def test_double_precision_while_the_users_switch_is_off():
         ),
         ({"friction": 2.0, "leg_rate": 1.0} | FAR, "leg_rate = 1.0 .* In 3 of 3 steps no leg"),
         ({"friction": 2.0, "leg_rate": 1.9} | FAR, "leg_rate = 1.9 rad/m lets none of the"),
-        ({"track": Track.ditch(0.3, 3.7, 0.2, 0.1)}, "pose"),
     ],
 )
 def test_an_infeasible_problem_names_the_constraint(fields, message: str):

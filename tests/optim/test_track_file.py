@@ -1,5 +1,6 @@
 """Tracks come out of files as they were written, and what is no track is refused with its place."""
 
+import os
 import re
 
 import jax.numpy as jnp
@@ -86,7 +87,10 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
         ("0,0\n2,1\n1,1\n", ("track.csv:3: x = 1.0 after 2.0 does not increase", "increasing")),
         ("lat,lon\n0,0\n1,1\n", ("track.csv:1: header 'lat,lon'", "distance", "elevation")),
         ("x,s,y\n0,0,0\n1,1,1\n", ("track.csv:1: header 'x,s,y'",)),
-        ("0,0\n1e-40,1\n", ("track.csv: ", "overflows float32")),
+        ("0,0\n1e-310,1\n", ("track.csv: ", "overflows float64")),
+        ("0,0\n" + "1" * 20_000 + "\n", ("track.csv:2: a line of 20001 characters",)),
+        ("x" * 9000 + ",y\n0,0\n", ("track.csv:1: header 'xxx", "...", "two columns")),
+        ("0,0\n1," + "9_" * 4000 + "\n", ("track.csv:2: '9_9_", "...", "is no number")),
     ],
 )  # fmt: skip
 def test_a_table_that_is_no_track_is_refused_with_its_line(text, parts, tmp_path):
@@ -112,6 +116,12 @@ GOOD = [(59, 10, 100), (60, 10, 160)]
         (gpx(("x", 10, 0), GOOD[0]), ("track.gpx: track point 1: lat = 'x'", "lat, lon [deg]")),
         (gpx(*GOOD, prologue='<!DOCTYPE g [<!ENTITY a "b">]>'), ("declares a document type",)),
         (gpx(*GOOD).encode("utf-16"), ("is no UTF-8 text",)),
+        (gpx(*GOOD).replace("UTF-8", "UTF-16")[:-9], ("track.gpx: no XML",)),
+        (gpx(*GOOD, prologue='<!DOCTYPE g SYSTEM "file:///etc/passwd">'), ("document type",)),
+        (gpx(*GOOD).replace("100", "&lol;"), ("track.gpx: no XML (undefined entity",)),
+        ("<a>" * 10**6, ("track.gpx: elements nested deeper than 100",)),
+        (gpx((60, 10, "7" * 20_000)), ("track point 1: a long text in ele",)),
+        (gpx(("x" * 9000, 10, 0)), ("track point 1: lat = 'xxx", "...", "lat, lon [deg]")),
     ],
 )
 def test_an_elevation_profile_that_is_no_track_is_refused(text, parts, tmp_path):
@@ -122,7 +132,41 @@ def test_an_elevation_profile_that_is_no_track_is_refused(text, parts, tmp_path)
 def test_files_that_cannot_be_opened_are_os_errors_that_name_them(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"none\.csv"):
         read_track(tmp_path / "none.csv")
-    with pytest.raises(OSError, match=re.escape(str(tmp_path))):
-        read_track(tmp_path)
     with pytest.raises(ValueError, match="interpolation = 'wavy'"):
         read_track(write(tmp_path, TABLES["comma"]), "wavy")
+
+
+def test_a_message_is_no_longer_than_a_few_lines(tmp_path):
+    for name, text in (
+        ("track.csv", "x" * 9000 + ",y\n"),
+        ("track.csv", "0,0\n1," + "9_" * 4000),
+        ("track.gpx", gpx(("x" * 9000, 10, 0))),
+    ):
+        with pytest.raises(ValueError, match="accepted") as caught:
+            read_track(write(tmp_path, text, name))
+        assert len(str(caught.value)) < 600
+
+
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path, monkeypatch):
+    """A folder, a pipe that nobody writes into, a device without end, a path that is none."""
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for path in (tmp_path, pipe, "/dev/zero"):
+        with pytest.raises(ValueError, match="not a regular file"):
+            read_track(path)
+    for path in (3, None, "a\0b", b"track.csv"):
+        with pytest.raises(ValueError, match="accepted: the path of a file"):
+            read_track(path)
+    monkeypatch.setattr("stickslip.optim.track_file.MOST_BYTES", 10)
+    with pytest.raises(ValueError, match=r"track\.csv: larger than"):
+        read_track(write(tmp_path, TABLES["comma"]))
+
+
+def test_text_in_sections_comments_and_other_elements_is_passed_over(tmp_path, float64):
+    """CDATA is text, an element inside ele ends it, and only the first ele counts."""
+    nodes = "".join(
+        f'<trkpt lat="{lat}" lon="10"><!-- 9 --><ele><![CDATA[{ele}]]></ele><ele>7</ele></trkpt>'
+        for lat, ele in ((59, 100), (60, 160))
+    )
+    track = read_track(write(tmp_path, f"<gpx><wpt><ele>5</ele></wpt>{nodes}</gpx>", "a.gpx"))
+    assert float(track.height(track.end)) == pytest.approx(160.0, rel=1e-12)

@@ -37,8 +37,7 @@ def refused(*parts):
         ([], [], ("x has shape (0,)", "at least 2 points")),
         ([[0, 1], [2, 3]], [0, 1], ("x has shape (2, 2)", "one axis")),
         (["a", "b"], [0, 1], ("x are no numbers", "accepted")),
-        ([1000.0, 1000.00001], [0, 0], ("are one number in float32", "jax_enable_x64")),
-        ([0, 1e-30], [0, 1e10], ("overflows float32", "farther apart")),
+        ([0, 1e-300], [0, 1e10], ("overflows float64", "farther apart")),
     ],
 )
 def test_points_that_make_no_track_are_refused(x, y, parts):
@@ -90,7 +89,7 @@ def test_a_function_without_hash_is_refused():
     ("make", "parts"),
     [
         (lambda: Track.named("hill"), ("name = 'hill'", "'bump'")),
-        (lambda: Track.named("bump", depth=1.0), ("no 'depth'", "height, centre, width")),
+        (lambda: Track.named("bump", depth=1.0), ("'depth' is no argument", "height, centre")),
         (lambda: Track.bump(width=0.0), ("width = 0.0", "length > 0")),
         (lambda: Track.step(height=np.nan), ("height = nan", "finite")),
         (lambda: Track.flat(start=3.0, end=3.0), ("start = 3.0, end = 3.0", "start < end")),
