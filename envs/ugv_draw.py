@@ -62,7 +62,7 @@ class RandomTrack:
         _require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
             value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {value:.6g}", f"{name} of a ground", value, 400)
+            require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, 400)
         require_memory(
             f"pieces = {self.pieces}, waves = {self.waves}",
             "waves at knots", self.pieces * self.waves, 64,
