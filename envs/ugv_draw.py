@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.roughness import rough_waves
@@ -59,7 +59,7 @@ class RandomTrack:
         require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
             value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {value:.6g}", f"{name} of a ground", value, BYTES)
+            require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, BYTES)
         require_memory(
             f"pieces = {self.pieces}, waves = {self.waves}",
             "waves at knots", self.pieces * self.waves, 64,

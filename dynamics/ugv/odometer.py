@@ -19,6 +19,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_memory,
     require_number,
+    shown,
 )
 from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
@@ -84,7 +85,7 @@ class Odometer:
         require_kind("track", track, Track, "a Track")
         if cells is not None:
             require_integer("cells", cells)
-            require_memory(f"cells = {cells:.6g}", "cells of an odometer", cells, BYTES_A_CELL)
+            require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
         for name, value in (("start", start), ("end", end)):

@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import as_number, is_concrete, require_known, require_number
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+)
 from stickslip.dynamics.derived import register_derived, settle
 from stickslip.dynamics.numeric import Numeric, require_broadcast
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
+NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 MASSES = ("wheel_mass", "body_mass", "leg_mass")
 
 
@@ -59,10 +67,8 @@ class UGVParams:
 
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
-        for name in (field.name for field in fields(self)):
-            if isinstance(getattr(self, name), NO_NUMBERS):
-                shape = "accepted: a number, or an array of them"
-                raise ValueError(f"{name} = {shown(getattr(self, name))} is no number; {shape}")
+        for name in (field.name for field in fields(self)):  # a list passes as its numbers would
+            require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
         for name in POSITIVE:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
         for name in MASSES:

@@ -147,7 +147,7 @@ def rough_shape(
         require_memory(f"end - start = {longest:.6g}", "pieces of a table", wanted, 64 * waves)
         pieces = max(1, math.ceil(wanted))
     pieces = require_integer("pieces", pieces)
-    require_memory(f"pieces = {pieces:.6g}", "pieces of a table", pieces, 64 * waves)
+    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, 64 * waves)
     if not is_concrete(drawn, start, end):
         dtype = float_type(drawn)
         start, end = (jnp.asarray(at, dtype) for at in (start, end))
@@ -157,7 +157,7 @@ def rough_shape(
 def _checked_edges(band: tuple[float, float], waves: int) -> np.ndarray:
     """Edges of the waves' intervals of spatial frequency [cycles/m]."""
     waves = require_integer("waves", waves)
-    require_memory(f"waves = {waves:.6g}", "waves", waves, 64)
+    require_memory(f"waves = {shown(waves)}", "waves", waves, 64)
     accepted = "(low, high), 0 < low < high [cycles/m]"
     if not isinstance(band, tuple | list) or len(band) != 2:
         raise ValueError(f"band = {shown(band)}; accepted: {accepted}")

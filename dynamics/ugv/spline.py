@@ -125,30 +125,23 @@ def hermite_table(
     continuously differentiable between its ends. For pieces of length h the height is off by
     h^6 |y^(6)| / 46080 at most. Pure in JAX: start, end and the profile's numbers may be traced;
     the table then has their precision, and in single precision the second derivative also carries
-    rounding, about 1e-6 |y| / h^2. Concrete ones are computed in double precision.
+    rounding, about 1e-6 |y| / h^2. Of a track's or a shape's own method with concrete numbers it is
+    computed in double precision.
     """
     pieces = require_integer("pieces", pieces)
-    require_memory(f"pieces = {pieces:.6g}", "pieces of a table", pieces, BYTES_A_PIECE)
+    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE)
     require_number("start", start, accepted="a finite position [m]")
     require_number("end", end, accepted="a finite position [m]")
-    if is_concrete(start, end):
-        if not np.all(np.asarray(start) < np.asarray(end)):
-            raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
-        table = _concrete_table(profile, start, end, pieces)
-        if table is not None:
-            return table
-    knots, rows = _table(profile, *as_floats(start, end), pieces)
-    return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
-
-
-def _concrete_table(profile, start: Numeric, end: Numeric, pieces: int) -> Spline | None:
-    """The table in double precision; None where the profile's own numbers are traced."""
+    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
+        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
+    owner = getattr(profile, "__self__", None)
+    if owner is None or not is_concrete(owner, start, end):
+        knots, rows = _table(profile, *as_floats(start, end), pieces)
+        return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
         ends = [jnp.asarray(np.asarray(end, np.float64)) for end in (start, end)]
-        knots, rows = _table(profile, *ends, pieces)
-    if not is_concrete(knots, rows):
-        return None
-    return Spline.of(np.asarray(knots, np.float64), np.asarray(rows, np.float64), even=True)
+        knots, rows = (np.asarray(of, np.float64) for of in _table(profile, *ends, pieces))
+    return Spline.of(knots, rows, even=True)
 
 
 def _table(profile, first: jax.Array, last: jax.Array, count: int):

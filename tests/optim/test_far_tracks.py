@@ -20,7 +20,7 @@ from tests.optim.helpers import tiny
 
 UP = 1500.0
 X = 0.1 * np.arange(10_001)
-Y = UP + 30 * np.sin(X / 50) + 0.03 * np.sin(2 * X) + 0.01 * np.sin(5 * X + 1)
+Y = UP + 5 * np.sin(X / 50) + 0.03 * np.sin(2 * X) + 0.01 * np.sin(5 * X + 1)
 AT = 6197
 PLACES = X[AT] + np.array([0.0, 0.4, 0.8, 1.2])
 ANGLES = np.array([1.2, 1.6, 2.0])
