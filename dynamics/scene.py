@@ -193,9 +193,7 @@ def _check_patches(floor: Patches) -> None:
 
 
 def _require_edges(edges: Numeric) -> None:
-    accepted = "finite, strictly increasing positions [m]"
-    if np.shape(edges)[-1:] == (0,) and not isinstance(edges, str | bytes):
-        raise ValueError("edges is empty; accepted: at least one floor position [m]")
+    accepted = "at least one floor position, all finite and strictly increasing [m]"
     require_number("edges", edges, accepted=accepted)
-    if is_concrete(edges) and not np.all(np.diff(jnp.asarray(edges), axis=-1) > 0):
+    if is_concrete(edges) and not np.all(np.diff(np.atleast_1d(np.asarray(edges)), axis=-1) > 0):
         raise ValueError(f"edges = {shown(np.asarray(edges).tolist())}; accepted: {accepted}")

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import (
-    BipedModel,
     BipedState,
     RK4Split,
     floor_position,
@@ -21,19 +20,19 @@ from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
 from stickslip.dynamics.biped.integrators import Integrator
 from stickslip.dynamics.biped.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
-from stickslip.dynamics.numeric import all_finite, float_kind
+from stickslip.dynamics.numeric import float_kind
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
 from stickslip.envs.biped_params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped_picture import biped_frame
+from stickslip.envs.biped_reward import centre_of_mass, ground_force, marked, reward_terms
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped import Contact
 
 MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
@@ -236,16 +235,16 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
         turned = biped.crank_angle - state.biped.crank_angle
-        walked = _centre_of_mass(robot, biped, state.biped.steps)
-        walked -= _centre_of_mass(robot, state.biped, state.biped.steps)
+        walked = centre_of_mass(robot, biped, state.biped.steps)
+        walked -= centre_of_mass(robot, state.biped, state.biped.steps)
         loss = params.copper_loss * torque**2 * period
         did = (turned, walked, contact.slide_distance, contact.positive_work, loss)
-        status, did = _marked(status, did)
+        status, did = marked(status, did)
         turned, walked, slid, work, loss = did
         energy = work + loss
         fell = (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
-        terms = _reward(params, robot, state.drawn, walked, slid, energy, fell, period)
-        status, terms = _marked(status, terms)
+        terms = reward_terms(params, robot, state.drawn, walked, slid, energy, fell, period)
+        status, terms = marked(status, terms)
         terminated = status > Status.SLIP_ONSET
         reward = sum(terms.values(), start=jnp.zeros((), dtype))
         totals = Totals(
@@ -271,7 +270,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             "slid": slid,
             "positive_work": work,
             "copper_loss": loss,
-            **_ground_force(contact, status),
+            **ground_force(contact, status),
             "episode_return": totals.reward,
             "episode_length": elapsed,
             "episode_walked": totals.walked,
@@ -346,38 +345,3 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         if self.see_friction:
             seen += [jnp.minimum(mu, MAX_FRICTION) for mu in friction_on(floor, here, dtype)]
         return seen
-
-
-def _centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[Array, ""]:
-    """Place of the centre of mass along the floor [m], from the foothold after `steps_before`."""
-    ahead = robot.inertia.moment_at(jnp.asarray(biped.phase)).X / robot.total_mass
-    steps = (jnp.asarray(biped.steps) - steps_before).astype(ahead.dtype)
-    return ahead + steps * robot.step_length + biped.foot_position
-
-
-def _reward(params: BipedEnvParams, robot, drawn: Drawn, walked, slid, energy, fell, period):
-    """The four terms of the reward of one control step."""
-    speed = drawn.commanded_rate / np.pi * robot.step_length
-    missed = jnp.abs(walked / period - speed) / speed
-    weight = robot.total_mass * robot.gravity
-    return {
-        "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
-        "reward_slip": -params.slip_weight * slid / speed,
-        "reward_energy": -params.energy_weight * energy / (weight * speed),
-        "reward_fall": -params.fall_penalty * fell.astype(period.dtype),
-    }
-
-
-def _marked(status, numbers):
-    """NON_FINITE, and nothing but zeros, where a number of an episode that goes on is none."""
-    sound = all_finite(numbers)
-    status = jnp.where(sound | (status > Status.SLIP_ONSET), status, Status.NON_FINITE)
-    return status, jax.tree.map(lambda value: jnp.where(sound, value, 0.0), numbers)
-
-
-def _ground_force(contact: Contact, status) -> dict[str, Array]:
-    """Force and zero-moment point; zero where the torque was no number."""
-    force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
-    force |= {} if contact.zmp is None else {"zmp": contact.zmp}
-    known = status != Status.NON_FINITE
-    return {name: jnp.where(known, value, 0.0) for name, value in force.items()}

@@ -17,7 +17,13 @@ from stickslip.dynamics.checks import (
     require_number,
 )
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
-from stickslip.dynamics.numeric import Numeric, float_kind, require_broadcast, require_numeric
+from stickslip.dynamics.numeric import (
+    Numeric,
+    float_kind,
+    require_broadcast,
+    require_numeric,
+    require_one,
+)
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.ugv_draw import UGVRandomisation
 from stickslip.optim.waypoints import waypoints_along
@@ -221,6 +227,12 @@ def make_params(
             "speed": speed,
             "given_penalty": failure_penalty,
         }
+    )
+    accepted = "a length > 0 [m]"
+    spacing = require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
+    start, end = (
+        None if value is None else require_one(name, value, accepted="a finite position [m]")
+        for name, value in (("start", start), ("end", end))
     )
     places = waypoints_along(track, vehicle, spacing, start, end)
     first, last = float(places[0]), float(places[-1])

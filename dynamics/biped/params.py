@@ -261,7 +261,11 @@ def _checked(given: dict[str, Numeric], hip_centre, dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
     above = {"low": 0.0, "accepted": "a finite number >= 0"}
     rules: dict[str, Any] = {name: (value, above) for name, value in given.items()}
+    strictly = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
+    rules["crank_length"] = given["crank_length"], strictly
     for i, value in enumerate(hip_centre):
+        if isinstance(value, list | tuple):
+            raise ValueError(f"hip_centre = {shown(hip_centre)}; accepted: two finite numbers")
         rules[f"hip_centre[{i}]"] = value, {"accepted": "a finite number"}
     for name, (value, rule) in rules.items():
         require_number(name, value, **rule)

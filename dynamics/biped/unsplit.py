@@ -146,5 +146,6 @@ def _exchange(problem: Problem, walk: Walk) -> Walk:
     """Hand over the support if the step went past the end of the support phase."""
     low, high = bounds(walk.theta.dtype)
     passed = (walk.theta > high) | (walk.theta < low)
+    passed &= walk.status <= Status.SLIP_ONSET  # a walk that has ended stays where it is
     walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
     return hand_over(problem, walk, passed)

@@ -70,6 +70,8 @@ class Plan(NamedTuple):
     base: dict[str, Any] = {}  # noqa: RUF012
     says: dict[str, str] = {}  # noqa: RUF012
     """The word for an argument in messages, where it is not its name."""
+    skips: tuple[str, ...] = ()
+    """Values that are not tried: functions where one is asked for, each a program of its own."""
     of: Callable[..., Any] | None = None
     """What has the signature, where `call` is a lambda around it."""
 
@@ -89,13 +91,15 @@ def driver() -> envs.UGVEnvParams:
     return envs.UGVEnv().make_params()
 
 
-BARE = biped.BipedParams.from_bars()
+@lru_cache
+def bare() -> biped.BipedParams:
+    return biped.BipedParams.from_bars()
 
 
 def at_boundary(**parts: Any) -> None:
     """What the next call makes of a scene or a state that was put together by hand."""
     state = parts.get("state", biped.BipedState())
-    require_kinds(BARE, parts.get("scene", Scene.grip()), state)
+    require_kinds(bare(), parts.get("scene", Scene.grip()), state)
     state.validate()
 
 
@@ -108,7 +112,7 @@ BARS = dict.fromkeys(
     ("bar_density", "hip_mass", "foot_mass", "foot_inertia", "offset", "payload", "heel", "toe",
      "slot_depth", "hip_span"),
     NOT_BELOW,
-) | {"hip_centre": ("pair", "other shape"), "dtype": ("none", "type")}  # fmt: skip
+) | {"hip_centre": ("pair",), "dtype": ("none", "type")}  # fmt: skip
 STATE = dict.fromkeys(("crank_rate", "foot_position", "foot_velocity", "time"), REAL)
 STATE |= {"phase": (), "steps": ("minus one", "pair", "other shape")}
 WALK_NUMBERS = dict.fromkeys(
@@ -158,7 +162,7 @@ def plans() -> dict[str, Plan]:
         ),
         "Scene.patches": Plan(
             Scene.patches,
-            OPTIONS | {"edges": ("pair",), "mu_static": (), "mu_kinetic": ("none",)},
+            OPTIONS | {"edges": ("pair",), "mu_static": ("pair",), "mu_kinetic": ("none",)},
             {"edges": [0.1], "mu_static": [0.5, 0.5]},
         ),
         "Scene": Plan(
@@ -181,32 +185,36 @@ def plans() -> dict[str, Plan]:
         ),
         "BipedParams.from_bars": Plan(biped.BipedParams.from_bars, BARS),
         "BipedParams.replace": Plan(
-            biped.BipedParams.from_bars().replace,
-            {name: BARS.get(name, ()) for name in vars(biped.BipedParams.from_bars())},
+            lambda **k: bare().replace(**k),
+            {name: BARS.get(name, ()) for name in biped.BipedParams.__dataclass_fields__},
         ),
         "BipedState": Plan(lambda **k: at_boundary(state=biped.BipedState(**k)), STATE),
         "prepare": Plan(
             biped.prepare,
             {"params": KIND, "fidelity": CHOICE, "payload": maybe(*NOT_BELOW)},
-            {"params": biped.BipedParams.from_bars()},
+            {"params": bare()},
         ),
         "BipedModel": Plan(
             biped.BipedModel,
             {"params": KIND, "fidelity": CHOICE, "payload": maybe(*NOT_BELOW), "load": ("none",)},
-            {"params": biped.BipedParams.from_bars()},
+            {"params": bare()},
         ),
         "step": Plan(with_model(biped.step), STEP | HOW, step, of=biped.step),
         "simulate": Plan(
             with_model(biped.simulate),
-            STEP | HOW | {"torque": (*ANY_ONE, "function", "type"), "duration": ONE},
+            STEP | HOW | {"duration": ONE},
             step | {"duration": 0.5},
+            skips=("function", "type"),
             of=biped.simulate,
         ),
         "simulate_inverse": Plan(
             with_model(biped.simulate_inverse),
-            STEP | HOW | {"crank_acceleration": (*ANY_ONE, "function", "type"), "duration": ONE},
+            {name: of for name, of in STEP.items() if name != "torque"}
+            | HOW
+            | {"crank_acceleration": ANY_ONE, "duration": ONE},
             {k: v for k, v in step.items() if k != "torque"}
             | {"duration": 0.5, "crank_acceleration": 0.0},
+            skips=("function", "type"),
             of=biped.simulate_inverse,
         ),
         **{
