@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,16 @@ from stickslip.optim import PostureProblem, solve
 from stickslip.optim.dp import best_paths
 from stickslip.optim.posture_grid import build_grid, offsets
 
-ANGLES = (8, 15, 22, 29, 43, 57)
-"""Of each leg: 7 k + 1, so that the rate lets it move by k of them, to 0.3 % all that it allows.
+ANGLES = (22, 43, 64)
+"""Of each leg: 21 k + 1, so that the rate lets it move by k of them, to 0.3 % all that it allows.
 Other numbers round the reach down, and a finer grid may then hold worse paths than a coarse one."""
-LENGTHS = (20, 40, 80, 160)
-WAYPOINTS, MIDDLING = 40, 15
+LENGTHS = (29, 59, 118, 236)
+WAYPOINTS, MIDDLING = 118, 22
 """Waypoints where the grid varies; angles where the track does."""
 RATE, FIRST, LAST = 2.0, 2.0, 7.85
-"""[rad/m]; the front wheel's first and last place [m]: 0.15 m and 0.3 rad from one to the next."""
+"""[rad/m]; the front wheel's first and last place [m]: 0.05 m and 0.1 rad from one to the next."""
+FINER = 10
+"""Pieces of each step on which a drive's value is looked up again."""
 REPEATS = 3
 ON_GRIDS = ("rough E", "bump 0")
 """Tracks on which dp's value is set against the grid's."""
@@ -30,7 +33,7 @@ REFERENCE = 43
 
 
 def problem_on(name: str, criterion: str = "wheel_energy", waypoints: int = WAYPOINTS):
-    """The posture problem on one of the twelve tracks, steps of 0.15 m whatever their number.
+    """The posture problem on one of the twelve tracks, steps of 0.05 m whatever their number.
 
     Beyond the track the table goes on straight: only times are taken there.
     """
@@ -38,6 +41,15 @@ def problem_on(name: str, criterion: str = "wheel_energy", waypoints: int = WAYP
     step = (LAST - FIRST) / (WAYPOINTS - 1)
     x = FIRST + step * np.arange(waypoints)
     return PostureProblem(UGVParams(), track, x, criterion, leg_rate=RATE)
+
+
+def finer_value(problem: PostureProblem, angles: np.ndarray) -> float:
+    """The value of a drive [K, 2] on a spacing FINER times as fine, the legs turning evenly from
+    one waypoint to the next: what the problem's own waypoints leave out shows."""
+    own = np.arange(len(problem.x))
+    at = np.linspace(0, own[-1], own[-1] * FINER + 1)
+    x, rear, front = (np.interp(at, own, of) for of in (problem.x, *angles.T))
+    return replace(problem, x=x).objective(np.stack([rear, front], 1).ravel())
 
 
 def growth(quick: bool) -> Iterator[dict[str, Any]]:
@@ -102,7 +114,10 @@ def grids(quick: bool) -> Iterator[dict[str, Any]]:
                     "angles": n,
                     "value": found.value,
                     "seconds": found.seconds,
+                    "finer": finer_value(problem, found.leg_angles),
                     "off_grid": best.value,
+                    "off_grid_finer": finer_value(problem, best.leg_angles),
+                    "straight": straight,
                     "off_grid_feasible": best.feasible,
                     "excess": (found.value - best.value) / straight,
                 }

@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.ugv.growth import FIRST, LAST, RATE, WAYPOINTS
+from benchmarks.ugv.growth import FIRST, LAST, MIDDLING, RATE, WAYPOINTS, finer_value
 from benchmarks.ugv.tracks import twelve
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import PostureProblem, Result, solve
 
 CRITERIA = ("wheel_energy", "peak_torque")
-ANGLES, COARSE = 15, 8
-"""Angles of each leg for all methods but lp; for lp, whose graph has each move as an edge."""
+ANGLES = MIDDLING
+"""Of each leg."""
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "grid": ("grid", {"angles": ANGLES}),
     "grid, within rate": ("grid", {"angles": ANGLES, "within_rate": True}),
     "dp": ("dp", {"angles": ANGLES}),
-    "lp": ("lp", {"angles": COARSE}),
     "scp": ("scp", {"angles": ANGLES}),
     "gradient": ("gradient", {"angles": ANGLES, "iterations": 100}),
     "cma": ("cma", {"angles": ANGLES, "evaluations": 1000}),
 }
-"""Name shown, method and its options. The last three begin at dp's path."""
+"""Name shown, method and its options. The last three begin at dp's path. lp is not among them: its
+graph has half a million edges at this spacing."""
 SMALL = 1.0
 """Gaps are in parts of at least this [J], [N m]."""
 TOLERANCE = 1e-4
@@ -47,8 +47,14 @@ def methods(quick: bool) -> Iterator[dict[str, Any]]:
                     solve(problem, method, polish=False, **options)
                 found = solve(problem, method, polish=False, **options)
                 rows.append({"criterion": criterion, "track": one.name, "method": name,
-                             "straight": straight} | _row(found))  # fmt: skip
+                             "straight": straight, "finer": _finer(problem, found)}
+                            | _row(found))  # fmt: skip
             yield from with_gaps(rows)
+
+
+def _finer(problem: PostureProblem, found: Result) -> float | None:
+    value = np.inf if found.leg_angles is None else finer_value(problem, found.leg_angles)
+    return value if np.isfinite(value) else None
 
 
 def _row(found: Result) -> dict[str, Any]:

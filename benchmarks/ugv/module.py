@@ -6,7 +6,7 @@ from typing import Any
 
 from benchmarks.fronts import unbeaten
 from benchmarks.report import where
-from benchmarks.ugv.population import PLACES, about
+from benchmarks.ugv.population import GROUND, VEHICLES, WHERE, WORDS
 from benchmarks.ugv.priced import Promise, costs_of, promises_of
 from benchmarks.ugv.promise import CONFIDENCE, QUANTILE
 
@@ -36,7 +36,6 @@ def source(content: dict[str, Any]) -> str:
         )
         for batch, cost in priced.items():
             costs[point.ground, index, batch] = cost
-    grounds = dict.fromkeys(point.ground for point in promises_of(content["promise"]))
     return "\n".join(
         [
             HEAD,
@@ -46,9 +45,15 @@ def source(content: dict[str, Any]) -> str:
             f"QUANTILE, CONFIDENCE = {QUANTILE}, {CONFIDENCE}",
             '"""Of the promised errors."""',
             "",
-            "POPULATIONS = {",
-            *(f'    "{g} {place}": "{about(g, place)}",' for g in grounds for place in PLACES),
+            "GROUNDS = {",
+            *(f'    "{ground}": "{words}",' for ground, words in WORDS.items()),
             "}",
+            "PLACES = {",
+            *(f'    "{place}": "{words}",' for place, words in WHERE.items()),
+            "}",
+            f'EVERYWHERE = "{GROUND}"',
+            f'VEHICLES = "{VEHICLES}"',
+            '"""The population."""',
             "",
             "SETTINGS = (",
             *(f'    ({solver}, "{dtype}", {pieces}),' for solver, dtype, pieces in settings),
@@ -90,4 +95,6 @@ def kept(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]]]:
 
 
 def _numbers(three: tuple[float, float, float]) -> str:
-    return f"({', '.join(f'{number:.3g}' for number in three)})"
+    """To three digits, but for the median rounded up."""
+    typical, *others = three
+    return f"({typical:.3g}, {', '.join(f'{1.005 * number:.3g}' for number in others)})"

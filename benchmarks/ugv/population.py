@@ -57,14 +57,12 @@ WORDS = {
 }
 
 
-def about(ground: str, place: str) -> str:
-    """The population in a line."""
-    low, high = PLACES[place]
-    where = f"within {high:g}" if low == 0 else f"{low:g} to {high:g}"
-    return (
-        f"{WORDS[ground]}; slopes to {STEEPEST:g}, {100 * SHARE:.0f} % of it up to {TOO_HOLLOW:g} "
-        f"times hollower than the wheel; {where} wheel radii from the origin; wheels of 0.1 to 1 m"
-    )
+GROUND = f"slopes to {STEEPEST:g}, {SHARE:.0%} up to {TOO_HOLLOW:g} times hollower than the wheel"
+VEHICLES = "wheels of 0.1 to 1 m, bodies of 2 to 5 and legs of 0.8 to 1.8 wheel radii"
+WHERE = {
+    place: f"{low:g} to {high:g} wheel radii from the origin"
+    for place, (low, high) in PLACES.items()
+}
 
 
 class Drawn(NamedTuple):

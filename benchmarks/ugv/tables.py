@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.fronts import front_of, knee_of
 from benchmarks.report import markdown, where
 from benchmarks.ugv.growth import exponent
-from benchmarks.ugv.methods import CRITERIA, RUNS, TOLERANCE
+from benchmarks.ugv.methods import CRITERIA, RUNS, SMALL, TOLERANCE
 from benchmarks.ugv.points import (
     Point,
     ground_name,
@@ -17,7 +17,11 @@ from benchmarks.ugv.points import (
     reliable,
     solver_name,
 )
+from benchmarks.ugv.promise_tables import promise_table
 from benchmarks.ugv.trade import BATCHES, DENSITIES
+
+SHOWN_FINER = "scp"
+"""The method whose values are shown on the finer spacing, too."""
 
 
 def body(content: dict[str, Any]) -> str:
@@ -25,7 +29,8 @@ def body(content: dict[str, Any]) -> str:
     parts = []
     for name, title, show in (
         ("throughput", "Poses and equilibria a second", rates),
-        ("trade", "Fronts of the trade", fronts),
+        ("promise", "What is promised", promise_table),
+        ("trade", "Fronts of the trade, on its own gentle tracks", fronts),
         ("trade", "Interpolation", interpolations),
         ("growth", "Dynamic programming: time", growths),
         ("grids", "Dynamic programming: value of the grid", grid_values),
@@ -139,7 +144,7 @@ def growths(rows: list[dict[str, Any]]) -> str:
 
 
 def grid_values(rows: list[dict[str, Any]]) -> str:
-    """How far dp's value lies above the best off the grid."""
+    """How far dp's value lies above the best off the grid; each again on the finer spacing."""
     return markdown(
         [
             {
@@ -147,7 +152,9 @@ def grid_values(rows: list[dict[str, Any]]) -> str:
                 "track": row["track"],
                 "angles": row["angles"],
                 "value": f"{row['value']:.6g}",
+                "finer": f"{row['finer']:.6g}",
                 "off the grid": f"{row['off_grid']:.6g}",
+                "finer ": f"{row['off_grid_finer']:.6g}",
                 "excess": f"{row['excess']:.1e}",
                 "dp, wall [s]": f"{row['seconds']:.2f}",
             }
@@ -165,6 +172,7 @@ def summary(rows: list[dict[str, Any]]) -> str:
             good = [r for r in of if r["gap"] is not None]
             if of:
                 gaps, over = ([r[key] for r in good] for key in ("gap", "over_dp"))
+                finer = [by for r in good if (by := spacing_error(r)) is not None]
                 lines.append(
                     {
                         "criterion": criterion,
@@ -173,11 +181,19 @@ def summary(rows: list[dict[str, Any]]) -> str:
                         "best": sum(gap <= TOLERANCE for gap in gaps),
                         "gap": _middle_and_worst(gaps),
                         "over dp's grid": _middle_and_worst(over),
+                        "finer spacing": _middle_and_worst(finer),
                         "evaluations": f"{np.median([r['evaluations'] for r in of]):.0f}",
                         "seconds": f"{np.median([r['seconds'] for r in of]):.2f}",
                     }
                 )
     return markdown(lines)
+
+
+def spacing_error(row: dict[str, Any]) -> float | None:
+    """By how much the value on the finer spacing differs, in parts of the straight legs' value."""
+    if row["finer"] is None:
+        return None
+    return abs(row["finer"] - row["value"]) / max(row["straight"], SMALL)
 
 
 def _middle_and_worst(values: list[float]) -> str:
@@ -195,5 +211,8 @@ def values(rows: list[dict[str, Any]]) -> str:
                     if (r["criterion"], r["track"], r["method"]) == (criterion, track, name):
                         text = "-" if r["value"] is None else f"{r['value']:.5g}"
                         line[name] = text if r["feasible"] else f"({text})"
+                        if name == SHOWN_FINER:
+                            finer = r["finer"]
+                            line[f"{name}, finer"] = "-" if finer is None else f"{finer:.5g}"
             lines.append(line)
     return markdown(lines)

@@ -28,7 +28,7 @@ SOLVERS = (
     BARE,
     PoseSolver(samples=0, tolerance=1e-2),
     PoseSolver(samples=0, tolerance=1e-4),
-    *(PoseSolver(samples=0, iterations=n) for n in (1, 2, 3, 6)),
+    *(PoseSolver(samples=0, iterations=n) for n in (1, 2, 3, 4)),
 )
 
 

@@ -235,12 +235,17 @@ def _recommendation(found: Measurement, track: Track | str) -> Recommendation:
         measured.CONFIDENCE,
         found.poses,
         3 / found.poses,
-        measured.POPULATIONS[f"{found.ground} {found.place}"],
+        _population(found.ground, found.place),
         found.cost,
         found.ground,
         found.batch,
         measured.MEASURED_ON,
     )
+
+
+def _population(ground: str, place: str) -> str:
+    words = measured.GROUNDS[ground], measured.EVERYWHERE, measured.PLACES[place]
+    return "; ".join([*words, measured.VEHICLES])
 
 
 def _best(points: list[Measurement], radius: float) -> str:

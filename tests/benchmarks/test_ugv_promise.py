@@ -1,0 +1,195 @@
+"""What `recommend` promises of the UGV's settings follows from its sample and holds on others."""
+
+import json
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from scipy import stats
+
+from benchmarks.ugv import __main__ as command
+from benchmarks.ugv import module
+from benchmarks.ugv.population import CLASSES, HELD_OUT, PLACES, STEEPEST, draw
+from benchmarks.ugv.priced import promises_of
+from benchmarks.ugv.promise import (
+    CONFIDENCE,
+    QUANTILE,
+    TABLE,
+    WAVE_PIECES,
+    bound_index,
+    errors,
+    promised,
+    sample,
+    tabulated,
+)
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import PoseSolver, Setting
+from stickslip.dynamics.ugv.checking import Differences
+from stickslip.dynamics.ugv.recommendation import MEASUREMENTS, NEAR
+
+ROOT = Path(__file__).parents[2]
+FRESH = 100
+"""A seed of the tests' own."""
+RARE = 1e-4
+"""Probability of the most that is left to chance."""
+
+
+@pytest.fixture(scope="module")
+def rows():
+    content = json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    return content["promise"]
+
+
+def most_over(count: int) -> int:
+    """So many of `count` independent poses may exceed the promised quantile."""
+    return int(stats.binom.ppf(1 - RARE, count, 1 - QUANTILE))
+
+
+def test_the_bound_lies_above_the_quantile_as_often_as_it_says():
+    random = np.random.default_rng(0)
+    count, quantile, confidence = 400, 0.97, 0.9
+    index = bound_index(count, quantile, confidence)
+    tops = np.sort(random.uniform(size=(4000, count)), axis=1)
+    often = np.mean(tops[:, index] >= quantile)
+    assert often >= confidence - 0.015
+    assert np.mean(tops[:, index - 1] >= quantile) < confidence
+    with pytest.raises(ValueError, match="count = 100 is too few"):
+        bound_index(100, QUANTILE, CONFIDENCE)
+
+
+def test_a_promise_is_the_bound_of_the_worse_half_s_order():
+    n = 10_000
+    off = np.arange(n, dtype=float)[::-1] + 1
+    flags = np.zeros(n, bool)
+    held = Differences(off + 30, off, flags, flags)
+    row = promised(Differences(off, 2 * off, flags, flags), held)
+    place = bound_index(n, QUANTILE, CONFIDENCE)
+    assert row["torque"] == [np.median(off), place + 1, n]
+    assert row["contact"] == [2 * np.median(off), 2 * (place + 1), 2 * n]
+    assert row["held_out_over"] == n - (place + 1) + 30
+    assert row["wrong"] == row["held_out_wrong"] == 0
+
+
+def test_every_setting_that_is_recommended_had_no_wrong_status(rows):
+    wrong = {
+        (r["ground"], r["place"], r["solver"], r["dtype"], r["pieces_per_wave"]): r["wrong"]
+        for r in rows
+    }
+    assert any(wrong.values())
+    content = json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    chosen = module.kept(content)
+    assert len(MEASUREMENTS) == sum(len(priced) for _, priced in chosen)
+    for point, _ in chosen:
+        grounds = ("closed", "waves") if point.ground == "function" else (point.ground,)
+        for ground in grounds:
+            key = (ground, point.place, point.solver, point.dtype, point.pieces_per_wave)
+            assert wrong[key] == 0
+
+
+def test_promises_hold_on_the_poses_held_out(rows):
+    kept = [row for row in rows if row["wrong"] == 0]
+    assert {(row["ground"], row["place"]) for row in kept} == {
+        (ground, place) for ground in CLASSES for place in PLACES
+    }
+    for row in kept:
+        assert min(row["poses"], row["held_out"]) > 15_000
+        # Torque and contact each may exceed their own bound.
+        assert row["held_out_over"] <= 2 * most_over(row["held_out"])
+        assert row["held_out_wrong"] <= 3
+
+
+def test_a_function_s_promise_is_the_worst_of_what_it_may_be(rows):
+    points = promises_of(rows)
+    for point in (p for p in points if p.ground == "function"):
+        same = [p for p in points if p[1:5] == point[1:5] and p.ground in ("closed", "waves")]
+        assert len(same) == 2
+        assert point.torque[1] == max(p.torque[1] for p in same)
+        assert point.contact[1] == max(p.contact[1] for p in same)
+        assert (point.wrong, point.poses) == tuple(
+            sum(getattr(p, name) for p in same) for name in ("wrong", "poses")
+        )
+
+
+@pytest.mark.parametrize("ground", CLASSES)
+def test_the_population_is_what_it_is_said_to_be(ground, float64):
+    count = 256
+    for place, (low, high) in PLACES.items():
+        one, other = (draw(ground, place, count, seed) for seed in (FRESH, HELD_OUT))
+        one.params.validate()
+        r = one.params.wheel_radius
+        assert np.all(np.diff(np.sort(one.x / r)) > 0)
+        assert np.all(np.abs(one.x / r) <= high + 150)  # beside the feature it belongs to
+        assert np.median(np.abs(one.x / r)) > low
+        assert not np.any(one.x == other.x)
+        again = draw(ground, place, count, FRESH)
+        np.testing.assert_array_equal(again.angles, one.angles)
+        slope = jax.vmap(lambda s, x: s.profile(x)[1])(one.shape, np.asarray(one.x))
+        assert np.max(np.abs(slope)) <= 1.6 * STEEPEST  # waves may add up
+        assert np.mean(np.abs(slope) > 0.1) > 0.2
+    assert PLACES["near"][1] == NEAR
+
+
+def test_tables_of_the_population_are_those_of_a_prepared_track(float64):
+    drawn = draw("waves", "near", 2, FRESH)
+    for pieces in WAVE_PIECES[::2]:
+        table = tabulated(drawn, pieces)
+        assert table.shape.coefficients.shape == (2, TABLE, 6)
+        spacing = np.diff(np.asarray(table.shape.knots))[:, 0]
+        np.testing.assert_allclose(spacing * pieces, drawn.shortest)
+        at = np.asarray(drawn.x)
+        got, wanted = (
+            jax.vmap(lambda s, x: s.profile(x)[0])(one.shape, at) for one in (table, drawn)
+        )
+        np.testing.assert_allclose(got, wanted, atol=1e-2)
+
+
+def held(ground: str, place: str, count: int, points) -> dict[str, int]:
+    """How often fresh poses exceed the promises, and how many statuses are wrong."""
+    found = {"poses": 0, "over": 0, "wrong": 0, "hollow": 0}
+    with jax.enable_x64(True):
+        one = sample(ground, place, count, FRESH)
+        found["hollow"] = int(np.sum(one.truth.status == Status.HOLLOW_GROUND))
+        for point in points:
+            pieces = point.pieces_per_wave
+            table = one.drawn if pieces is None else tabulated(one.drawn, pieces)
+            off = errors(one, table, Setting(point.solver, point.dtype))
+            over = np.nan_to_num(off.torque) > point.torque.promised * 1.01  # three digits
+            over |= np.nan_to_num(off.contact) > point.contact.promised * 1.01
+            found["poses"] += int(np.sum(np.isfinite(off.error)))
+            found["over"] = max(found["over"], int(np.sum(over)))
+            found["wrong"] += int(np.sum(off.wrong))
+    return found
+
+
+def test_a_fresh_sample_keeps_the_promise():
+    count = 1024
+    bare = PoseSolver(samples=0)
+    points = {
+        (p.solver, p.dtype): p
+        for p in MEASUREMENTS
+        if (p.ground, p.place, p.solver) == ("closed", "near", bare)
+    }
+    assert {dtype for _, dtype in points} == {"float32", "float64"}
+    found = held("closed", "near", count, points.values())
+    assert found["poses"] > 1.9 * count
+    assert found["over"] <= 2 * most_over(count)
+    assert found["wrong"] == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("ground", CLASSES)
+def test_every_promise_holds_on_a_large_fresh_sample(ground, place, capsys):
+    count = 1 << 15
+    points = {
+        (p.solver, p.dtype, p.pieces_per_wave): p
+        for p in MEASUREMENTS
+        if (p.ground, p.place) == (ground, place)
+    }
+    found = held(ground, place, count, points.values())
+    with capsys.disabled():
+        print(f"\n{ground} {place}, {len(points)} settings, {count} poses each: {found}")
+    assert found["over"] <= 2 * most_over(count)
+    assert found["wrong"] <= 3 * len(points)
+    assert ground == "waves" or found["hollow"] > count / 500
