@@ -16,6 +16,7 @@ from stickslip.optim.dp import angles_at, best_paths, require_one_kind
 from stickslip.optim.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture_grid import build_grid
 from stickslip.optim.result import OptimStatus, Result
+from stickslip.optim.sizes import COUNT
 
 if TYPE_CHECKING:
     from stickslip.optim.posture_grid import PostureGrid
@@ -75,7 +76,7 @@ def solve_lp(
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
-    most_edges = require_integer("most_edges", most_edges)
+    most_edges = require_integer("most_edges", most_edges, high=COUNT)
     solver = _solver(solver)
     grid = build_grid(problem, angles, method="lp", progress=progress, least=LEAST)
     common: dict[str, Any] = {
