@@ -13,13 +13,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.checks import require_integer, shown
 from stickslip.optim import posture as traced
 from stickslip.optim.linearise import Near, without_criterion
 from stickslip.optim.posture import Posture
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import COVARIANCE, require_stations, require_waypoint_matrices
+from stickslip.optim.sizes import COUNT, COVARIANCE, require_stations, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings
 from stickslip.optim.waypoints import require_scalar
 
@@ -62,8 +62,8 @@ def solve_cma(
     began = time.perf_counter()
     for name, value in (("sigma", sigma), ("penalty", penalty)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
-    evaluations = require_integer("evaluations", evaluations)
-    seed = require_integer("seed", seed, low=0)
+    evaluations = require_integer("evaluations", evaluations, high=COUNT)
+    seed = require_integer("seed", seed, low=0, high=2**64)
     population = _population(problem, population)
     begun = begin(problem, "cma", start, angles, progress, began)
     if isinstance(begun, Result):
@@ -106,8 +106,10 @@ def _population(problem: PostureProblem, given: Any) -> int:
     """How many drives a generation has; refused where they, or cma's matrices, do not fit."""
     size = 4 + int(3 * np.log(max(problem.free.n, 1)))
     if given is not None:
-        size = require_integer("population", given, low=2, accepted="None, or an integer >= 2")
-    drives = f"population = {size} at {len(problem.x)} waypoints"
+        size = require_integer(
+            "population", given, low=2, high=COUNT, accepted="None, or an integer >= 2"
+        )
+    drives = f"population = {shown(size)} at {len(problem.x)} waypoints"
     require_stations(drives, 2.0 * size * len(problem.x))  # rounded up to a power of two
     require_waypoint_matrices(problem, "cma", square=COVARIANCE)
     return size

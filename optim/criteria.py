@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import require_choice, require_number, shown
 from stickslip.dynamics.numeric import Numeric
 from stickslip.optim.station import Station, turned
 
@@ -63,19 +63,32 @@ class Weighted:
     def __post_init__(self):
         try:
             parts = tuple((criterion_by_name(one), weight) for one, weight in self.parts)
-        except TypeError as error:
+        except (TypeError, ValueError) as error:
+            if "criterion = " in str(error):
+                raise
             raise ValueError(
-                f"parts = {self.parts!r}; accepted: pairs of a criterion or its name and a weight"
+                f"parts = {shown(self.parts)}; accepted: pairs of a criterion or its name and "
+                "a weight"
             ) from error
         object.__setattr__(self, "parts", parts)
         # Under jit they are traced, and in trees of other things anything.
-        weights = [float(weight) for _, weight in parts if isinstance(weight, Real)]
+        weights = [_finite(weight) for _, weight in parts if isinstance(weight, Real)]
         bad = [weight for weight in weights if not (np.isfinite(weight) and weight >= 0)]
         if bad or not parts or (len(weights) == len(parts) and not any(weights)):
-            shown = bad[0] if bad else weights
-            raise ValueError(f"weight = {shown}; accepted: finite numbers >= 0, one of them > 0")
+            given = shown(bad[0] if bad else weights)
+            raise ValueError(f"weight = {given}; accepted: finite numbers >= 0, one of them > 0")
         if any(isinstance(one, Weighted) for one, _ in parts):
             raise ValueError("a Weighted inside a Weighted; accepted: single criteria")
+
+    def validate(self) -> Weighted:
+        """Return self, or raise ValueError for a weight that is no number >= 0; not in __init__,
+        which JAX calls with whatever a tree is made to hold."""
+        for one, weight in self.parts:
+            name, accepted = f"weight of {one.name}", "a finite number >= 0"
+            require_number(name, weight, low=0.0, accepted=accepted, dtype=np.float64)
+            if np.ndim(weight):
+                raise ValueError(f"{name} has shape {np.shape(weight)}; accepted: {accepted}")
+        return self
 
     @property
     def name(self) -> str:
@@ -96,6 +109,14 @@ class Weighted:
     def additive(self) -> bool:
         """Whether the value is a sum over steps."""
         return all(one.additive for one, _ in self.parts)
+
+
+def _finite(weight: Real) -> float:
+    """A number as a float; one that is too large is infinite."""
+    try:
+        return float(weight)
+    except OverflowError:
+        return np.inf
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
@@ -169,7 +190,9 @@ CRITERIA: dict[str, Criterion] = {
 
 def criterion_by_name(criterion: str | Criterion | Weighted) -> Criterion | Weighted:
     """The criterion of that name, or the one given."""
-    if isinstance(criterion, Criterion | Weighted):
+    if isinstance(criterion, Weighted):
+        return criterion.validate()
+    if isinstance(criterion, Criterion):
         return criterion
     require_choice("criterion", criterion, tuple(CRITERIA))
     return CRITERIA[criterion]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.optim.waypoints import as_floats
+
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
@@ -44,7 +46,7 @@ class FreeProblem:
 
     def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... 2K"]:
         """The problem's decision vector, or a batch; ValueError for a wrong length."""
-        free = np.asarray(x, dtype=float)
+        free = np.zeros(np.shape(x)) if self.n == 0 else as_floats("x", x, "the free angles [rad]")
         if free.ndim == 0 or free.shape[-1] != self.n:
             raise ValueError(
                 f"x has shape {free.shape}; accepted: (..., {self.n}), the free angles"
@@ -55,7 +57,7 @@ class FreeProblem:
 
     def reduce(self, x: Float[np.ndarray, "... 2K"]) -> Float[np.ndarray, "... n"]:
         """The free angles of a decision vector, or of a batch; ValueError for a wrong length."""
-        whole = np.asarray(x, dtype=float)
+        whole = as_floats("x", x, "all angles [rad]")
         if whole.ndim == 0 or whole.shape[-1] != self.problem.n:
             raise ValueError(f"x has shape {whole.shape}; accepted: (..., {self.problem.n})")
         return whole[..., self.which]

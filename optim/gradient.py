@@ -19,7 +19,7 @@ from stickslip.optim.convex_model import ConvexModel
 from stickslip.optim.epigraph import Epigraph
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import CONVEX, DENSE, SPARSE, require_waypoint_matrices
+from stickslip.optim.sizes import CONVEX, COUNT, DENSE, SPARSE, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings, within_rates
 from stickslip.optim.waypoints import require_scalar
 
@@ -68,7 +68,7 @@ def solve_gradient(
     """
     began = time.perf_counter()
     require_choice("scipy_method", scipy_method, tuple(RUNS))
-    iterations = require_integer("iterations", iterations)
+    iterations = require_integer("iterations", iterations, high=COUNT)
     require_scalar("tolerance", tolerance, low=0.0, strict=True, accepted="a number > 0")
     dense = scipy_method == "SLSQP"
     require_waypoint_matrices(

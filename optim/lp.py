@@ -18,6 +18,7 @@ from stickslip.optim.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture_grid import build_grid
 from stickslip.optim.result import OptimStatus, Result
 from stickslip.optim.rounding import below
+from stickslip.optim.sizes import COUNT
 
 if TYPE_CHECKING:
     from stickslip.optim.posture_grid import PostureGrid
@@ -78,7 +79,7 @@ def solve_lp(
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
-    most_edges = require_integer("most_edges", most_edges)
+    most_edges = require_integer("most_edges", most_edges, high=COUNT)
     solver = _solver(solver)
     grid = build_grid(problem, angles, method="lp", progress=progress, least=LEAST)
     common: dict[str, Any] = {

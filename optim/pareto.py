@@ -21,6 +21,7 @@ from stickslip.optim.dp import angles_at, best_paths
 from stickslip.optim.impossible import judged
 from stickslip.optim.posture_grid import PostureGrid, build_grid
 from stickslip.optim.progress import Bar
+from stickslip.optim.sizes import COUNT
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
@@ -70,7 +71,7 @@ def pareto_front(
     """
     began = time.perf_counter()
     require_choice("method", method, ("dp",))
-    points = require_integer("points", points, low=2)
+    points = require_integer("points", points, low=2, high=COUNT)
     one, two = (_single(name, given) for name, given in (("first", first), ("second", second)))
     grid = build_grid(replace(problem, criterion=one), angles, method="pareto", progress=progress)
     with Bar("pareto", None, "path", progress) as bar:

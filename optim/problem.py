@@ -18,7 +18,7 @@ from stickslip.optim.missed import FEASIBLE, missed_by
 from stickslip.optim.posture import Posture
 from stickslip.optim.sizes import STATION, require_jacobian, require_stations
 from stickslip.optim.station import Station
-from stickslip.optim.waypoints import check_problem, longest_wheelbase, waypoints_along
+from stickslip.optim.waypoints import as_floats, check_problem, longest_wheelbase, waypoints_along
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -238,15 +238,18 @@ class PostureProblem:
 
     def angles(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
-        return self._batch(np.asarray(x, dtype=float)[None])[0]
+        return self._batch(self._numbers(x)[None])[0]
+
+    def _numbers(self, x: Any) -> np.ndarray:
+        if isinstance(x, np.ndarray) and x.size == 0 and x.dtype == float:
+            return x
+        return as_floats("x", x, f"{self.n} finite numbers, two for each waypoint [rad]")
 
     def _batch(self, X) -> np.ndarray:
-        array = np.asarray(X, dtype=float)
+        array = self._numbers(X)
         if array.ndim != 2 or array.shape[1] != self.n:
             shape = array.shape[1:]
             raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")
-        if not np.all(np.isfinite(array)):
-            raise ValueError(f"x = {array[~np.isfinite(array)][0]}; accepted: finite numbers [rad]")
         return array.reshape(-1, len(self.x), 2)
 
 

@@ -19,7 +19,7 @@ from stickslip.optim.convex_model import ConvexModel
 from stickslip.optim.linearise import Linear, Near
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import CONVEX, require_waypoint_matrices
+from stickslip.optim.sizes import CONVEX, COUNT, require_waypoint_matrices
 from stickslip.optim.starts import begin, shortcomings
 from stickslip.optim.waypoints import require_scalar
 
@@ -73,7 +73,7 @@ def solve_scp(
     began = time.perf_counter()
     for name, value in (("radius", radius), ("tolerance", tolerance), ("smallest", smallest)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
-    iterations = require_integer("iterations", iterations, low=0)
+    iterations = require_integer("iterations", iterations, low=0, high=COUNT)
     require_choice("solver", solver, cp.installed_solvers())
     require_waypoint_matrices(problem, "scp", CONVEX)
     begun = begin(problem, "scp", start, angles, progress, began)

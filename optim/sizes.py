@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.checks import require_memory, shown
 
 if TYPE_CHECKING:
     from stickslip.optim.problem import PostureProblem
 
+COUNT = 10**12
+"""The greatest number of iterations, edges and the like that may be asked for."""
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
 STATION = 1_000
@@ -48,9 +50,17 @@ def require_stations(given: str, count: float, bytes_each: float = STATION) -> N
 
 def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated."""
-    K, each = len(problem.x), float(rear) * front
-    given = f"angles = {rear} x {front} at {K} waypoints"
-    require_stations(given, K * each, NODE + STATION * max(each, min(chunk, K * each)) / (K * each))
+    K, each = len(problem.x), _float(rear) * _float(front)
+    given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
+    at_once = max(each, min(chunk, K * each)) / (K * each) if each < np.inf else 1.0
+    require_stations(given, K * each, NODE + STATION * at_once)
+
+
+def _float(count: int) -> float:
+    try:
+        return float(count)
+    except OverflowError:
+        return np.inf
 
 
 def require_waypoint_matrices(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams, ground_forces
 from stickslip.optim.split_program import Affine
 
@@ -40,6 +41,8 @@ class Family(NamedTuple):
         """
         if isinstance(posture, Family):
             return posture
+        kinds = "a Pose, an Equilibrium or a Family"
+        require_kind("posture", posture, (Pose, Equilibrium), kinds)
         placed = posture.pose if isinstance(posture, Equilibrium) else posture
         weight = float(params.weight)
         equal, shifted = (

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_number
+from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 from stickslip.optim.split_family import LIMITS, Family, Setting
 from stickslip.optim.split_program import Outcome, SplitProgram, ends, interval
+from stickslip.optim.waypoints import as_floats, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -93,9 +94,10 @@ class TorqueSplit:
         max_torque: float | None = None,
     ):
         require_choice("criterion", criterion, tuple(SPLIT_CRITERIA))
-        require_number("min_normal", min_normal, low=0.0, accepted="a finite force >= 0 [N]")
+        require_scalar("min_normal", min_normal, low=0.0, accepted="a finite force >= 0 [N]")
         if max_torque is not None:
-            require_number("max_torque", max_torque, low=0.0, accepted="a torque >= 0 [N m]")
+            accepted = "None, or a finite torque >= 0 [N m]"
+            require_scalar("max_torque", max_torque, low=0.0, accepted=accepted)
         self.criterion, self.kind = criterion, SPLIT_CRITERIA[criterion]
         self.min_normal, self.max_torque = min_normal, max_torque
         self.program = SplitProgram(self.kind.outer, self.kind.terms, len(LIMITS))
@@ -115,6 +117,7 @@ class TorqueSplit:
         minimised whatever the friction is, and infeasible where more than that is needed.
         """
         began = time.perf_counter()
+        require_kind("params", params, UGVParams, "a UGVParams")
         self._check(friction, turns)
         family = Family.of(params, posture)
         if family.equal.shape != (4,) or not np.all(np.isfinite(family)):
@@ -142,9 +145,14 @@ class TorqueSplit:
         progress: bool = False,
     ) -> list[Split]:
         """The best split at each of K postures (arrays of shape [K]); progress: show a bar."""
+        require_kind("params", params, UGVParams, "a UGVParams")
         family = Family.of(params, postures)
         if family.equal.ndim != 2:
             raise ValueError(f"postures of shape {family.equal.shape[:-1]}; accepted: [K]")
+        if turns is not None and np.shape(turns) != (len(family.equal), 2):
+            raise ValueError(
+                f"turns has shape {np.shape(turns)}; accepted: ({len(family.equal)}, 2)"
+            )
         each = [None] * len(family.equal) if turns is None else list(turns)
         splits = []
         with Bar("torque split", len(each), "posture", progress) as bar:
@@ -155,13 +163,17 @@ class TorqueSplit:
 
     def _check(self, friction, turns) -> None:
         if friction is not None:
-            require_number("friction", friction, low=0.0, accepted="a number >= 0, or None")
+            require_scalar("friction", friction, low=0.0, accepted="a number >= 0, or None")
         elif self.criterion == "grip":
             raise ValueError("friction = None is not accepted; accepted with 'grip': a number >= 0")
-        if (turns is not None) != (self.criterion == "positive_power"):
+        accepted = "two numbers with 'positive_power', None with the others"
+        wanted = self.criterion == "positive_power"
+        if (turns is not None) != wanted or (
+            wanted and as_floats("turns", turns, accepted).shape != (2,)
+        ):
             raise ValueError(
-                f"turns = {turns} is not accepted with {self.criterion!r}; accepted: two numbers "
-                "with 'positive_power', None with the others"
+                f"turns = {shown(turns)} is not accepted with {self.criterion!r}; accepted: "
+                f"{accepted}"
             )
 
     def _split(self, setting: Setting, radius: float, outcome: Outcome, began: float) -> Split:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.checks import require_kind, require_number, shown
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.optim.sizes import WAYPOINT, require_stations, require_waypoints
 
@@ -73,16 +73,18 @@ def waypoints_along(
 
 def check_problem(problem: PostureProblem) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
+    require_kind("params", problem.params, UGVParams, "a UGVParams")
+    require_kind("track", problem.track, Track, "a Track")
+    require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
     problem.params.validate()
     for leaf in jax.tree.leaves(problem.params):
         if np.ndim(leaf):
             raise ValueError(f"params has a field of shape {np.shape(leaf)}; accepted: numbers")
-    if not isinstance(problem.solver, PoseSolver):
-        raise ValueError(f"solver = {problem.solver!r}; accepted: a PoseSolver")
     x = _waypoints(problem.x)
     require_stations(f"x of {len(x)} waypoints", len(x))
     fields: dict[str, Any] = {"x": x}
-    require_number("friction", problem.friction, low=0.0, accepted="numbers >= 0")
+    accepted = "a number >= 0, or one for each waypoint"
+    require_number("friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64)
     if np.shape(problem.friction) not in ((), x.shape):
         raise ValueError(
             f"friction has shape {np.shape(problem.friction)}; accepted: a number or one for each "
@@ -107,9 +109,14 @@ def require_scalar(name: str, value: Any, *, low: float, accepted: str, strict: 
         raise ValueError(f"{name} = {shown(value)} is not accepted; accepted: {accepted}")
 
 
+def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
+    """Numbers in double precision, or ValueError for what is none, or not finite there."""
+    require_number(name, value, accepted=accepted, dtype=np.float64)
+    return np.asarray(value, dtype=float)
+
+
 def _waypoints(x: Any) -> np.ndarray:
-    require_number("x", x, low=-np.inf, accepted="finite numbers [m]")
-    array = np.array(x, dtype=float)
+    array = as_floats("x", x, "increasing places, two or more [m]").copy()
     if array.ndim != 1 or len(array) < 2:
         raise ValueError(f"x has shape {array.shape}; accepted: [K] with K >= 2 waypoints")
     falls = np.flatnonzero(np.diff(array) <= 0)
@@ -123,10 +130,9 @@ def _waypoints(x: Any) -> np.ndarray:
 def _pair(name: str, given: Any, params: UGVParams) -> np.ndarray:
     low, high = float(params.leg_angle_min), float(params.leg_angle_max)
     accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
-    require_number(name, given, low=low - 1e-9, accepted=accepted)
-    array = np.array(given, dtype=float)
-    if array.shape != (2,) or np.any(array > high + 1e-9):
-        raise ValueError(f"{name} = {array.tolist()} is not accepted; accepted: {accepted}")
+    array = as_floats(name, given, accepted)
+    if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
+        raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
     array = np.clip(array, low, high)
     array.setflags(write=False)
     return array

@@ -37,17 +37,15 @@ def test_it_is_the_value_of_the_finer_problem(criterion):
     assert found.value == problem.objective(x)
 
 
-def test_coarse_waypoints_on_rough_ground_are_told_by_the_finer_value():
-    """So that the warning has something to warn of."""
-    rough = Track.rough(3, "E")
-    values = []
-    for spacing in (0.3, 0.03):
-        problem = PostureProblem.along(rough, spacing=spacing, start=2.0, end=5.0)
-        values.append(at(problem, np.full(problem.n, np.pi / 2)))
-    coarse, close = values
-    assert coarse.discretisation > 0.5
-    assert abs(close.discretisation) < 0.05
-    assert coarse.fine_value == pytest.approx(close.value, rel=0.01)
+def test_waypoints_too_far_apart_are_told_by_the_finer_value():
+    problem = over_bump("peak_torque")
+    upright = np.full(problem.n, np.pi / 2)
+    coarse = at(problem, upright)
+    fine = finer(problem)
+    close = at(fine, np.full(fine.n, np.pi / 2))
+    assert coarse.discretisation > 0.01
+    assert 0 <= close.discretisation < 1e-3
+    assert coarse.fine_value == pytest.approx(close.value, rel=1e-9)
 
 
 def test_a_bump_between_two_waypoints_breaks_a_constraint_that_holds_at_both():

@@ -28,7 +28,7 @@ def peak():
 def run(K, method, **options):
     x = np.linspace(5.0, 5.0 + 0.1 * (K - 1), K)
     problem = PostureProblem(UGVParams(), Track.flat(0.0, 1000.0), x, leg_rate=0.2)
-    solve(problem, method, **options)
+    solve(problem, method, polish=False, **options)
 
 method, K, options, small = eval(sys.argv[1])
 seen = []
@@ -78,7 +78,12 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
         ("scp", {"start": "middle"}, "method = 'scp' with 10 waypoints"),
         ("gradient", {"start": "middle"}, "method = 'SLSQP' with 10 waypoints"),
         ("cma", {"start": "middle"}, "population = 12 at 10 waypoints makes 240 stations"),
-        ("dp", {"angles": 31}, "angles = 31 x 31 at 10 waypoints makes 9,610 stations"),
+        ("dp", {}, "polish = True with 10 waypoints"),
+        (
+            "dp",
+            {"angles": 31, "polish": False},
+            "angles = 31 x 31 at 10 waypoints makes 9,610 stations",
+        ),
     ],
 )
 def test_the_limit_is_the_users(monkeypatch, method: str, options, said: str):
@@ -93,10 +98,10 @@ def test_too_many_moves_or_edges_are_refused_before_they_are_listed(monkeypatch)
     monkeypatch.setenv(MEMORY_LIMIT, "2e6")
     monkeypatch.setattr("stickslip.optim.posture_grid.require_grid", lambda *of: None)
     with pytest.raises(ValueError, match=r"leg_rate = None rad/m on this grid makes 14,641 moves"):
-        solve(problem, "dp", angles=61)
+        solve(problem, "dp", polish=False, angles=61)
     monkeypatch.setenv(MEMORY_LIMIT, "1e5")
     with pytest.raises(ValueError, match="edges in lp's graph"):
-        solve(over_bump(), "lp", angles=3)
+        solve(over_bump(), "lp", polish=False, angles=3)
 
 
 def test_a_jacobian_that_does_not_fit_is_refused(monkeypatch):

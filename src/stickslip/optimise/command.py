@@ -110,9 +110,11 @@ def _files(
         from stickslip.paper.drawing import png
 
         unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
+        off_grid = result.details.get("grid_value", result.value) != result.value
+        how = f"{result.method} and scp" if off_grid else result.method
         title = (
             f"{problem.criterion.name} {result.value:.5g}{unit} over {Path(given['track']).name}, "
-            f"by {result.method}"
+            f"by {how}"
         )
         files[PICTURE] = png(draw_result(problem, result), title)
     return files

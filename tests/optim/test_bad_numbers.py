@@ -1,0 +1,107 @@
+"""One rule for every number that optim is given: refused by name, with what is accepted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.optim import PostureProblem, Weighted, solve
+from stickslip.optim.pareto import pareto_front
+from stickslip.optim.split_family import Family
+from stickslip.optim.torque_split import TorqueSplit
+from tests.optim.helpers import over_bump
+
+BAD = [
+    "1.0",
+    b"1",
+    True,
+    [],
+    [[1.0], [1.0, 2.0], [3.0]],
+    10**400,
+    np.nan,
+    1j,
+    object(),
+    {},
+    np.ones(3),
+]
+NONE_TOO = [*BAD, None]
+FAMILY = Family(np.array([1.0, 5.0, 1.0, 5.0]), np.zeros(4))
+
+
+def ids(value) -> str:
+    return type(value).__name__
+
+
+def refused(name: str, call) -> None:
+    with pytest.raises(ValueError, match=name) as refusal:
+        call()
+    assert "accepted" in str(refusal.value)
+    assert len(str(refusal.value)) < 400
+
+
+@pytest.mark.parametrize("bad", NONE_TOO, ids=ids)
+def test_fields_of_a_problem(bad):
+    for name in ("min_normal", "min_grip", "min_clearance", "friction", "x"):
+        refused(name, lambda name=name: replace(over_bump(), **{name: bad}))
+    for name in ("params", "track", "solver", "criterion"):
+        refused(name, lambda name=name: replace(over_bump(), **{name: bad}))
+    refused("spacing", lambda: PostureProblem.along(Track.bump(), spacing=bad))
+    if bad is not None:
+        for name in ("leg_rate", "start_angles", "end_angles"):
+            refused(name, lambda name=name: replace(over_bump(), **{name: bad}))
+        for name in ("start", "end"):
+            refused(name, lambda name=name: PostureProblem.along(Track.bump(), **{name: bad}))
+
+
+@pytest.mark.parametrize("bad", NONE_TOO, ids=ids)
+def test_points_and_weights(bad):
+    problem = over_bump()
+    for function in (problem.objective, problem.gradient, problem.is_feasible):
+        refused("x", lambda function=function: function(bad))
+    refused("x", lambda: problem.free.expand(bad))
+    refused("x", lambda: problem.free.reduce(bad))
+    parts = (("wheel_energy", bad), ("grip", 1.0))
+    refused("weight", lambda: replace(problem, criterion=Weighted(parts)))
+    refused("parts|criterion|weight", lambda: Weighted(bad))
+
+
+@pytest.mark.parametrize("bad", BAD, ids=ids)
+def test_options_of_methods(bad):
+    problem = over_bump()
+    options = {
+        "grid": ("within_rate",) if bad is not True else (),
+        "dp": ("angles",),
+        "lp": ("angles", "most_edges", "solver"),
+        "scp": ("iterations", "radius", "tolerance", "smallest", "solver", "start"),
+        "gradient": ("iterations", "tolerance", "scipy_method", "start"),
+        "cma": ("seed", "evaluations", "sigma", "population", "penalty", "start"),
+    }
+    for method, names in options.items():
+        for name in names:
+            field = "x" if name == "start" and not isinstance(bad, str) else name
+            refused(field, lambda m=method, n=name: solve(problem, m, **{n: bad}))
+    for name in ("points", "angles", "method"):
+        refused(name, lambda n=name: pareto_front(problem, "grip", "peak_torque", **{n: bad}))
+    refused("problem", lambda: solve(bad))
+    refused("method", lambda: solve(problem, bad))
+    if bad is not True:
+        refused("polish", lambda: solve(problem, polish=bad))
+        refused("progress", lambda: solve(problem, progress=bad))
+
+
+@pytest.mark.parametrize("bad", BAD, ids=ids)
+def test_torque_splits(bad):
+    refused("criterion", lambda: TorqueSplit(bad))
+    refused("min_normal", lambda: TorqueSplit(min_normal=bad))
+    refused("max_torque", lambda: TorqueSplit(max_torque=bad))
+    split, power = TorqueSplit(), TorqueSplit("positive_power")
+    refused("friction", lambda: split.solve(UGVParams(), FAMILY, friction=bad))
+    refused("turns", lambda: power.solve(UGVParams(), FAMILY, turns=bad))
+    refused("params", lambda: split.solve(bad, FAMILY))
+    refused("posture", lambda: split.solve(UGVParams(), bad))
+
+
+def test_unknown_options_are_told_the_nearest():
+    with pytest.raises(ValueError, match=r"'angels' is no option of 'dp'.*did you mean angles\?"):
+        solve(over_bump(), "dp", angels=3)
