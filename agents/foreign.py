@@ -48,7 +48,7 @@ def refusing(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except RefusedError:
+    except (RefusedError, Warning):  # where warnings are errors, they are not the file's
         raise
     except Exception as error:
         words = " ".join(str(error)[:500].split())

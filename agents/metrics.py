@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 KEY = "timesteps"
 WHOLE = re.compile(r"[0-9]{1,12}")
-NUMBER = re.compile(r"|-?[0-9]{1,20}(?:\.[0-9]{0,20})?(?:e[+-]?[0-9]{1,2})?")
+NUMBER = re.compile(r"|-?[0-9]{1,20}(?:\.[0-9]{0,20})?(?:e[+-]?[0-9]{1,2}|e-[0-9]{3})?")
 
 
 class MetricsFile:

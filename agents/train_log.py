@@ -3,32 +3,52 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import os
+import socket
+import time
+from typing import TYPE_CHECKING, Any
 
-from torch.utils.tensorboard import SummaryWriter
+from tensorboard.compat.proto.event_pb2 import Event, SessionLog
+from tensorboard.compat.proto.summary_pb2 import Summary
+from tensorboard.summary.writer.record_writer import RecordWriter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+FORMAT = "brain.Event:2"
+
 
 class TensorBoard:
     """Scalars under a group's name. What an earlier process wrote beyond step `upto` is hidden.
 
-    Each process writes its own file, as TensorBoard expects.
+    Each process writes its own file, as TensorBoard expects, row by row: nothing is pending, and a
+    disk that is full says so at once (tensorboard's own writer does so in a thread).
     """
 
     def __init__(self, directory: Path, upto: int = 0):
-        self._writer = SummaryWriter(str(directory), purge_step=upto + 1 if upto else None)
+        directory.mkdir(parents=True, exist_ok=True)
+        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
+        self._file = (directory / name).open("xb", buffering=0)
+        self._writer = RecordWriter(self._file)
+        self._write(file_version=FORMAT)
+        if upto:
+            self._write(step=upto + 1, session_log=SessionLog(status=SessionLog.START))
 
     def add(self, group: str, timesteps: int, row: Mapping[str, float]) -> None:
         """Write the finite numbers of a row."""
-        for name, value in row.items():
-            if math.isfinite(value):
-                self._writer.add_scalar(f"{group}/{name}", value, timesteps)
+        values = [
+            Summary.Value(tag=f"{group}/{name}", simple_value=value)
+            for name, value in row.items()
+            if math.isfinite(value)
+        ]
+        self._write(step=timesteps, summary=Summary(value=values))
+
+    def _write(self, **content: Any) -> None:
+        self._writer.write(Event(wall_time=time.time(), **content).SerializeToString())
 
     def __enter__(self) -> TensorBoard:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._writer.close()
+        self._file.close()

@@ -62,15 +62,24 @@ class Parser(argparse.ArgumentParser):
         self.register("action", argparse.BooleanOptionalAction, _SwitchOnce)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """As ever, with the nearest name for an option that there is not."""
-        found, rest = self.parse_known_args(args, namespace)
-        if rest:
-            command = getattr(found, "command", self)
-            known = [name for name in command._option_string_actions if name.startswith("--")]
-            near = difflib.get_close_matches(rest[0].partition("=")[0], known, n=1)
-            meant = f" (did you mean {near[0]}?)" if near else ""
-            command.error(f"unrecognized arguments: {' '.join(rest)[:200]}{meant}")
-        return found
+        """As ever; an option that the command does not have is told first, with the nearest."""
+        words = list(sys.argv[1:] if args is None else args)
+        command = self._command_in(words)
+        known = {*self._option_string_actions, *command._option_string_actions}
+        for word in words[: words.index("--") if "--" in words else None]:
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in known:
+                near = difflib.get_close_matches(name[:200], known, n=1)
+                meant = f" (did you mean {near[0]}?)" if near else ""
+                command.error(f"unrecognized arguments: {name[:200]}{meant}")
+        return super().parse_args(words, namespace)
+
+    def _command_in(self, words: Sequence[str]) -> argparse.ArgumentParser:
+        """The parser of the command that is called, or this one."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                return next((action.choices[one] for one in words if one in action.choices), self)
+        return self
 
     def error(self, message: str) -> NoReturn:
         """What argparse calls."""
@@ -263,7 +272,7 @@ def _add_reproduce(commands: Any) -> None:
 
 def _command(commands: Any, name: str, run: Callable[[Any], int], about: str) -> Any:
     parser = commands.add_parser(name, help=about, description=about[0].upper() + about[1:] + ".")
-    parser.set_defaults(run=run, command=parser)
+    parser.set_defaults(run=run)
     return parser
 
 

@@ -119,11 +119,6 @@ def test_what_is_no_policy_is_refused_by_name(capsys, tmp_path: Path, still: str
     assert "4 entries" not in refusal(capsys, "view", "cut.npz")
 
 
-def test_policies_with_different_sights_are_not_compared(capsys, tmp_path: Path, still: str):
-    other = str(write_policy(tmp_path / "seeing.npz", BipedEnv(see_friction=True)))
-    assert "other observations" in refusal(capsys, "evaluate", still, other)
-
-
 def test_files_are_not_overwritten_unasked(capsys, still: str):
     Path("results").mkdir()
     Path("results/evaluation.csv").write_text("mine")

@@ -8,10 +8,13 @@ from itertools import count
 import pytest
 
 from stickslip.agents import demo as module
+from stickslip.agents import plots_training
 from stickslip.agents.config import TrainConfig
 from stickslip.agents.controllers import ConstantTorque
 from stickslip.agents.demo import demo
+from stickslip.agents.metrics import MetricsFile
 from stickslip.agents.remaining import Remaining
+from stickslip.agents.train import Trained
 from stickslip.cli import WRONG_INPUT, main
 
 SMALL = TrainConfig.of(
@@ -29,9 +32,32 @@ SMALL = TrainConfig.of(
 )
 
 
+def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
+    trained = Trained(tmp_path, tmp_path / "policy.npz", SMALL, 767, 1.0, False)
+    assert (trained.percent, trained.name) == (99, "policy after 99 % of its training")
+    assert trained._replace(timesteps=768, finished=True).name == "trained policy"
+    pytest.importorskip("matplotlib")
+    titles: list[str] = []
+    make = plots_training.make_sheet
+    monkeypatch.setattr(
+        plots_training,
+        "make_sheet",
+        lambda rows, columns, size, title: titles.append(title) or make(rows, columns, size, title),
+    )
+    rows = MetricsFile(tmp_path / "metrics.csv", ("seconds", "noise"))
+    for steps in (384, 768):
+        rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
+        plots_training.plot_learning(tmp_path, SMALL, 4.0)
+    assert titles == [
+        "PPO on the biped: 4 s of training, unfinished: 384 of 768 steps",
+        "PPO on the biped: 8 s of training",
+    ]
+
+
+@pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from stickslip.agents import plots, plots_training, train_products
+    from stickslip.agents import plots, train_products
 
     titles: list[str] = []
     for place in (plots, plots_training):

@@ -18,10 +18,10 @@ from stickslip.agents.train import train
 from stickslip.envs import sb3  # noqa: F401
 
 CONFIG = TrainConfig.of(
-    timesteps=1024,
-    checkpoint_interval=128,
+    timesteps=512,
+    checkpoint_interval=64,
     num_envs=4,
-    rollout_steps=32,
+    rollout_steps=16,
     batch_size=64,
     epochs=2,
     hidden=8,
