@@ -48,7 +48,7 @@ class BipedTask(NamedTuple):
     def of(cls, env: BipedEnv, params: BipedEnvParams) -> BipedTask:
         """The parts of a task."""
         numbers = {name: getattr(params, name) for name in NUMBERS}
-        robot = _unloaded(params)
+        robot = params.robot.bare
         dtype = str(jnp.result_type(robot.mass))
         return cls(env, robot, params.scene, params.randomisation, dtype, numbers)
 
@@ -193,11 +193,3 @@ def floor_words(scene: Scene) -> str:
 def _draws(task: BipedTask, name: str) -> bool:
     own = name not in ("phase", "crank_rate")
     return own and getattr(task.randomisation, name) is not None
-
-
-def _unloaded(params: BipedEnvParams) -> BipedParams:
-    """The robot without the scene's payload."""
-    robot = params.robot.params
-    if params.scene.payload is None or hasattr(params.robot, "payload"):
-        return robot
-    return replace(robot, payload=robot.payload - jnp.asarray(params.scene.payload))

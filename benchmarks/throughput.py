@@ -148,7 +148,7 @@ def accuracy() -> dict[str, float]:
     for row_of_torques in torques[:16]:
         coarse = simulate(params.robot, params.scene, state, row_of_torques, 1.0, 0.02)
         fine = simulate(
-            params.robot.params,
+            params.robot.bare,
             params.scene,
             state,
             row_of_torques,

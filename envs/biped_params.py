@@ -73,7 +73,7 @@ class Randomisation:
 class BipedEnvParams:
     """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
 
-    robot: the model that is stepped, with the scene's payload; `robot.params` is the robot without.
+    robot: the model that is stepped; `robot.params` is the robot with the scene's payload.
     scene: floor, walk and payload. randomisation: what a reset draws. unit_payload: inertia of 1 kg
     on the hip, only if payloads are drawn; it follows from the others. A change of scene, robot or
     randomisation, by `replace` or `dataclasses.replace`, prepares what depends on it anew.
@@ -104,7 +104,7 @@ class BipedEnvParams:
         if self.robot.load is not None:
             raise ValueError("robot carries a load; accepted: a BipedModel as `prepare` makes it")
         unit = None
-        if holds_numbers(self.robot.params):
+        if holds_numbers(self.robot.bare):
             carried = self.scene.payload if isinstance(self.scene, Scene) else self.robot.payload
             if not _same_number(self.robot.payload, carried):
                 settle(self, robot=replace(self.robot, payload=carried))
@@ -133,10 +133,10 @@ class BipedEnvParams:
         self, biped: BipedParams | None = None, fidelity: Any = None, dtype: Any = None
     ) -> BipedModel:
         before = self.robot
-        biped = before.params if biped is None else biped
+        biped = before.bare if biped is None else biped
         require_kind("biped", biped, BipedParams, "a BipedParams")
         biped.validate()
-        kind = float_kind(dtype, jnp.result_type(before.params.crank))
+        kind = float_kind(dtype, jnp.result_type(before.bare.crank))
         fidelity = before.fidelity if fidelity is None else fidelity
         return BipedModel(biped.astype(kind), before.payload, fidelity)
 

@@ -52,11 +52,11 @@ class Load:
 class BipedModel:
     """What a step needs of a robot. Build it once with `prepare` and step with it many times.
 
-    params, payload, fidelity and load say what it is; the rest is computed from these, again
-    whenever `dataclasses.replace` changes one of them.
+    bare, payload, fidelity and load say what it is; the rest is computed from these, again whenever
+    `dataclasses.replace` changes one of them.
     """
 
-    params: BipedParams
+    bare: BipedParams
     """The robot as it was given, in one floating type."""
     payload: Numeric | None = None
     """Mass [kg] added at the hip's centre, the scene's; None for none."""
@@ -75,19 +75,19 @@ class BipedModel:
     """Support can be exchanged without an impact."""
 
     def __post_init__(self):
-        require_kind("params", self.params, BipedParams, "a BipedParams")
+        require_kind("params", self.bare, BipedParams, "a BipedParams")
         spec = require_fidelity(self.fidelity)
         settle(self, fidelity=spec)
         names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
         parts: Any = (None,) * len(names)
-        if holds_numbers(self.params):
+        if holds_numbers(self.bare):
             parts = self._prepare()
         settle(self, unit=None, **dict(zip(names, parts, strict=True)))
         if self.load is not None and self.load.payload is not None:
             settle(self, unit=self.unit_inertia())
 
     def _prepare(self):
-        params, extra = self.params.astype(float_type(self.params, self.payload)), self.payload
+        params, extra = self.bare.astype(float_type(self.bare, self.payload)), self.payload
         batch, whole = as_batch(params)
         if extra is not None:
             extra = jnp.asarray(extra, whole.payload.dtype)
@@ -95,8 +95,13 @@ class BipedModel:
             settle(self, payload=jnp.broadcast_to(extra, batch))
         if batch:
             whole = as_batch(replace(whole, crank=jnp.broadcast_to(whole.crank, batch)))[1]
-        settle(self, params=whole)
+        settle(self, bare=whole)
         return _derive(self.fidelity, with_payload(whole, extra))
+
+    @property
+    def params(self) -> BipedParams:
+        """The robot with the payload, but without what `load` put on it."""
+        return with_payload(self.bare, self.payload)
 
     @property
     def inertia(self) -> Inertia | LoadedInertia:
@@ -116,25 +121,25 @@ class BipedModel:
     @property
     def gravity(self) -> Float[Array, ""]:
         """[m/s^2]"""
-        return jnp.asarray(self.params.gravity)
+        return jnp.asarray(self.bare.gravity)
 
     @property
     def heel(self) -> Float[Array, ""]:
         """The foot's edge behind the ankle [m]."""
-        return jnp.asarray(self.params.heel)
+        return jnp.asarray(self.bare.heel)
 
     @property
     def toe(self) -> Float[Array, ""]:
         """The foot's edge before the ankle [m]."""
-        return jnp.asarray(self.params.toe)
+        return jnp.asarray(self.bare.toe)
 
     def unit_inertia(self) -> Inertia:
         """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
-        return _derive(self.fidelity, _unit_mass(self.params))[0]
+        return _derive(self.fidelity, _unit_mass(self.bare))[0]
 
     def replace(self, **changes: Any) -> BipedModel:
         """The model of a robot with some fields of BipedParams changed, prepared anew."""
-        return replace(self, params=self.params.replace(**changes))
+        return replace(self, bare=self.bare.replace(**changes))
 
 
 def prepare(
@@ -217,7 +222,7 @@ def load(
     """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
 
     Fits nothing again: the functions are sums (see LoadedInertia). unit: from `unit_payload`, or
-    None for no payload, and nothing compiled for it. model.params stays the unloaded robot. Of a
+    None for no payload, and nothing compiled for it. model.params stays the robot without it. Of a
     model with a load the load's masses are multiplied, too.
     """
     factor = jnp.asarray(mass_factor)
@@ -251,7 +256,7 @@ def with_payload(params: BipedParams, payload: Numeric | None) -> BipedParams:
 
 def loaded_params(model: BipedModel) -> BipedParams:
     """The robot with all that it carries: the model's payload and what `load` gave it."""
-    params = with_payload(model.params, model.payload)
+    params = model.params
     if model.load is None:
         return params
     factor, extra = model.load.mass_factor, model.load.payload

@@ -101,9 +101,9 @@ def test_payloads_are_carried_inside_transformations():
 def test_a_model_is_prepared_anew_from_what_is_replaced():
     model = prepare(BipedParams.from_bars(), fidelity="reduced")
     heavy = BipedParams.from_bars(hip_mass=1.7)
-    same(replace(model, params=heavy), prepare(heavy))
+    same(replace(model, bare=heavy), prepare(heavy))
     same(model.replace(payload=1.0), prepare(BipedParams.from_bars(payload=1.0)))
-    same(replace(model, payload=2.0), prepare(model.params, payload=2.0))
+    same(replace(model, payload=2.0), prepare(model.bare, payload=2.0))
     assert model.fidelity == replace(replace(model, fidelity="joint"), fidelity="reduced").fidelity
     for name in ("fitted", "own_mass", "step_length", "closes", "symmetric"):
         with pytest.raises(ValueError, match=name):
@@ -116,9 +116,9 @@ def test_a_load_stays_on_the_robot_that_is_replaced_and_loads_add_up():
     loaded = load(model, unit, 1.5, 2.0)
     own = float(model.total_mass)
     assert float(loaded.total_mass) == pytest.approx(1.5 * own + 2.0)
-    heavy = replace(loaded, params=BipedParams.from_bars(hip_mass=1.7))
+    heavy = replace(loaded, bare=BipedParams.from_bars(hip_mass=1.7))
     assert float(heavy.total_mass) == pytest.approx(1.5 * (own + 1.0) + 2.0)
-    want = load(prepare(heavy.params), unit, 1.5, 2.0)
+    want = load(prepare(heavy.bare), unit, 1.5, 2.0)
     same(heavy.inertia.at(jnp.asarray(2.0)), want.inertia.at(jnp.asarray(2.0)))
     twice = load(loaded, unit, 2.0, 1.0)
     assert float(twice.total_mass) == pytest.approx(3.0 * own + 5.0)
@@ -134,7 +134,7 @@ def test_a_batch_of_robots_is_prepared_member_by_member():
         one = prepare(BipedParams.from_bars(crank_length=length))
         same(jax.tree.map(lambda leaf, i=i: leaf[i], both), one)
     with pytest.raises(ValueError, match=r"batch axes do not broadcast.*'crank': \(2,\)"):
-        prepare(replace(both.params, mass=np.ones((3, 13))))
+        prepare(replace(both.bare, mass=np.ones((3, 13))))
 
 
 @pytest.mark.parametrize("way", WAYS)
