@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.roughness import rough_waves
@@ -54,12 +54,12 @@ class RandomTrack:
                 "bump_height and roughness are None; accepted: a range (low, high) for one or both"
             )
         require_range("bump_height", self.bump_height, -np.inf)
-        require_range("bump_width", self.bump_width, 0.0, strict=True)
-        require_range("bump_centre", self.bump_centre, -np.inf)
+        require_range("bump_width", self.bump_width, 0.0, strict=True, optional=False)
+        require_range("bump_centre", self.bump_centre, optional=False)
         require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
             value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {value}", name, value, BYTES)
+            require_memory(f"{name} = {shown(value)}", name, value, BYTES)
         return self
 
     def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:

@@ -148,7 +148,7 @@ class UGVEnvParams:
                 f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
                 "start + spacing <= end [m]"
             )
-        self.vehicle.check_leg_angles(self.start_angles)
+        self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
         return self
 
@@ -225,7 +225,7 @@ def make_params(
             "preview_noise": preview_noise,
             "reward_scale": reward_scale,
             "speed": speed,
-            "given_penalty": failure_penalty,
+            "failure_penalty": failure_penalty,
         }
     )
     accepted = "a length > 0 [m]"
@@ -244,6 +244,7 @@ def make_params(
         spacing=(last - first) / (len(places) - 1),
         start=first,
         end=last,
+        given_penalty=numbers.pop("failure_penalty"),
         penalty_unit=criterion.unit,
         **numbers,
     )
