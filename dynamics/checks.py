@@ -157,7 +157,11 @@ def require_memory(given: str, what: str, count: float, bytes_each: float) -> No
     Call it before anything of that size exists. given: the argument at fault with its value, as
     "spacing = 1e-09"; what: the things, as "waypoints". count: a float may be infinite.
     """
-    needed, limit = float(count) * float(bytes_each), memory_limit()
+    try:
+        needed = float(count) * float(bytes_each)
+    except OverflowError:  # of a whole number
+        count = needed = np.inf
+    limit = memory_limit()
     if not needed <= limit:
         number = f"{int(count):,}" if count <= SMALL_SIZES else f"{count:.3g}"
         raise ValueError(

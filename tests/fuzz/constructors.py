@@ -276,7 +276,6 @@ def plans() -> dict[str, Plan]:
                 "odometer": (),
                 "start": ANY_ONE,
                 "end": (),
-                "penalty_unit": (),
             },
         ),
         "Randomisation": Plan(
@@ -348,7 +347,7 @@ def others() -> dict[str, Plan]:
         "PostureProblem.along": Plan(
             problem.along,
             {
-                "params": KIND,
+                "params": ("none",),
                 "track": KIND,
                 "spacing": ONE,
                 "criterion": CHOICE,
