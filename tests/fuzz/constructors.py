@@ -56,7 +56,7 @@ ANY_ONE = ("minus one", "half", "subnormal")
 INTEGER = CHOICE = KIND = ()
 FLAG = ("true",)
 RANGE = ("pair", "none")
-ANYTHING = ("half", "true", "none", "pair", "text", "word")
+ANYTHING = ("half", "subnormal", "overflow", "true", "none", "pair", "text", "word")
 
 
 def maybe(*accepted: str) -> tuple[str, ...]:
@@ -364,5 +364,5 @@ def others() -> dict[str, Plan]:
             },
             {"params": ugv.UGVParams(), "track": ugv.Track.bump(), "spacing": 0.5},
         ),
-        "TrainConfig": Plan(lambda **k: TrainConfig(**k).validate(), config),
+        "TrainConfig": Plan(TrainConfig, config),
     }
