@@ -8,7 +8,7 @@ differentiated.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 import jax
 import jax.numpy as jnp
@@ -143,7 +143,7 @@ class Scene:
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
         accepted = "Grip(), Uniform(...), Patches(...) or Smoothed(...)"
-        require_kind("floor", self.floor, Floor, accepted)
+        require_kind("floor", self.floor, get_args(Floor), accepted)
         numbers = {} if self.payload is None else {"payload": self.payload}
         require_numeric(**numbers, **vars(self.floor))
         if self.payload is not None:
@@ -195,5 +195,5 @@ def _check_patches(floor: Patches) -> None:
 def _require_edges(edges: Numeric) -> None:
     accepted = "at least one floor position, all finite and strictly increasing [m]"
     require_number("edges", edges, accepted=accepted)
-    if is_concrete(edges) and not np.all(np.diff(np.atleast_1d(np.asarray(edges)), axis=-1) > 0):
+    if is_concrete(edges) and np.any(np.diff(np.atleast_1d(np.asarray(edges, float))) <= 0):
         raise ValueError(f"edges = {shown(np.asarray(edges).tolist())}; accepted: {accepted}")

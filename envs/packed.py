@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.checks import require_memory, shown
 from stickslip.envs.codec import Codec
 from stickslip.envs.functional import pure_step
 
@@ -104,7 +104,7 @@ class PackedEnvs:
         )
         self.dtype = np.dtype(obs.dtype)
         each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
-        require_memory(f"num_envs = {num_envs}", "environments", num_envs, COPIES * each)
+        require_memory(f"num_envs = {shown(num_envs)}", "environments", num_envs, COPIES * each)
         shared = None if mapped else _Shared(params)
         self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)))
         self._params = params if mapped else None

@@ -12,9 +12,11 @@ from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numer
 Range = tuple[Numeric, Numeric]
 
 
-def require_range(name: str, given: Any, low: float = -np.inf, strict: bool = False) -> None:
-    """Raise ValueError unless `given` is None or (low, high), finite and in order."""
-    if given is None:
+def require_range(
+    name: str, given: Any, low: float = -np.inf, strict: bool = False, optional: bool = True
+) -> None:
+    """Raise ValueError unless `given` is (low, high), finite and in order, or None if optional."""
+    if given is None and optional:
         return
     accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
     if not isinstance(given, tuple) or len(given) != 2:

@@ -54,8 +54,8 @@ class RandomTrack:
                 "bump_height and roughness are None; accepted: a range (low, high) for one or both"
             )
         require_range("bump_height", self.bump_height, -np.inf)
-        require_range("bump_width", self.bump_width, 0.0, strict=True)
-        require_range("bump_centre", self.bump_centre, -np.inf)
+        require_range("bump_width", self.bump_width, 0.0, strict=True, optional=False)
+        require_range("bump_centre", self.bump_centre, optional=False)
         require_range("roughness", self.roughness, 0.0, strict=True)
         for name in ("waves", "pieces", "cells"):
             value = require_integer(name, getattr(self, name))

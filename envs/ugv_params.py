@@ -116,10 +116,11 @@ class UGVEnvParams:
     def replace(self, **changes: Any) -> UGVEnvParams:
         """A copy with some entries changed, validated: fields, or `track`. The numbers take the
         type of those before. ValueError for an unknown name."""
-        known = [one.name for one in fields(self) if one.init and one.name != "given_penalty"]
+        hidden = ("given_penalty", "penalty_unit")
+        known = [one.name for one in fields(self) if one.init and one.name not in hidden]
         require_known(changes, [*known, "track", "failure_penalty"])
         dtype = jnp.result_type(self.start)
-        kinds = {"vehicle", "track", "randomisation"} & set(changes)
+        kinds = {"vehicle", "track", "randomisation", "odometer"} & set(changes)
         _require_kinds(**{name: changes[name] for name in kinds})
         changes = _as_numbers(changes)
         if "failure_penalty" in changes:
@@ -132,8 +133,8 @@ class UGVEnvParams:
 
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
-        _require_kinds(vehicle=self.vehicle, randomisation=self.randomisation)
-        require_kind("odometer", self.odometer, Odometer, "an Odometer")
+        given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
+        _require_kinds(**given)
         self.vehicle.validate()
         numbers = {name: getattr(self, name) for name in NUMBERS}
         if self.preview_noise is None:
@@ -148,7 +149,7 @@ class UGVEnvParams:
                 f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
                 "start + spacing <= end [m]"
             )
-        self.vehicle.check_leg_angles(self.start_angles)
+        self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
         return self
 
@@ -180,6 +181,7 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
 
 def _require_kinds(**given: Any) -> None:
     kinds = {"vehicle": UGVParams, "track": Track, "randomisation": UGVRandomisation}
+    kinds["odometer"] = Odometer
     for name, value in given.items():
         require_kind(name, value, kinds[name], f"None or a {kinds[name].__name__}")
 
@@ -225,7 +227,7 @@ def make_params(
             "preview_noise": preview_noise,
             "reward_scale": reward_scale,
             "speed": speed,
-            "given_penalty": failure_penalty,
+            "failure_penalty": failure_penalty,
         }
     )
     accepted = "a length > 0 [m]"
@@ -244,6 +246,7 @@ def make_params(
         spacing=(last - first) / (len(places) - 1),
         start=first,
         end=last,
+        given_penalty=numbers.pop("failure_penalty"),
         penalty_unit=criterion.unit,
         **numbers,
     )

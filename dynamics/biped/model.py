@@ -23,14 +23,15 @@ from stickslip.dynamics.biped.kinematics import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.derived import (
     holds_numbers,
     rebuilt,
     register_derived,
     settle,
 )
-from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
+from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
@@ -76,6 +77,8 @@ class BipedModel:
 
     def __post_init__(self):
         require_kind("params", self.bare, BipedParams, "a BipedParams")
+        if self.load is not None:
+            require_kind("load", self.load, Load, "None, or what `load` made")
         spec = require_fidelity(self.fidelity)
         settle(self, fidelity=spec)
         names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
@@ -87,6 +90,8 @@ class BipedModel:
             settle(self, unit=self.unit_inertia())
 
     def _prepare(self):
+        if self.payload is not None:
+            settle(self, payload=as_number("payload", self.payload, **PAYLOAD))
         params, extra = self.bare.astype(float_type(self.bare, self.payload)), self.payload
         batch, whole = as_batch(params)
         if extra is not None:
@@ -161,6 +166,8 @@ def prepare(
                 "prepare(params, payload=...) and a scene without"
             )
         return params
+    require_kind("params", params, BipedParams, "a BipedParams or a BipedModel")
+    require_numeric(**vars(params))
     return BipedModel(params, payload, fidelity)
 
 

@@ -168,7 +168,7 @@ class BipedParams:
         given = dict(lengths, crank_length=crank_length, gravity=gravity, payload=payload)
         given |= {"bar_density": bar_density, "hip_mass": hip_mass, "foot_mass": foot_mass}
         given |= {"foot_inertia": foot_inertia, "hip_span": hip_span}
-        require_kind("hip_centre", hip_centre, tuple | list, "a pair of finite numbers")
+        require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
         if len(hip_centre) != 2:
             raise ValueError(
                 f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers"

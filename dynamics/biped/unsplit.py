@@ -48,11 +48,11 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
     size = problem.duration / spec.substeps
 
     def body(index, walk: Walk) -> Walk:
-        after = size
+        after, running = size, walk.status <= Status.SLIP_ONSET
         if isinstance(spec, Euler):
             walk, after = _part(spec, problem, walk, size)
         walk, _ = _part(spec, problem, walk, after)
-        walk = _exchange(problem, walk)
+        walk = _exchange(problem, walk, running)
         left = problem.duration - size * (index + 1).astype(size.dtype)
         last = index + 1 == spec.substeps
         running = walk.status <= Status.SLIP_ONSET
@@ -142,10 +142,9 @@ def _semi_implicit(walk: Walk, first: Motion, step) -> _Reached:
     return _Reached(theta, rate, walk.slide + step * velocity, velocity, work)
 
 
-def _exchange(problem: Problem, walk: Walk) -> Walk:
-    """Hand over the support if the step went past the end of the support phase."""
+def _exchange(problem: Problem, walk: Walk, running) -> Walk:
+    """Hand over the support if a step that was taken went past the end of the support phase."""
     low, high = bounds(walk.theta.dtype)
-    passed = (walk.theta > high) | (walk.theta < low)
-    passed &= walk.status <= Status.SLIP_ONSET  # a walk that has ended stays where it is
+    passed = running & ((walk.theta > high) | (walk.theta < low))
     walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
     return hand_over(problem, walk, passed)

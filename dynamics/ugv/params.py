@@ -98,12 +98,12 @@ class UGVParams:
                 f"folded to leg_angle_min take, 2 leg_length cos(leg_angle_min) = {folded} m"
             )
 
-    def check_leg_angles(self, leg_angles) -> None:
+    def check_leg_angles(self, leg_angles, name: str = "leg_angles") -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
-        require_number("leg_angles", leg_angles, accepted="finite angles [..., 2] [rad]")
+        require_number(name, leg_angles, accepted="finite angles [..., 2] [rad]")
         if np.shape(leg_angles)[-1:] != (2,):
             raise ValueError(
-                f"leg_angles has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
+                f"{name} has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
             )
         if not is_concrete(leg_angles, self):
             return
@@ -115,7 +115,7 @@ class UGVParams:
         good = (values >= low - slack) & (values <= high + slack)
         if not np.all(good):
             raise ValueError(
-                f"leg_angles = {float(values[~good].flat[0]):.6g} rad is not accepted; accepted: "
+                f"{name} = {float(values[~good].flat[0]):.6g} rad is not accepted; accepted: "
                 f"{float(np.min(low)):.6g} to {float(np.max(high)):.6g} rad "
                 "(leg_angle_min to leg_angle_max)"
             )

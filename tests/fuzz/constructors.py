@@ -50,11 +50,13 @@ ABOVE = ("half", "pair", "other shape")
 NOT_BELOW = ("half", "subnormal", "pair", "other shape")
 ONE = ("half",)
 HAND = ("half", "other shape")
+BATCHES = ("pair", "other shape")
+"""Legitimate for a robot, too; each would compile dozens of programs."""
 ANY_ONE = ("minus one", "half", "subnormal")
 INTEGER = CHOICE = KIND = ()
 FLAG = ("true",)
 RANGE = ("pair", "none")
-ANYTHING = ("half", "true", "none", "pair", "text", "word")
+ANYTHING = ("half", "subnormal", "overflow", "true", "none", "pair", "text", "word")
 
 
 def maybe(*accepted: str) -> tuple[str, ...]:
@@ -71,7 +73,7 @@ class Plan(NamedTuple):
     says: dict[str, str] = {}  # noqa: RUF012
     """The word for an argument in messages, where it is not its name."""
     skips: tuple[str, ...] = ()
-    """Values that are not tried: functions where one is asked for, each a program of its own."""
+    """Values that are not tried, as each is legitimate and a program of its own."""
     of: Callable[..., Any] | None = None
     """What has the signature, where `call` is a lambda around it."""
 
@@ -183,10 +185,11 @@ def plans() -> dict[str, Plan]:
             {"edges": (), "mu_static": (), "mu_kinetic": ()},
             {"edges": np.asarray([0.1]), "mu_static": np.ones(2), "mu_kinetic": np.ones(2)},
         ),
-        "BipedParams.from_bars": Plan(biped.BipedParams.from_bars, BARS),
+        "BipedParams.from_bars": Plan(biped.BipedParams.from_bars, BARS, skips=BATCHES),
         "BipedParams.replace": Plan(
             lambda **k: bare().replace(**k),
             {name: BARS.get(name, ()) for name in biped.BipedParams.__dataclass_fields__},
+            skips=BATCHES,
         ),
         "BipedState": Plan(lambda **k: at_boundary(state=biped.BipedState(**k)), STATE),
         "prepare": Plan(
@@ -273,7 +276,6 @@ def plans() -> dict[str, Plan]:
                 "odometer": (),
                 "start": ANY_ONE,
                 "end": (),
-                "penalty_unit": (),
             },
         ),
         "Randomisation": Plan(
@@ -345,7 +347,7 @@ def others() -> dict[str, Plan]:
         "PostureProblem.along": Plan(
             problem.along,
             {
-                "params": KIND,
+                "params": ("none",),
                 "track": KIND,
                 "spacing": ONE,
                 "criterion": CHOICE,
@@ -362,5 +364,5 @@ def others() -> dict[str, Plan]:
             },
             {"params": ugv.UGVParams(), "track": ugv.Track.bump(), "spacing": 0.5},
         ),
-        "TrainConfig": Plan(lambda **k: TrainConfig(**k).validate(), config),
+        "TrainConfig": Plan(TrainConfig, config),
     }
