@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from stickslip.agents.foreign import RefusedError, refusing
 from stickslip.agents.rules import Rule
@@ -45,6 +46,8 @@ ENVIRONMENT = "UGVEnv"
 FOREIGN = ("mu_static", "mu_kinetic", "payload", "commanded_rate", "start")
 """Flags of the biped."""
 BASELINES = UGV_BASELINES
+FRICTION = 0.8
+"""Of the standard task."""
 KNOWN_OF_OLD = ("leg_rate", "spacing", "preview_length", "preview_noise")
 """Numbers that files without a whole task tell of."""
 
@@ -165,8 +168,8 @@ def label_of(task: UGVParts, track: str | None) -> str:
     words = [track or ground_words(task)]
     if task.randomisation.friction is not None:
         words.append("random friction")
-    elif (friction := float(task.numbers["friction"])) != float(jnp.float32(0.8)):
-        words.append(f"mu {friction:g}")
+    elif np.float32(task.numbers["friction"]) != np.float32(FRICTION):
+        words.append(f"mu {float(task.numbers['friction']):g}")
     if not same_numbers(task.vehicle, UGVParams()):
         words.append(f"vehicle of {float(task.vehicle.weight / task.vehicle.gravity):.3g} kg")
     return ", ".join(words)

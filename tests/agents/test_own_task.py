@@ -48,21 +48,20 @@ def assert_same(one, other):
         np.testing.assert_array_equal(a, b)
 
 
-def strange_biped(dtype=None) -> tuple[BipedEnv, object]:
+def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:
     """Nothing as in the standard task."""
     env = BipedEnv(see_friction=True, fidelity="chebyshev", substeps=2)
-    params = env.make_params(
-        biped=BipedParams.from_bars(crank_length=0.0217, hip_mass=0.93),
-        scene=Scene.patches([0.1, 0.37], [0.5, 0.061, 0.3], [0.4, 0.051, 0.2], payload=1.7),
-        randomisation=Randomisation(friction=(0.81, 1.23), mass=(0.9, 1.1)),
-        dtype=dtype,
-        torque_limit=3.3,
-        control_period=0.013,
-        commanded_rate=2.7,
-        time_limit=0.4,
-        slip_weight=4.1,
-    )
-    return env, params
+    given = {
+        "biped": BipedParams.from_bars(crank_length=0.0217, hip_mass=0.93),
+        "scene": Scene.patches([0.1, 0.37], [0.5, 0.061, 0.3], [0.4, 0.051, 0.2], payload=1.7),
+        "randomisation": Randomisation(friction=(0.81, 1.23), mass=(0.9, 1.1)),
+        "torque_limit": 3.3,
+        "control_period": 0.013,
+        "commanded_rate": 2.7,
+        "time_limit": 0.4,
+        "slip_weight": 4.1,
+    }
+    return env, env.make_params(dtype=dtype, **(given | changes))
 
 
 def test_a_biped_task_comes_back_to_the_last_bit(dtype):
@@ -157,9 +156,8 @@ def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     assert "the own task of own.npz with --mu-static 0.3 --mu-kinetic 0.2 --payload 0.0" in said
     (row,) = rows_of("b")
     assert row["scene"].startswith("mu 0.3/0.2")
-    other = params.replace(
-        scene=Scene.uniform(0.3, 0.2, payload=0.0), randomisation=Randomisation(mass=(0.9, 1.1))
-    )
+    floor = Scene.uniform(0.3, 0.2, payload=0.0)
+    _, other = strange_biped(scene=floor, randomisation=Randomisation(mass=(0.9, 1.1)))
     expected = evaluate(env, {"x": load_policy(name)}, {"y": other}, episodes=3)
     assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
 
