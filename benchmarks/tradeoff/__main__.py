@@ -70,12 +70,14 @@ def _measured(names: list[str], quick: bool, missing: bool, out: Path) -> dict[s
         def keep(found: dict[str, Any], name: str = name) -> None:
             write_json(content | {name: found}, partial)
 
+        earlier = {}
         if name == "walks":
             had = read_json(out).get(name) if missing else None
             content[name] = measure.measure(quick, _say, keep, had)
+            earlier = {"completes": content["parts"][name]} if had else {}
         else:
             content[name] = promises.population(quick, _say, keep)
-        content["parts"][name] = {
+        content["parts"][name] = earlier | {
             "commit": content["commit"],
             "measured": provenance()["measured"],
             "quick": quick,

@@ -28,7 +28,7 @@ def body(content: dict[str, Any]) -> str:
     off = walks["checks"][CHECK]
     parts = [
         f"Promises: {where(content, 'population')}.",
-        f"Costs and single walks: {where(content, 'walks')}.",
+        f"Costs and single walks: {where(content, 'walks')}{_completed(content)}.",
     ]
     if off is not None:
         parts.append(
@@ -40,6 +40,14 @@ def body(content: dict[str, Any]) -> str:
     parts += ["### Fidelities", fidelities(rows), "### Integrators", integrators(rows)]
     parts += ["### Compile time and memory", programs(walks["programs"])]
     return "\n\n".join(parts)
+
+
+def _completed(content: dict[str, Any]) -> str:
+    """Where most of it comes from, if the last run only added what was missing."""
+    before = content["parts"]["walks"].get("completes")
+    if before is None:
+        return ""
+    return f", completing what commit {before['commit']} measured on {before['measured'][:10]}"
 
 
 def samples(content: dict[str, Any]) -> str:

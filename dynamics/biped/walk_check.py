@@ -22,7 +22,7 @@ from stickslip.dynamics.biped.settings import setting_of
 from stickslip.dynamics.biped.simulate import require_exchange, require_rest_on_grip, simulate
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.table import Table
-from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.checks import require_integer, require_kind, require_number
 from stickslip.dynamics.scene import Scene, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
@@ -146,6 +146,10 @@ def check_walk(
     state.validate()
     require_rest_on_grip(scene, state)
     require_exchange(params, scene)
+    require_integer("repeats", repeats)
+    if not callable(torque):
+        accepted = "finite numbers [N m], or a function of the state"
+        require_number("torque", torque, accepted=accepted)
     policy = torque if callable(torque) else None
     given = gathered(params, scene, state, None if callable(torque) else torque)
     count = _periods(given, duration, setting.dt if period is None else period, period is None)
