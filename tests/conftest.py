@@ -8,6 +8,7 @@ import json
 import os
 import shutil
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,11 +22,11 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
 # Tests compile the same programs over and over: new functions, other files, commands in processes
 # of their own. All processes of a run share what they have compiled, in a folder that goes with the
-# run. With a size it is locked: without, one process may read what another has half written.
+# run. JAX would lock the folder to keep it below a size, and look at every file at every write.
 os.environ.setdefault(
     "JAX_COMPILATION_CACHE_DIR", f"{tempfile.gettempdir()}/stickslip-programs-{os.getpid()}"
 )
-os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", str(4 * 10**9))
+os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", "-1")
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "0")
 
@@ -52,6 +53,26 @@ hypothesis.settings.register_profile(
     ],
 )
 hypothesis.settings.load_profile("stickslip")
+
+
+def _share_whole_programs() -> None:
+    """Let compiled programs appear in the shared folder whole: the processes do without a lock."""
+    from jax._src import compilation_cache, lru_cache
+
+    class WholeWrites(lru_cache.LRUCache):
+        def put(self, key: str, value: bytes) -> None:
+            path = self.path / f"{key}{lru_cache._CACHE_SUFFIX}"
+            if not path.exists():
+                part = path.with_name(f".{path.name}-{os.getpid()}-{threading.get_ident()}.part")
+                part.write_bytes(value)
+                part.replace(path)
+
+    compilation_cache.LRUCache = WholeWrites  # type: ignore[misc]
+
+
+_share_whole_programs()
+# Read when jax was imported: processes that tests start read the folder, but do not write there.
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "1e9"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
