@@ -7,7 +7,7 @@ the constraints there, is no part of it. This measures both.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -88,7 +88,7 @@ def _between(of: np.ndarray, factor: int) -> np.ndarray:
     return np.concatenate([inner.reshape(-1, *of.shape[1:]), of[-1:]])
 
 
-def _padded(of: np.ndarray, size: int) -> np.ndarray:
+def _padded(of: Any, size: int) -> np.ndarray:
     """The last entry repeated up to that many."""
     of = np.asarray(of)
     return np.concatenate([of, np.broadcast_to(of[-1], (size - len(of), *of.shape[1:]))])

@@ -46,7 +46,11 @@ class FreeProblem:
 
     def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... 2K"]:
         """The problem's decision vector, or a batch; ValueError for a wrong length."""
-        free = np.zeros(np.shape(x)) if self.n == 0 else as_floats("x", x, "the free angles [rad]")
+        free = (
+            np.asarray(x, dtype=float)
+            if self.n == 0
+            else as_floats("x", x, "the free angles [rad]")
+        )
         if free.ndim == 0 or free.shape[-1] != self.n:
             raise ValueError(
                 f"x has shape {free.shape}; accepted: (..., {self.n}), the free angles"

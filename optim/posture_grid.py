@@ -156,7 +156,8 @@ def build_grid(
     `least` of each leg.
     """
     given = fitting_grid(problem, least) if angles is None else _pair(angles)
-    require_grid(problem, *(of if isinstance(of, int) else len(of) for of in given), CHUNK)
+    counts = [of if isinstance(of, int) else len(of) for of in given]
+    require_grid(problem, counts[0], counts[1], CHUNK)
     rear, front = (_angles_of(problem, of) for of in given)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
