@@ -75,7 +75,11 @@ def test_nothing_depends_on_where_the_ground_lies(kind, dtype):
 
 
 def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start():
-    """A thousand equal hills: the forces on the last are those on the first."""
+    """Hundreds of equal hills: the forces on the last are those on the first.
+
+    The turn of a wheel in a step of 6 cm is, too, but for the rounding of 6 m: by how much the way
+    over the hills is longer than a kilometre.
+    """
     x = 0.125 * np.arange(8193)
     y = np.round(0.05 * np.sin(2 * np.pi * x / 2) * 2**18) / 2**18 + UP
     track = Track.from_points(x, y)
@@ -84,8 +88,11 @@ def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start()
     odometer = Odometer.along(track)
     first, last = (differences(PARAMS, track, odometer, at + by, angles) for by in (0.0, 1016.0))
     np.testing.assert_array_equal(first[1], last[1])
-    for one, other in zip(first[0], last[0], strict=True):
+    *numbers, lag = zip(first[0], last[0], strict=True)
+    for one, other in numbers:
         np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-5 * np.max(np.abs(one)))
+    level = 0.0625 / PARAMS.wheel_radius
+    np.testing.assert_allclose(lag[1] - level, lag[0] - level, rtol=4e-5)
 
 
 @pytest.mark.parametrize("wide", [False, True])
