@@ -88,7 +88,7 @@ class Spline(Closed):
             )
         knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))
         with np.errstate(over="ignore"):
-            narrow = knots.astype(dtype)
+            narrow = (knots + rests).astype(dtype)
         same = np.flatnonzero(~(narrow[..., 1:] > narrow[..., :-1]))
         if same.size and knots.ndim == 1:
             i = int(same[0]) + 1

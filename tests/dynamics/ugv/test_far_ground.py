@@ -112,7 +112,7 @@ def test_poses_and_forces_are_those_of_a_slow_calculation(wide):
         given = jnp.asarray(places), jnp.asarray(angles)
         held = equilibrium(PARAMS, track, *given)
         odometer = Odometer.along(track)
-        turns = differences(PARAMS, track, odometer, *given)[0][-1]
+        turns = np.asarray(differences(PARAMS, track, odometer, *given)[0][-1])
         angles = np.asarray(given[1], float)
     truth = [slow.held(at - x[6190], pair) for at, pair in zip(places, angles, strict=True)]
     error = {"rtol": 1e-11 if wide else 2e-4, "atol": 1e-9 if wide else 5e-2}
