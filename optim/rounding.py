@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 RELATIVE = 5e-13
 """Of the value."""
-ROUNDINGS = 64 * float(np.finfo(float).eps)
+ROUNDINGS = 4 * float(np.finfo(float).eps)
 """Of what the vehicle's weight would give."""
 
 

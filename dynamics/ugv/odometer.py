@@ -58,9 +58,9 @@ class Odometer:
     track: Track
     start: Numeric
     end: Numeric
-    edges: Float[Array, "cells+1"]
-    rests: Float[Array, "cells+1"]
-    excess: Float[Array, "cells+1"]
+    edges: Float[np.ndarray | Array, "cells+1"]
+    rests: Float[np.ndarray | Array, "cells+1"]
+    excess: Float[np.ndarray | Array, "cells+1"]
     even: bool = field(metadata={"static": True})
 
     @classmethod

@@ -69,9 +69,9 @@ def band_variance(roughness: Numeric, band: tuple[float, float] = BAND) -> Numer
 class Waves(Closed):
     """Sum of cosines, y = sum_i amplitude_i cos(2 pi n_i x + phase_i); exact but slow."""
 
-    amplitudes: Float[Array, "waves"]
-    frequencies: Float[Array, "waves"]
-    phases: Float[Array, "waves"]
+    amplitudes: Float[np.ndarray | Array, "waves"]
+    frequencies: Float[np.ndarray | Array, "waves"]
+    phases: Float[np.ndarray | Array, "waves"]
 
     def near(self, base: Numeric, u: Numeric):
         """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]; whole

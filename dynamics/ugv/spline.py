@@ -48,10 +48,10 @@ class Spline(Closed):
     NumPy's, in double precision whatever jax_enable_x64 says; the computation rounds them.
     """
 
-    knots: Float[Array, "pieces+1"]
-    rests: Float[Array, "pieces+1"]
-    coefficients: Float[Array, "pieces powers"]
-    lows: Float[Array, "pieces"]
+    knots: Float[np.ndarray | Array, "pieces+1"]
+    rests: Float[np.ndarray | Array, "pieces+1"]
+    coefficients: Float[np.ndarray | Array, "pieces powers"]
+    lows: Float[np.ndarray | Array, "pieces"]
     even: bool = field(metadata={"static": True})
 
     @classmethod
@@ -88,7 +88,8 @@ class Spline(Closed):
             )
         knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))
         with np.errstate(over="ignore"):
-            same = np.flatnonzero(~(np.diff(knots.astype(dtype), axis=-1) > 0))
+            narrow = (knots + rests).astype(dtype)
+        same = np.flatnonzero(~(narrow[..., 1:] > narrow[..., :-1]))
         if same.size and knots.ndim == 1:
             i = int(same[0]) + 1
             raise ValueError(
@@ -136,11 +137,13 @@ def hermite_table(
         raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
     owner = getattr(profile, "__self__", None)
     if owner is None or not is_concrete(owner, start, end):
-        knots, rows = _table(profile, *as_floats(start, end), pieces)
+        first, last = as_floats(start, end)
+        knots, rows = _table(profile, first, last, pieces)
         return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
-        ends = [jnp.asarray(np.asarray(end, np.float64)) for end in (start, end)]
-        knots, rows = (np.asarray(of, np.float64) for of in _table(profile, *ends, pieces))
+        first, last = (jnp.asarray(np.asarray(at, np.float64)) for at in (start, end))
+        found = _table(profile, first, last, pieces)
+        knots, rows = (np.asarray(of, np.float64) for of in found)
     return Spline.of(knots, rows, even=True)
 
 

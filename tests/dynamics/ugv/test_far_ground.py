@@ -57,7 +57,8 @@ def differences(params, track, odometer, x, angles):
     "kind", ["cubic", "pchip", "linear", "uneven", "cubic table", "bump", "ramp", "step", "ditch"]
 )
 def test_nothing_depends_on_where_the_ground_lies(kind, dtype):
-    """Moved by 1 km and 1500 m, by exact numbers: the same to a few roundings of a metre."""
+    """Moved by 1 km and 1500 m, by exact numbers: the same to 1e-12, in single precision to a few
+    roundings of the vehicle's own numbers."""
     x = jnp.asarray(2.0 + 0.125 * np.arange(64), dtype)
     angles = jnp.asarray(np.random.default_rng(0).uniform(0.9, 2.2, (64, 2)), dtype)
     here, there = (shifted(kind, *by) for by in ((0.0, 0.0), (AWAY, UP)))
@@ -69,12 +70,16 @@ def test_nothing_depends_on_where_the_ground_lies(kind, dtype):
     assert np.mean(np.asarray(found[0][1]) == Status.OK) > (0.1 if kind == "linear" else 0.5)
     for one, other in zip(found[0][0], found[1][0], strict=True):
         assert one.dtype == dtype
-        eps = 16 * float(jnp.finfo(dtype).eps)
+        eps = max(16 * float(jnp.finfo(dtype).eps), 1e-12)
         np.testing.assert_allclose(other, one, rtol=eps, atol=eps * np.max(np.abs(one)))
 
 
 def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start():
-    """A thousand equal hills: the forces on the last are those on the first."""
+    """Hundreds of equal hills: the forces on the last are those on the first.
+
+    The turn of a wheel in a step of 6 cm is, too, but for the rounding of 6 m: by how much the way
+    over the hills is longer than a kilometre.
+    """
     x = 0.125 * np.arange(8193)
     y = np.round(0.05 * np.sin(2 * np.pi * x / 2) * 2**18) / 2**18 + UP
     track = Track.from_points(x, y)
@@ -83,8 +88,11 @@ def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start()
     odometer = Odometer.along(track)
     first, last = (differences(PARAMS, track, odometer, at + by, angles) for by in (0.0, 1016.0))
     np.testing.assert_array_equal(first[1], last[1])
-    for one, other in zip(first[0], last[0], strict=True):
+    *numbers, lag = zip(first[0], last[0], strict=True)
+    for one, other in numbers:
         np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-5 * np.max(np.abs(one)))
+    level = 0.0625 / PARAMS.wheel_radius
+    np.testing.assert_allclose(lag[1] - level, lag[0] - level, rtol=4e-5)
 
 
 @pytest.mark.parametrize("wide", [False, True])
@@ -104,7 +112,7 @@ def test_poses_and_forces_are_those_of_a_slow_calculation(wide):
         given = jnp.asarray(places), jnp.asarray(angles)
         held = equilibrium(PARAMS, track, *given)
         odometer = Odometer.along(track)
-        turns = differences(PARAMS, track, odometer, *given)[0][-1]
+        turns = np.asarray(differences(PARAMS, track, odometer, *given)[0][-1])
         angles = np.asarray(given[1], float)
     truth = [slow.held(at - x[6190], pair) for at, pair in zip(places, angles, strict=True)]
     error = {"rtol": 1e-11 if wide else 2e-4, "atol": 1e-9 if wide else 5e-2}
