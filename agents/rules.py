@@ -53,7 +53,7 @@ class Rule:
         elif self.kind is bool or self.kind is str:
             require_kind(name, value, self.kind, self.accepted)
         elif self.kind is int:
-            low, high = max(self.low, -MOST), min(self.high, MOST)
+            low, high = int(max(self.low, -MOST)), int(min(self.high, MOST))
             return require_integer(name, value, low=low, high=high, accepted=self.accepted)
         elif self.kind == "range":
             return self._require_range(name, value)

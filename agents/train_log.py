@@ -8,14 +8,16 @@ import socket
 import time
 from typing import TYPE_CHECKING, Any
 
-from tensorboard.compat.proto.event_pb2 import Event, SessionLog
-from tensorboard.compat.proto.summary_pb2 import Summary
+from tensorboard.compat.proto import event_pb2, summary_pb2
 from tensorboard.summary.writer.record_writer import RecordWriter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+EVENTS: Any = event_pb2
+SUMMARIES: Any = summary_pb2
+"""Their classes are made when they are imported."""
 FORMAT = "brain.Event:2"
 
 
@@ -33,19 +35,21 @@ class TensorBoard:
         self._writer = RecordWriter(self._file)
         self._write(file_version=FORMAT)
         if upto:
-            self._write(step=upto + 1, session_log=SessionLog(status=SessionLog.START))
+            self._write(
+                step=upto + 1, session_log=EVENTS.SessionLog(status=EVENTS.SessionLog.START)
+            )
 
     def add(self, group: str, timesteps: int, row: Mapping[str, float]) -> None:
         """Write the finite numbers of a row."""
         values = [
-            Summary.Value(tag=f"{group}/{name}", simple_value=value)
+            SUMMARIES.Summary.Value(tag=f"{group}/{name}", simple_value=value)
             for name, value in row.items()
             if math.isfinite(value)
         ]
-        self._write(step=timesteps, summary=Summary(value=values))
+        self._write(step=timesteps, summary=SUMMARIES.Summary(value=values))
 
     def _write(self, **content: Any) -> None:
-        self._writer.write(Event(wall_time=time.time(), **content).SerializeToString())
+        self._writer.write(EVENTS.Event(wall_time=time.time(), **content).SerializeToString())
 
     def __enter__(self) -> TensorBoard:
         return self
