@@ -21,7 +21,7 @@ RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "dp": ("dp", {"angles": ANGLES}),
     "scp": ("scp", {"angles": ANGLES}),
     "gradient": ("gradient", {"angles": ANGLES, "iterations": 100}),
-    "cma": ("cma", {"angles": ANGLES, "evaluations": 1000}),
+    "cma": ("cma", {"angles": ANGLES, "evaluations": 500}),
 }
 """Name shown, method and its options. The last three begin at dp's path. lp is not among them: its
 graph has half a million edges at this spacing."""
