@@ -47,14 +47,9 @@ def methods(quick: bool) -> Iterator[dict[str, Any]]:
                     solve(problem, method, **options)
                 found = solve(problem, method, **options)
                 rows.append({"criterion": criterion, "track": one.name, "method": name,
-                             "straight": straight, "finer": _finer(problem, found)}
+                             "straight": straight, "finer": finer_value(problem, found)}
                             | _row(found))  # fmt: skip
             yield from with_gaps(rows)
-
-
-def _finer(problem: PostureProblem, found: Result) -> float | None:
-    value = np.inf if found.leg_angles is None else finer_value(problem, found.leg_angles)
-    return value if np.isfinite(value) else None
 
 
 def _row(found: Result) -> dict[str, Any]:
