@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.ugv.tracks import twelve
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import PostureProblem, solve
+from stickslip.optim import PostureProblem, Result, solve
 from stickslip.optim.dp import best_paths
 from stickslip.optim.posture_grid import build_grid, offsets
 
@@ -43,13 +43,16 @@ def problem_on(name: str, criterion: str = "wheel_energy", waypoints: int = WAYP
     return PostureProblem(UGVParams(), track, x, criterion, leg_rate=RATE)
 
 
-def finer_value(problem: PostureProblem, angles: np.ndarray) -> float:
-    """The value of a drive [K, 2] on a spacing FINER times as fine, the legs turning evenly from
-    one waypoint to the next: what the problem's own waypoints leave out shows."""
+def finer_value(problem: PostureProblem, found: Result) -> float | None:
+    """The value of a drive on a spacing FINER times as fine, the legs turning evenly from one
+    waypoint to the next: what the problem's own waypoints leave out shows. None for no number."""
+    if found.leg_angles is None:
+        return None
     own = np.arange(len(problem.x))
     at = np.linspace(0, own[-1], own[-1] * FINER + 1)
-    x, rear, front = (np.interp(at, own, of) for of in (problem.x, *angles.T))
-    return replace(problem, x=x).objective(np.stack([rear, front], 1).ravel())
+    x, rear, front = (np.interp(at, own, of) for of in (problem.x, *found.leg_angles.T))
+    value = replace(problem, x=x).objective(np.stack([rear, front], 1).ravel())
+    return value if np.isfinite(value) else None
 
 
 def growth(quick: bool) -> Iterator[dict[str, Any]]:
@@ -114,9 +117,9 @@ def grids(quick: bool) -> Iterator[dict[str, Any]]:
                     "angles": n,
                     "value": found.value,
                     "seconds": found.seconds,
-                    "finer": finer_value(problem, found.leg_angles),
+                    "finer": finer_value(problem, found),
                     "off_grid": best.value,
-                    "off_grid_finer": finer_value(problem, best.leg_angles),
+                    "off_grid_finer": finer_value(problem, best),
                     "straight": straight,
                     "off_grid_feasible": best.feasible,
                     "excess": (found.value - best.value) / straight,

@@ -21,7 +21,7 @@ RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "dp": ("dp", {"angles": ANGLES}),
     "scp": ("scp", {"angles": ANGLES}),
     "gradient": ("gradient", {"angles": ANGLES, "iterations": 100}),
-    "cma": ("cma", {"angles": ANGLES, "evaluations": 1000}),
+    "cma": ("cma", {"angles": ANGLES, "evaluations": 500}),
 }
 """Name shown, method and its options. The last three begin at dp's path. lp is not among them: its
 graph has half a million edges at this spacing."""
@@ -47,14 +47,9 @@ def methods(quick: bool) -> Iterator[dict[str, Any]]:
                     solve(problem, method, polish=False, **options)
                 found = solve(problem, method, polish=False, **options)
                 rows.append({"criterion": criterion, "track": one.name, "method": name,
-                             "straight": straight, "finer": _finer(problem, found)}
+                             "straight": straight, "finer": finer_value(problem, found)}
                             | _row(found))  # fmt: skip
             yield from with_gaps(rows)
-
-
-def _finer(problem: PostureProblem, found: Result) -> float | None:
-    value = np.inf if found.leg_angles is None else finer_value(problem, found.leg_angles)
-    return value if np.isfinite(value) else None
 
 
 def _row(found: Result) -> dict[str, Any]:

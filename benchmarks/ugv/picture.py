@@ -102,7 +102,7 @@ def _growth(axis, rows: list[dict[str, Any]]) -> None:
 def _gaps(axis, rows: list[dict[str, Any]]) -> None:
     """Relative distance from the best known value against time, each method's median large."""
     axis.set_title("methods on twelve tracks: feasible results", loc="left")
-    colours = [*COLOURS.values(), "#111111"]
+    colours = list(COLOURS.values())
     for name, colour in zip(RUNS, colours, strict=True):
         of = [row for row in rows if row["method"] == name and row["gap"] is not None]
         if not of:

@@ -186,7 +186,8 @@ def _waves(random, limits: Limits, at, height, shifted):
     amplitudes, frequencies, phases, shortest = _wave_numbers(random, limits)
     moved = np.where(shifted, 0.377 * limits.radius, 0.0)
     phases = np.mod(phases - 2 * np.pi * frequencies * moved[:, None], 2 * np.pi)
-    shape = Waves(amplitudes, frequencies, phases)
+    numbers: Any = (amplitudes, frequencies, phases)
+    shape = Waves(*numbers)
     return Together((shape,), height), at + moved, shortest
 
 
@@ -205,7 +206,7 @@ def _spline(random, limits: Limits, at, height, shifted):
     return splines(first[:, None] + spacing[:, None] * np.arange(POINTS + 1), rows), at, spacing
 
 
-def splines(knots: np.ndarray, rows: np.ndarray) -> Spline:
+def splines(knots: Any, rows: Any) -> Spline:
     """Many splines as one pytree: knots [n, pieces + 1], coefficients [n, pieces, powers]."""
     return Spline(knots, rows, True)
 

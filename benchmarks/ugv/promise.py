@@ -165,7 +165,7 @@ def _depth(params, shape, placed):
 
 def _table(shape, middle, half):
     track = Track(shape, middle - half, middle + half)
-    made = track.resampled(track.start, track.end, TABLE).shape
+    made: Any = track.resampled(track.start, track.end, TABLE).shape
     return made.knots, made.coefficients
 
 

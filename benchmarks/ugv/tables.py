@@ -152,9 +152,9 @@ def grid_values(rows: list[dict[str, Any]]) -> str:
                 "track": row["track"],
                 "angles": row["angles"],
                 "value": f"{row['value']:.6g}",
-                "finer": f"{row['finer']:.6g}",
+                "finer": _shown(row.get("finer")),
                 "off the grid": f"{row['off_grid']:.6g}",
-                "finer ": f"{row['off_grid_finer']:.6g}",
+                "finer ": _shown(row.get("off_grid_finer")),
                 "excess": f"{row['excess']:.1e}",
                 "dp, wall [s]": f"{row['seconds']:.2f}",
             }
@@ -189,9 +189,13 @@ def summary(rows: list[dict[str, Any]]) -> str:
     return markdown(lines)
 
 
+def _shown(value: float | None) -> str:
+    return "-" if value is None else f"{value:.5g}"
+
+
 def spacing_error(row: dict[str, Any]) -> float | None:
     """By how much the value on the finer spacing differs, in parts of the straight legs' value."""
-    if row["finer"] is None:
+    if row.get("finer") is None:
         return None
     return abs(row["finer"] - row["value"]) / max(row["straight"], SMALL)
 
@@ -212,7 +216,6 @@ def values(rows: list[dict[str, Any]]) -> str:
                         text = "-" if r["value"] is None else f"{r['value']:.5g}"
                         line[name] = text if r["feasible"] else f"({text})"
                         if name == SHOWN_FINER:
-                            finer = r["finer"]
-                            line[f"{name}, finer"] = "-" if finer is None else f"{finer:.5g}"
+                            line[f"{name}, finer"] = _shown(r.get("finer"))
             lines.append(line)
     return markdown(lines)

@@ -136,7 +136,7 @@ def check_poses(
         compared=int(np.sum(compared)),
         wrong_statuses=int(np.sum(off.wrong)),
         unseen=int(np.sum(off.unseen)),
-        worst=(float(x[worst]), *map(float, angles[worst])) if np.any(compared) else None,
+        worst=_pose(x[worst], *angles[worst]) if np.any(compared) else None,
         cost=cost / len(x),
         reference_cost=reference_cost / len(x),
     )
@@ -188,6 +188,10 @@ def differences(
     return Differences(torque, contact, wrong, unseen)
 
 
+def _pose(x, rear, front) -> tuple[float, float, float]:
+    return float(x), float(rear), float(front)
+
+
 def _margin(truth: Equilibrium, weight, r) -> np.ndarray:
     """The least distance of a pose from another status [-]."""
     forces = (truth.N_rear, truth.N_front, truth.grip_rear, truth.grip_front)
@@ -229,7 +233,9 @@ def _poses(params, track, x_front, leg_angles, count, seed):
         raise ValueError(
             f"x_front has shape {x.shape}, leg_angles {angles.shape}; accepted: [...] and [..., 2]"
         ) from None
-    require_memory(f"x_front with leg_angles of {shape}", "poses", np.prod(shape), POSE_BYTES)
+    require_memory(
+        f"x_front with leg_angles of {shape}", "poses", float(np.prod(shape)), POSE_BYTES
+    )
     return np.broadcast_to(x, shape).ravel(), np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
 
 

@@ -139,13 +139,14 @@ def recommend(
     tolerance, and for ground that nothing was measured on.
     """
     accepted = "a finite error > 0"
-    require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
+    rule = {"low": 0.0, "strict": True, "accepted": accepted, "dtype": np.float64}
+    require_number("tolerance", tolerance, **rule)
     params = UGVParams() if params is None else params
     require_kind("params", params, UGVParams, "UGVParams, or None for the default vehicle")
     radius = float(np.min(np.asarray(params.wheel_radius)))
     if contact_tolerance is None:
         contact_tolerance = tolerance * radius
-    require_number("contact_tolerance", contact_tolerance, low=0.0, strict=True, accepted=accepted)
+    require_number("contact_tolerance", contact_tolerance, **rule)
     batch = require_integer("batch", batch)
     if dtype is not None:
         require_choice("dtype", dtype, DTYPES)
@@ -201,7 +202,7 @@ def place_of(track: Track | str, radius: float) -> str:
         return "near"
     with jax.enable_x64(True):
         ends = (float(np.min(np.asarray(track.start))), float(np.max(np.asarray(track.end))))
-        heights = np.asarray(track.astype("float64").height(np.linspace(*ends, 65)))
+        heights = np.asarray(_heights(track.astype("float64"), np.linspace(*ends, 65)))
     size = float(max(np.max(np.abs(ends)), np.max(np.abs(heights)))) / radius
     if not size <= FAR:
         raise ValueError(
@@ -209,6 +210,9 @@ def place_of(track: Track | str, radius: float) -> str:
             f"accepted: up to {FAR:g} (check_poses measures a setting on any track)"
         )
     return "near" if size <= NEAR else "far"
+
+
+_heights = jax.jit(Track.height)
 
 
 def pieces_for(track: Track, pieces_per_wave: int) -> int:
