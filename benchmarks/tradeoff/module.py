@@ -18,6 +18,9 @@ MODULES = {
 
 HEAD = '''"""Measured settings, out of `python -m benchmarks.tradeoff --update`: not by hand."""
 
+# fmt: off
+# ruff: noqa: E501
+
 from __future__ import annotations
 '''
 
