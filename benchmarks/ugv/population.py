@@ -16,6 +16,7 @@ import numpy as np
 from scipy import interpolate
 
 from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv.near import in_two
 from stickslip.dynamics.ugv.roughness import Waves
 from stickslip.dynamics.ugv.settings import FAR, NEAR
 from stickslip.dynamics.ugv.shapes import Bump, Ditch, Ramp, Sinusoid, Step
@@ -206,9 +207,11 @@ def _spline(random, limits: Limits, at, height, shifted):
     return splines(first[:, None] + spacing[:, None] * np.arange(POINTS + 1), rows), at, spacing
 
 
-def splines(knots: Any, rows: Any) -> Spline:
+def splines(knots: np.ndarray, rows: np.ndarray) -> Spline:
     """Many splines as one pytree: knots [n, pieces + 1], coefficients [n, pieces, powers]."""
-    return Spline(knots, rows, True)
+    heights, lows = in_two(rows[..., 0])
+    table = np.concatenate([heights[..., None], rows[..., 1:]], axis=-1)
+    return Spline(*in_two(knots), table, lows, even=True)
 
 
 def _through_points(random, limits: Limits, kind):

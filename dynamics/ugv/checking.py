@@ -183,7 +183,7 @@ def differences(
     hollow = (status == Status.HOLLOW_GROUND) | (own == Status.HOLLOW_GROUND)
     wrong = (status != own) & ~np.where(both, near, hollow & edge) & ~unseen
     if np.any(wrong & hollow):
-        shallow = np.asarray(depth()) <= _resolved(truth, setting)
+        shallow = np.asarray(depth()) <= _resolved(truth, r, setting)
         wrong &= ~(hollow & shallow)
     return Differences(torque, contact, wrong, unseen)
 
@@ -204,10 +204,9 @@ def _margin(truth: Equilibrium, weight, r) -> np.ndarray:
     )
 
 
-def _resolved(truth: Equilibrium, setting: Setting) -> np.ndarray:
-    """How deep ground may enter a wheel unseen in the setting's precision [m]."""
-    placed = truth.pose
-    size = np.abs(np.asarray(placed.front.centre)).max(-1) + np.asarray(placed.wheelbase)
+def _resolved(truth: Equilibrium, radius, setting: Setting) -> np.ndarray:
+    """How deep ground may enter a wheel unseen in the setting's precision [m], wherever it lies."""
+    size = np.asarray(truth.pose.wheelbase) + 2 * radius
     return np.asarray(depth_allowed(size.astype(setting.dtype)), float)
 
 
