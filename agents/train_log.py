@@ -33,11 +33,14 @@ class TensorBoard:
         name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
         self._file = (directory / name).open("xb", buffering=0)
         self._writer = RecordWriter(self._file)
-        self._write(file_version=FORMAT)
-        if upto:
-            self._write(
-                step=upto + 1, session_log=EVENTS.SessionLog(status=EVENTS.SessionLog.START)
-            )
+        try:
+            self._write(file_version=FORMAT)
+            if upto:
+                start = EVENTS.SessionLog(status=EVENTS.SessionLog.START)
+                self._write(step=upto + 1, session_log=start)
+        except BaseException:
+            self._file.close()
+            raise
 
     def add(self, group: str, timesteps: int, row: Mapping[str, float]) -> None:
         """Write the finite numbers of a row."""

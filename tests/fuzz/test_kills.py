@@ -173,11 +173,14 @@ def test_a_second_process_is_refused_and_the_first_unharmed(servers, whole, tmp_
     reference, _ = whole
     path = tmp_path / "run"
     first, second = servers
+    held = tmp_path / "run.held"
+    held.touch()
     first.start(path)
-    while not (path / "checkpoints").is_dir():
+    while not (path / "metrics.csv").exists():
         time.sleep(0.01)
     for how in ({"resume": True}, {"overwrite": True}, {}):
         assert second.train(path, **how) == REFUSED, how
+    held.unlink()
     assert first.wait() == 0, said(path)
     assert said(path).count("another process is training there") == 3
     assert_same_run(reference, path)

@@ -50,10 +50,17 @@ def main() -> None:
 
 
 def run(path: str, how: dict) -> int:
-    """Train; what goes wrong is added to a file beside the directory."""
-    status, words = 1, ""
+    """Train; what goes wrong is added to a file beside the directory. A training stands still while
+    there is a file `<path>.held`."""
+    status, words, held = 1, "", Path(path + ".held")
+
+    def wait() -> bool:
+        while held.exists():
+            time.sleep(0.01)
+        return False
+
     try:
-        return 0 if train(CONFIG, path, bar=False, **how).finished else 2
+        return 0 if train(CONFIG, path, bar=False, stop=wait, **how).finished else 2
     except ValueError as error:
         status, words = REFUSED, str(error)
     except Exception:  # noqa: BLE001, whatever it is, the test shows it
