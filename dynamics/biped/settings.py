@@ -29,7 +29,7 @@ from stickslip.dynamics.biped.promises import (
 )
 from stickslip.dynamics.biped.setting import DTYPES, Setting
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
-from stickslip.dynamics.fronts import front, knee
+from stickslip.dynamics.fronts import USEFUL, front, knee
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
@@ -220,7 +220,7 @@ def preset_indices(
         return within[0] if within else along[-1]
 
     everything = range(len(costs))
-    single = [i for i in everything if dtypes[i] == "float32"]
+    single = [i for i in everything if dtypes[i] == "float32" and errors[i] <= USEFUL] or everything
     bend = single[knee([costs[i] for i in single], [errors[i] for i in single])]
     fast, exact = cheapest(2e-2, single), cheapest(1e-8, everything)
     return {"fast": fast, "balanced": bend, "exact": exact}
