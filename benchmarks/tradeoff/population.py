@@ -62,9 +62,8 @@ def draw(floor: str, seeds, robots: str) -> Walks:
     drawn = [_one(floor, int(seed), robots) for seed in seeds]
     columns = {name: np.asarray([one[name] for one in drawn]) for name in drawn[0]}
     bars = ("crank_length", "bar_density", "hip_mass", "foot_mass", "payload", "gravity")
-    params = BipedParams.from_bars(
-        **{name: jnp.asarray(columns[name]) for name in bars}, dtype=jnp.float64
-    )
+    given: dict[str, Any] = {name: jnp.asarray(columns[name]) for name in bars}
+    params = BipedParams.from_bars(**given, dtype=jnp.float64)
     length, time = np.asarray(params.crank), own_time(params)
     moment = np.asarray(params.total_mass) * np.asarray(params.gravity) * length
     zero = jnp.zeros(len(drawn))

@@ -74,9 +74,10 @@ def samples(content: dict[str, Any]) -> str:
 def presets(content: dict[str, Any]) -> str:
     """The presets, what is promised of them, and their costs."""
     points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
-    if not front_of(points):
+    if not front_of([p for p in points if p.dtype == "float32"]):
         return "Not measured."
-    chosen = preset_indices([p.cost for p in points], [p.error for p in points])
+    columns = zip(*((p.cost, p.error, p.dtype) for p in points), strict=True)
+    chosen = preset_indices(*columns)
     return markdown([{"preset": name} | _columns(points[i]) for name, i in chosen.items()])
 
 

@@ -39,6 +39,10 @@ NOT_COVERED = (
 )
 
 
+Bound = tuple[float, float, float]
+"""Of the worse of both [rad/s], of the crank angle [rad/s], of the slide [m/s]."""
+
+
 @dataclass(frozen=True)
 class Measurement:
     """One setting on one kind of floor, for one kind of robot and batch.
@@ -54,7 +58,7 @@ class Measurement:
     robots: str
     setting: Setting
     batch: int
-    bounds: tuple[tuple[float, float, float], ...]
+    bounds: tuple[Bound, ...]
     otherwise: float
     cost: float
 
@@ -65,13 +69,17 @@ class Measurement:
         return self.bounds[QUANTILES.index(0.95)][0]
 
 
+def _worse(one: Bound, other: Bound) -> Bound:
+    return max(one[0], other[0]), max(one[1], other[1]), max(one[2], other[2])
+
+
 def _measurements() -> tuple[Measurement, ...]:
     """Every measured point, for the default robot and for any."""
     found = []
     for scene, index, batch, cost in measured.COSTS:
         default, others = (measured.ERRORS[scene, index, name] for name in ("default", "others"))
         setting = Setting(*measured.SETTINGS[index])
-        worse = tuple(tuple(map(max, *pair)) for pair in zip(default[0], others[0], strict=True))
+        worse = tuple(_worse(*pair) for pair in zip(default[0], others[0], strict=True))
         pairs = (("default", default), ("any", (worse, max(default[1], others[1]))))
         for robots, (bounds, otherwise) in pairs:
             found.append(Measurement(scene, robots, setting, batch, bounds, otherwise, cost))

@@ -29,7 +29,7 @@ from stickslip.dynamics.biped.promises import (
 )
 from stickslip.dynamics.biped.setting import DTYPES, Setting
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
-from stickslip.dynamics.fronts import front, knee
+from stickslip.dynamics.fronts import USEFUL, front, knee
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
@@ -205,28 +205,35 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
     )
 
 
-def preset_indices(costs: Sequence[float], errors: Sequence[float]) -> dict[str, int]:
+def preset_indices(
+    costs: Sequence[float], errors: Sequence[float], dtypes: Sequence[str]
+) -> dict[str, int]:
     """Which points of a front the presets are.
 
-    fast: the cheapest within 1e-2 rad/s. balanced: the knee. exact: the cheapest within 1e-8 rad/s.
-    Where nothing comes so close, the most accurate.
+    fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
+    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
     """
-    along = front(costs, errors)
 
-    def cheapest(tolerance: float) -> int:
+    def cheapest(tolerance: float, among: Sequence[int]) -> int:
+        along = [among[i] for i in front([costs[i] for i in among], [errors[i] for i in among])]
         within = [i for i in along if errors[i] <= tolerance]
         return within[0] if within else along[-1]
 
-    return {"fast": cheapest(1e-2), "balanced": knee(costs, errors), "exact": cheapest(1e-8)}
+    everything = range(len(costs))
+    single = [i for i in everything if dtypes[i] == "float32" and errors[i] <= USEFUL] or everything
+    bend = single[knee([costs[i] for i in single], [errors[i] for i in single])]
+    fast, exact = cheapest(2e-2, single), cheapest(1e-8, everything)
+    return {"fast": fast, "balanced": bend, "exact": exact}
 
 
 def _presets() -> dict[str, Recommendation]:
     wanted = (PRESET_SCENE, "default", PRESET_BATCH)
     points = [p for p in MEASUREMENTS if (p.scene, p.robots, p.batch) == wanted]
-    chosen = preset_indices([p.cost for p in points], [p.error for p in points])
+    columns = zip(*((p.cost, p.error, p.setting.dtype) for p in points), strict=True)
     place = QUANTILES.index(0.95)
     return {
-        name: _recommendation(points[index], place, (1.0, 1.0)) for name, index in chosen.items()
+        name: _recommendation(points[index], place, (1.0, 1.0))
+        for name, index in preset_indices(*columns).items()
     }
 
 

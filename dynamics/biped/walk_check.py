@@ -97,7 +97,7 @@ class Options(NamedTuple):
 
     policy: Callable[[BipedState], Numeric] | None
     duration: float
-    count: int
+    periods: int
     integrator: Integrator
 
 

@@ -187,13 +187,15 @@ def test_presets_are_points_of_the_measured_front():
     fast, balanced, exact = (MEASURED_PRESETS[name] for name in ("fast", "balanced", "exact"))
     for chosen in (fast, balanced, exact):
         for point in points:
-            assert point.cost >= chosen.cost or point.error > chosen.promised_error
-    assert fast.promised_error <= 1e-2
+            other = chosen is not exact and point.setting.dtype == "float64"
+            assert other or point.cost >= chosen.cost or point.error > chosen.promised_error
+    assert fast.promised_error <= 2e-2
     assert exact.promised_error <= max(1e-8, min(point.error for point in points))
     assert fast.cost <= balanced.cost <= exact.cost
     assert fast.promised_error >= balanced.promised_error >= exact.promised_error
+    assert {fast.setting.dtype, balanced.setting.dtype} == {"float32"}  # needs no switch
     assert {name: found.setting for name, found in MEASURED_PRESETS.items()} == PRESETS
-    assert fast == recommend(1e-2, PRESET_SCENE, PRESET_BATCH)
+    assert fast == recommend(2e-2, PRESET_SCENE, PRESET_BATCH, dtype="float32")
 
 
 def test_a_front_leaves_out_what_is_beaten_and_what_is_useless():
