@@ -28,8 +28,8 @@ class Posture:
     """
 
     params: UGVParams
-    track: Track
     odometer: Odometer
+    """The track, and the arc length along it."""
     x: Float[Array, "K"]
     friction: Float[Array, "K"]
     leg_rate: Numeric
@@ -40,6 +40,11 @@ class Posture:
     criterion: Any
     """Criterion or Weighted; None where it does not matter, so that all share one program."""
     solver: PoseSolver = field(metadata={"static": True})
+
+    @property
+    def track(self) -> Track:
+        """The ground."""
+        return self.odometer.track
 
     def stations_at(
         self,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.optim import posture as traced
@@ -77,6 +78,8 @@ class PostureProblem:
         in that the rear wheel stays on the track in every posture, and the last one is the track's
         end. options: the other fields. ValueError for a track that is too short.
         """
+        known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
+        require_known(options, sorted(known))
         params = UGVParams() if params is None else params
         x = waypoints_along(track, params, spacing, start, end, STATION)
         return cls(params, track, x, criterion, **options)
@@ -112,7 +115,6 @@ class PostureProblem:
             odometer = Odometer.along(track, first, float(self.x[-1]))
             return Posture(
                 params=jax.tree.map(_number, self.params),
-                track=track,
                 odometer=jax.tree.map(_number, odometer),
                 x=_number(self.x),
                 friction=_number(np.broadcast_to(self.friction, self.x.shape)),

@@ -44,6 +44,8 @@ def waypoints_along(
     contacts of both wheels can lie off below their centres on the steepest slope there. bytes_each:
     what each will need at least; more waypoints than that leaves room for are refused.
     """
+    require_kind("track", track, Track, "a Track")
+    require_kind("params", params, UGVParams, "UGVParams, or None")
     params.validate()
     require_scalar("spacing", spacing, low=0.0, strict=True, accepted="a length > 0 [m]")
     for name, value in (("start", start), ("end", end)):

@@ -6,8 +6,8 @@ beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -21,6 +21,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.derived import holds_numbers, register_derived, settle
 from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
@@ -44,7 +45,7 @@ BYTES_A_CELL = 200
 """While it is made, about."""
 
 
-@jax.tree_util.register_dataclass
+@register_derived
 @dataclass(frozen=True)
 class Odometer:
     """Arc length S(x) = integral of sqrt(1 + f'^2) from the start [m].
@@ -52,16 +53,22 @@ class Odometer:
     What is integrated is sqrt(1 + f'^2) - 1, to which x - start is added: single precision keeps
     its digits. edges + rests: of the cells [m], in two parts as a Spline's knots; even: whether
     they are evenly spaced, static. excess: that integral from the start to each edge. Build it with
-    `along`.
+    `along`; `dataclasses.replace` of track, start or end integrates anew.
     """
 
     track: Track
     start: Numeric
     end: Numeric
-    edges: Float[np.ndarray | Array, "cells+1"]
-    rests: Float[np.ndarray | Array, "cells+1"]
-    excess: Float[np.ndarray | Array, "cells+1"]
-    even: bool = field(metadata={"static": True})
+    edges: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
+    rests: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
+    excess: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
+    even: bool = field(init=False, repr=False, metadata={"static": True})
+
+    def __post_init__(self):
+        if holds_numbers(self.track, self.start, self.end):
+            settle(self, **vars(_integrated(self.track, self.start, self.end, None)))
+        else:
+            settle(self, edges=None, rests=None, excess=None, even=True)
 
     @classmethod
     def along(
@@ -92,29 +99,7 @@ class Odometer:
             require_number(name, value, accepted="a finite position [m]")
         if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
             raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
-        if is_concrete(track, start, end) and all(np.ndim(at) == 0 for at in (start, end)):
-            return cls._concrete(track, float(start), float(end), cells)
-        dtype = float_type(track, start, end, 0.0)
-        given = (track, start, end)
-        track, first, last = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
-        count = CELLS if cells is None else cells
-        edges = first + (last - first) / count * jnp.arange(count + 1, dtype=dtype)
-        excess = _summed(track, edges)
-        return cls(track, first, last, edges, jnp.zeros_like(edges), excess, even=True)
-
-    @classmethod
-    def _concrete(cls, track: Track, start: float, end: float, cells: int | None) -> Odometer:
-        edges, even = _edges(track, start, end, cells)
-        wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
-        with jax.enable_x64(True), jax.ensure_compile_time_eval():
-            parts = [
-                np.asarray(_integrals(wide, jnp.asarray(edges[i : i + CHUNK + 1])))
-                for i in range(0, len(edges) - 1, CHUNK)
-            ]
-            sums = np.concatenate([[0.0], np.cumsum(np.concatenate(parts))])
-            found = cls(wide, start, end, *in_two(edges), sums, even=even)
-            before = np.asarray(found.excess_at(jnp.asarray(start), jnp.zeros(())))
-        return replace(found, track=track, excess=sums - before)
+        return _integrated(track, start, end, cells)
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
@@ -125,6 +110,42 @@ class Odometer:
         """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see near.py."""
         base, u, *_ = as_floats(base, u, self.excess)
         return _excess_at(self, *jnp.broadcast_arrays(base, u))
+
+
+def _integrated(track: Track, start: Numeric, end: Numeric, cells: int | None) -> Odometer:
+    """The odometer of checked numbers, traced or not."""
+    if is_concrete(track, start, end) and all(np.ndim(at) == 0 for at in (start, end)):
+        return _concrete(track, float(start), float(end), cells)
+    dtype = float_type(track, start, end, 0.0)
+    given = (track, start, end)
+    track, first, last = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
+    count = CELLS if cells is None else cells
+    edges = first + (last - first) / count * jnp.arange(count + 1, dtype=dtype)
+    excess = _summed(track, edges)
+    return _made(track, first, last, edges, jnp.zeros_like(edges), excess, True)
+
+
+def _concrete(track: Track, start: float, end: float, cells: int | None) -> Odometer:
+    edges, even = _edges(track, start, end, cells)
+    wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
+    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+        parts = [
+            np.asarray(_integrals(wide, jnp.asarray(edges[i : i + CHUNK + 1])))
+            for i in range(0, len(edges) - 1, CHUNK)
+        ]
+        sums = np.concatenate([[0.0], np.cumsum(np.concatenate(parts))])
+        found = _made(wide, start, end, *in_two(edges), sums, even)
+        before = np.asarray(found.excess_at(jnp.asarray(start), jnp.zeros(())))
+    return _made(track, start, end, found.edges, found.rests, sums - before, even)
+
+
+def _made(*values: Any) -> Odometer:
+    """An odometer of all its fields."""
+    odometer = object.__new__(Odometer)
+    settle(
+        odometer, **{one.name: value for one, value in zip(fields(Odometer), values, strict=True)}
+    )
+    return odometer
 
 
 def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:

@@ -1,6 +1,7 @@
 """The way along the ground is its arc length, and grows at the rate that the slope says."""
 
 import re
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -130,3 +131,13 @@ def test_a_function_is_measured_too(dtype):
 def test_ends_and_cells_that_will_not_do_are_refused(options, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         Odometer.along(Track.flat(), **options)
+
+
+def test_replacing_the_ground_or_an_end_integrates_anew(float64):
+    odometer = Odometer.along(Track.bump())
+    for changes in ({"track": Track.sinusoid(0.1)}, {"start": -1.0}, {"end": 9.0}):
+        changed = replace(odometer, **changes)
+        wanted = Odometer.along(changed.track, changed.start, changed.end)
+        assert float(changed.distance(7.5)) == float(wanted.distance(7.5))
+    with pytest.raises(ValueError, match="excess"):
+        replace(odometer, excess=odometer.excess)
