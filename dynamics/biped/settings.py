@@ -74,6 +74,11 @@ class Recommendation:
     batch: int
     measured_on: str
 
+    @property
+    def error(self) -> float:
+        """promised_error, by the name that it also has for the UGV."""
+        return self.promised_error
+
 
 SCENES = tuple(CLASSES.values())
 
@@ -116,6 +121,11 @@ def recommend(
     points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
     nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
     points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
+    if not points:
+        raise ValueError(
+            f"dtype = {dtype!r}: nothing is measured in it in the scene {name!r}; accepted: None or "
+            "the other one"
+        )
     answers = [_recommendation(point, place, own) for point in points]
     good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
     if good:
