@@ -27,7 +27,7 @@ os.environ.setdefault(
     "JAX_COMPILATION_CACHE_DIR", f"{tempfile.gettempdir()}/stickslip-programs-{os.getpid()}"
 )
 os.environ.setdefault("JAX_COMPILATION_CACHE_MAX_SIZE", "-1")
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0.2")
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.2"  # whoever started us says less
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "0")
 
 import hypothesis
@@ -71,7 +71,8 @@ def _share_whole_programs() -> None:
 
 
 _share_whole_programs()
-# Read when jax was imported: processes that tests start read the folder, but do not write there.
+# jax has read it: from here on it is for the processes that tests start, which may read the folder
+# and do not write there.
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "1e9"
 
 

@@ -123,8 +123,8 @@ def recommend(
     points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
     if not points:
         raise ValueError(
-            f"dtype = {dtype!r}: nothing is measured in it in the scene {name!r}; accepted: None or "
-            "the other one"
+            f"dtype = {dtype!r}: nothing is measured in it in the scene {name!r}; accepted: None, "
+            "or the other one"
         )
     answers = [_recommendation(point, place, own) for point in points]
     good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
