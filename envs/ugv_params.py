@@ -299,8 +299,10 @@ def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
 
 
 def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
-    """Over the track and the drive, whichever reaches farther."""
+    """Over the track and the drive, whichever reaches farther; of the numbers as they are rounded,
+    so that it comes out the same from those of a file."""
     track.require_resolved(dtype)
+    track, start, end = (_cast(tree, dtype) for tree in (track, start, end))
     known = is_concrete(track, start, end)
     least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
     first, last = least(track.start, start), greatest(track.end, end)

@@ -70,7 +70,9 @@ class NumpyTable:
     @classmethod
     def of(cls, shape: Spline) -> NumpyTable:
         """With the package's coefficients."""
-        knots, rows = np.asarray(shape.knots, float), np.asarray(shape.coefficients, float)
+        knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
+        rows = np.array(shape.coefficients, float)
+        rows[:, 0] += np.asarray(shape.lows, float)
         step = float(knots[-1] - knots[0]) / len(rows)
         return cls(float(knots[0]), step, rows.T.copy(), rows.tolist())
 

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -200,7 +201,7 @@ def test_help_names_every_field_of_the_configuration(capsys):
         main(["train", "--help"])
     assert left.value.code == OK
     shown = capsys.readouterr().out
-    for name in TrainConfig.__dataclass_fields__:
+    for name in (one.name for one in fields(TrainConfig)):
         assert f"--{name.replace('_', '-')}" in shown
 
 

@@ -192,5 +192,5 @@ def test_every_scene_has_a_name():
     for name in SCENES:
         scene_by_name(name).validate()
     assert scene_by_name("slippery") == Scene.uniform(0.06, 0.05)
-    with pytest.raises(ValueError, match="slippery, grip, firm"):
+    with pytest.raises(ValueError, match="'slippery', 'grip', 'firm'"):
         scene_by_name("mud")

@@ -252,7 +252,7 @@ def test_what_could_not_be_loaded_is_not_written(tmp_path):
     for bad, words in (
         (
             replace(policy, biases=tuple(bias.astype(jnp.float16) for bias in policy.biases)),
-            "float16",
+            "f2",
         ),
         (replace(policy, scale=policy.scale * 0 + 1e-45), "scale"),
     ):

@@ -115,7 +115,7 @@ def test_a_configuration_says_whose_it_is():
     assert json.loads(TINY.to_json())["machine"] == "ugv"
     assert "machine" not in json.loads(TrainConfig.of().to_json())
     assert read_configuration(TrainConfig.of().to_json()) == TrainConfig.of()
-    with pytest.raises(ValueError, match="it is of the ugv, not of the biped"):
+    with pytest.raises(ValueError, match="it is of the 'ugv', not of the biped"):
         TrainConfig.from_json(TINY.to_json())
     strange = TINY.to_json().replace('"ugv"', '"boat"')
     with pytest.raises(ValueError, match="its machine is 'boat', not one of biped, ugv"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -324,7 +325,7 @@ def plans() -> dict[str, Plan]:
 def others() -> dict[str, Plan]:
     """Grounds, pose solvers, problems and configurations."""
     bump = {**GROUND, "height": REAL, "width": ABOVE, "centre": REAL}
-    config = dict.fromkeys(TrainConfig.__dataclass_fields__, ANYTHING)
+    config = dict.fromkeys((one.name for one in fields(TrainConfig)), ANYTHING)
     problem = optim.PostureProblem
     return {
         "Track.bump": Plan(ugv.Track.bump, bump),
