@@ -28,10 +28,8 @@ WALK = {"phase": 2.0, "crank_rate": 3.0, "torque": 0.5, "dt": 2e-3, "count": 200
 def long_footed(dtype: str) -> BipedModel:
     """The default robot with feet too long to topple on."""
     with jax.ensure_compile_time_eval():
-        return replace(
-            default_model(dtype=dtype),
-            heel=jnp.asarray(1e3, dtype),
-            toe=jnp.asarray(1e3, dtype),
+        return default_model(dtype=dtype).replace(
+            heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)
         )
 
 
