@@ -162,6 +162,7 @@ def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
 
 
+@pytest.mark.long
 def test_several_policies_each_stand_on_their_own_task(capsys):
     env = BipedEnv()
     slow, wet = (
@@ -196,6 +197,7 @@ def test_an_old_file_without_a_task_is_said_to_have_none(capsys):
     assert "the standard task: old.npz holds none" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_view_shows_a_policy_on_its_own_task(capsys):
     env = BipedEnv()
     params = env.make_params(scene=Scene.uniform(0.31, 0.22), commanded_rate=2.5)

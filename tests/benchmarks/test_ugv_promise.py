@@ -162,6 +162,7 @@ def held(ground: str, place: str, count: int, points) -> dict[str, int]:
     return found
 
 
+@pytest.mark.long
 def test_a_fresh_sample_keeps_the_promise():
     count = 1024
     bare = PoseSolver(samples=0)

@@ -53,8 +53,13 @@ def differences(params, track, odometer, x, angles):
     return (*numbers, placed.rear.x, placed.rear.centre, rise, turn), held.status
 
 
+OTHERS = ("pchip", "linear", "cubic table", "ramp", "step", "ditch")
+"""Kinds of ground that share their code with cubic, uneven and bump."""
+
+
 @pytest.mark.parametrize(
-    "kind", ["cubic", "pchip", "linear", "uneven", "cubic table", "bump", "ramp", "step", "ditch"]
+    "kind",
+    ["cubic", "uneven", "bump", *(pytest.param(one, marks=pytest.mark.long) for one in OTHERS)],
 )
 def test_nothing_depends_on_where_the_ground_lies(kind, dtype):
     """Moved by 1 km and 1500 m, by exact numbers: the same to 1e-12, in single precision to a few
@@ -95,7 +100,7 @@ def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start()
     np.testing.assert_allclose(lag[1] - level, lag[0] - level, rtol=4e-5)
 
 
-@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("wide", [pytest.param(False, marks=pytest.mark.long), True])
 def test_poses_and_forces_are_those_of_a_slow_calculation(wide):
     """At 619 m and 1500 m, on 10,001 points 0.1 m apart: in either precision, to its rounding."""
     x = 0.1 * np.arange(10_001)
