@@ -102,13 +102,16 @@ def require_integer(
     return int(value)
 
 
-def require_choice(name: str, value: Any, choices: Iterable[str]) -> None:
-    """Raise ValueError unless `value` is one of `choices`, with the nearest of them."""
+def require_choice(name: str, value: Any, choices: Iterable[str], *, also: str = "") -> None:
+    """Raise ValueError unless `value` is one of `choices`, with the nearest of them.
+
+    also: what else the caller accepts, for the message.
+    """
     known = tuple(choices)
     if not isinstance(value, str) or value not in known:
         raise ValueError(
-            f"{name} = {shown(value)} is unknown; accepted: {', '.join(map(repr, known))}"
-            f"{nearest(value, known)}"
+            f"{name} = {shown(value)} is unknown; accepted: "
+            f"{', '.join([*([also] if also else []), *map(repr, known)])}{nearest(value, known)}"
         )
 
 

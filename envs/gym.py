@@ -35,7 +35,7 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
                 "by its user"
             )
         if render_mode is not None:
-            require_choice("render_mode", render_mode, RENDER_MODES)
+            require_choice("render_mode", render_mode, RENDER_MODES, also="None")
         self._functional, self._params, self.render_mode = env, params, render_mode
         self.observation_space = observation_space(env, params)
         self.action_space = action_space(env)

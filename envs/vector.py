@@ -49,7 +49,7 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
         num_envs = require_integer("num_envs", num_envs)
         if render_mode is not None:
-            require_choice("render_mode", render_mode, ("rgb_array",))
+            require_choice("render_mode", render_mode, ("rgb_array",), also="None")
         self.mode = _mode(autoreset_mode)
         self.num_envs = num_envs
         self._functional: FunctionalEnv = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]

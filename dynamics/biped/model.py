@@ -76,7 +76,7 @@ class BipedModel:
     """Support can be exchanged without an impact."""
 
     def __post_init__(self):
-        require_kind("params", self.bare, BipedParams, "a BipedParams")
+        require_kind("bare", self.bare, BipedParams, "a BipedParams")
         if self.load is not None:
             require_kind("load", self.load, Load, "None, or what `load` made")
         spec = require_fidelity(self.fidelity)

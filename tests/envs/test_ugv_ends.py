@@ -114,7 +114,7 @@ def test_bad_choices_are_named(options, message):
         ({"start": 9.0}, r"start = 9 m, end = 8 m; accepted: start < end"),
         ({"track": Track.flat(end=1.0)}, r"accepted: start < end"),
         ({"track": "bump"}, r"track = 'bump'; accepted: None or a Track"),
-        ({"start_angles": (0.1, 1.0)}, r"leg_angles = 0\.1 rad is not accepted"),
+        ({"start_angles": (0.1, 1.0)}, r"start_angles = 0\.1 rad is not accepted"),
         ({"preview_noise": -0.1}, r"preview_noise = -0\.1 is not accepted; accepted: None"),
     ],
 )

@@ -75,7 +75,7 @@ def test_the_reward_is_the_penalty_where_a_step_fails_and_more_than_any_drive_co
     run = drive(env, slippery, actions(int(params.steps), scale=0.2))
     end = int(np.argmax(run.over))
     assert run.terminated[end]
-    assert run.reward[end] == -float(params.failure_penalty)
+    assert run.reward[end] == -float(slippery.failure_penalty)  # the default one, for its friction
     assert run.info["episode_cost"][end] == run.state.cost[end - 1]
     whole = drive(env, params, actions(int(params.steps)))
     assert whole.truncated[-1]

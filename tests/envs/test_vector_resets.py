@@ -111,7 +111,10 @@ def test_without_autoreset_a_finished_environment_must_be_reset_first():
         (lambda: toys(True), r"num_envs = True; accepted"),
         (lambda: toys(2, "sometimes"), r"autoreset_mode = 'sometimes'; accepted: .*NEXT_STEP"),
         (lambda: toys(2, None), r"autoreset_mode = None; accepted"),
-        (lambda: make_vec(2, render_mode="human"), r"render_mode = 'human'; accepted: None"),
+        (
+            lambda: make_vec(2, render_mode="human"),
+            r"render_mode = 'human' is unknown; accepted: None",
+        ),
         (lambda: make_vec(2, autoreset="same_step"), r"autoreset = 'same_step'; .*autoreset_mode"),
         (lambda: make_vec(2, speed=3), r"speed"),
         (lambda: toys().step(pushes(3)), r"step without episodes; accepted: after reset"),

@@ -200,8 +200,8 @@ def plans() -> dict[str, Plan]:
         ),
         "BipedModel": Plan(
             biped.BipedModel,
-            {"params": KIND, "fidelity": CHOICE, "payload": maybe(*NOT_BELOW), "load": ("none",)},
-            {"params": bare()},
+            {"bare": KIND, "fidelity": CHOICE, "payload": maybe(*NOT_BELOW), "load": ("none",)},
+            {"bare": bare()},
         ),
         "step": Plan(with_model(biped.step), STEP | HOW, step, of=biped.step),
         "simulate": Plan(

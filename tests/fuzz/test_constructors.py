@@ -16,9 +16,6 @@ from tests.fuzz.constructors import BAD, Plan, plans
 
 QUICK = ("Scene.uniform", "BipedState", "Uniform", "EventExact", "Table", "UGVParams", "BipedEnv")
 
-OPEN = ("PoseSolver", "PostureProblem.along", "Track.from_points", "TrainConfig")
-"""Calls whose wrong outcomes are printed and do not fail the test yet."""
-
 NO_CONSTRUCTORS = {
     # what a call returns, or a function of numbers inside a trace, whose failures are statuses
     "BipedEnvParams", "BipedEnvState", "Contact", "Events", "ForwardDynamics", "GroundMoment",
@@ -30,7 +27,8 @@ NO_CONSTRUCTORS = {
     "place", "wheel_turns", "station", "Odometer",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
-    "recommend", "equilibrium", "pose",
+    "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time",
+    "check_poses", "SettingCheck", "FreeProblem",
 }  # fmt: skip
 
 
@@ -76,7 +74,6 @@ def test_bad_values_of_every_constructor_are_refused_by_name():
     counts, wrong = attack(plans())
     total = sum(counts.values()) + len(wrong)
     print(f"\nconstructors: {len(plans())} calls, every argument, {total} values: {counts}")
-    wrong = [one for one in wrong if not one.startswith(OPEN)]
     assert not wrong, f"{len(wrong)}\n" + "\n".join(wrong)
 
 
