@@ -158,5 +158,5 @@ def test_bad_settings_are_named(make, words):
 def test_unknown_names_list_the_known_ones():
     with pytest.raises(ValueError, match=r"'walk'.*'constant-torque', 'crank-speed-pi', 'comp"):
         controller_by_name("walk")
-    with pytest.raises(ValueError, match=r"no 'gain'.*proportional"):
+    with pytest.raises(ValueError, match=r"'gain' is no setting.*proportional"):
         controller_by_name("crank-speed-pi", gain=1.0)

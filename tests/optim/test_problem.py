@@ -178,8 +178,8 @@ def test_without_samples_there_is_no_clearance():
         ({"x": [1.0]}, r"x has shape \(1,\); accepted"),
         ({"x": [[1.0, 2.0]]}, r"x has shape \(1, 2\); accepted"),
         ({"x": [1.0, 3.0, 2.0]}, r"x\[2\] = 2.0 after 3.0; accepted: increasing"),
-        ({"x": [1.0, np.nan]}, "x = nan .*accepted: finite"),
-        ({"friction": -0.1}, "friction = -0.1 .*accepted: numbers >= 0"),
+        ({"x": [1.0, np.nan]}, "x = nan .*accepted: increasing"),
+        ({"friction": -0.1}, "friction = -0.1 .*accepted: a number >= 0"),
         ({"friction": [0.1, 0.2]}, r"friction has shape \(2,\)"),
         ({"leg_rate": 0.0}, "leg_rate = 0.0 .*accepted: None, or a number > 0"),
         ({"leg_rate": np.inf}, "leg_rate = inf"),
@@ -217,7 +217,7 @@ def test_bad_decision_vectors_are_refused():
     problem = over_bump()
     with pytest.raises(ValueError, match=r"x has shape \(7,\); accepted: \(20,\)"):
         problem.objective(np.ones(7))
-    with pytest.raises(ValueError, match="x = nan; accepted: finite"):
+    with pytest.raises(ValueError, match=r"x = nan .*accepted: 20 finite"):
         problem.gradient(np.full(problem.n, np.nan))
     with pytest.raises(ValueError, match=r"x has shape \(10, 2\)"):
         problem.constraints(np.ones((10, 2)))
