@@ -80,6 +80,7 @@ def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
     np.testing.assert_allclose(*values, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_an_episode_in_single_precision_is_the_same_wherever_the_ground_lies():
     """Observations, rewards, and the return, which is minus the objective of the same drive."""
     x = 0.125 * np.arange(81)
