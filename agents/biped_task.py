@@ -10,12 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.controllers import CONTROLLERS, controller_by_name
-from stickslip.agents.foreign import RefusedError, refusing
 from stickslip.agents.scenes import SCENES, scene_by_name
-from stickslip.agents.task_file import plain, read_parts, same_numbers, task_entry
+from stickslip.agents.task_file import plain, rebuilt_task, same_numbers, task_entry
 from stickslip.agents.train_task import from_anywhere
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped import BipedEnv
 from stickslip.envs.biped_params import NON_NEGATIVE, POSITIVE, BipedEnvParams, Randomisation
@@ -87,19 +85,10 @@ def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any
 
 def read_task(metadata: Mapping[str, Any]) -> BipedTask | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    parts = read_parts(metadata, PARTS)
-    if parts is None:
-        return None
-    with refusing("its task"):
-        kinds = {"env": BipedEnv, "robot": BipedParams, "scene": Scene}
-        for name, kind in (kinds | {"randomisation": Randomisation}).items():
-            require_kind(name, parts[name], kind, f"a {kind.__name__}")
-        numbers = parts["numbers"]
-        if not isinstance(numbers, dict) or set(numbers) != set(NUMBERS):
-            raise RefusedError(f"its task's numbers are not {', '.join(NUMBERS)}")
-        task = BipedTask(**parts)
-        task.params()  # for what only the environment knows
-        return task
+    kinds = {"env": BipedEnv, "robot": BipedParams, "scene": Scene} | {
+        "randomisation": Randomisation
+    }
+    return rebuilt_task(metadata, BipedTask, PARTS, kinds, NUMBERS)
 
 
 def standard_task(metadata: Mapping[str, Any]) -> BipedTask:

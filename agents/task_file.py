@@ -7,16 +7,28 @@ from which the same environment and parameters are built again.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import jax
 import numpy as np
 
 from stickslip.agents.foreign import LARGEST_TEXT, RefusedError, refusing
 from stickslip.agents.task_values import from_json, to_json
+from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Collection, Mapping
+
+
+class HasParams(Protocol):
+    """What knows its environment's parameters."""
+
+    def params(self) -> Any:
+        """Built anew; ValueError where they will not do."""
+        ...
+
+
+Task = TypeVar("Task", bound=HasParams)
 
 TASK = "task"
 LONGEST = LARGEST_TEXT - 2**16
@@ -57,6 +69,32 @@ def read_parts(metadata: Mapping[str, Any], names: tuple[str, ...]) -> dict[str,
         if not isinstance(content, dict) or set(content) != set(names):
             raise RefusedError(f"its task is not made of {', '.join(names)}")
         return {name: from_json(content[name]) for name in names}
+
+
+def rebuilt_task(
+    metadata: Mapping[str, Any],
+    build: Callable[..., Task],
+    names: tuple[str, ...],
+    kinds: Mapping[str, type],
+    numbers: Collection[str],
+) -> Task | None:
+    """The task in a policy's metadata; None where it has none. ValueError for a damaged one.
+
+    build: makes it of its parts, `names`, which are of these kinds; numbers: what its part of that
+    name holds.
+    """
+    parts = read_parts(metadata, names)
+    if parts is None:
+        return None
+    with refusing("its task"):
+        for name, kind in kinds.items():
+            require_kind(name, parts[name], kind, f"a {kind.__name__}")
+        given = parts["numbers"]
+        if not isinstance(given, dict) or set(given) != set(numbers):
+            raise RefusedError(f"its task's numbers are not {', '.join(numbers)}")
+        task = build(**parts)
+        task.params()  # for what only the environment knows
+        return task
 
 
 def same_numbers(one: Any, other: Any) -> bool:

@@ -9,14 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.foreign import RefusedError, refusing
 from stickslip.agents.rules import Rule
-from stickslip.agents.task_file import plain, read_parts, same_numbers, task_entry
+from stickslip.agents.task_file import plain, rebuilt_task, same_numbers, task_entry
 from stickslip.agents.ugv_config import UGVTrainConfig
 from stickslip.agents.ugv_names import UGV_BASELINES, ugv_baseline
 from stickslip.agents.ugv_task import make_ugv_task
 from stickslip.agents.ugv_tracks import FIXED, RANDOM, ground_by_name
-from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.ugv import UGVEnv
 from stickslip.envs.ugv_draw import UGVRandomisation
@@ -106,19 +104,10 @@ def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
 
 def read_task(metadata: Mapping[str, Any]) -> UGVParts | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    parts = read_parts(metadata, PARTS)
-    if parts is None:
-        return None
-    with refusing("its task"):
-        kinds = {"env": UGVEnv, "vehicle": UGVParams, "track": Track}
-        for name, kind in (kinds | {"randomisation": UGVRandomisation}).items():
-            require_kind(name, parts[name], kind, f"a {kind.__name__}")
-        numbers = parts["numbers"]
-        if not isinstance(numbers, dict) or set(numbers) != set(NUMBERS):
-            raise RefusedError(f"its task's numbers are not {', '.join(NUMBERS)}")
-        task = UGVParts(**parts)
-        task.params()  # for what only the environment knows
-        return task
+    kinds = {"env": UGVEnv, "vehicle": UGVParams, "track": Track} | {
+        "randomisation": UGVRandomisation
+    }
+    return rebuilt_task(metadata, UGVParts, PARTS, kinds, NUMBERS)
 
 
 def standard_task(metadata: Mapping[str, Any]) -> UGVParts:

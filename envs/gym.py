@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, shown
+from stickslip.envs.compiled import Compiled
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.packed import PackedEnvs
 from stickslip.envs.rendering import Window
@@ -17,7 +18,7 @@ from stickslip.envs.spaces import action_space, observation_space
 RENDER_MODES = ("human", "rgb_array")
 
 
-class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
+class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
     """One functional environment as a gymnasium.Env.
 
     `reset(seed=s)` starts the chain of episodes of seed s, the same in every adapter; a reset
@@ -46,16 +47,6 @@ class GymEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._info: dict[str, Any] = {}
         self._renderer: Any = None
         self._window: Window | None = None
-
-    @property
-    def functional(self) -> FunctionalEnv:
-        """The functional environment."""
-        return self._functional
-
-    @property
-    def params(self) -> Any:
-        """Its parameters; fixed, as they are compiled in: make another environment for others."""
-        return self._params
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

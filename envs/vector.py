@@ -17,6 +17,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     shown,
 )
+from stickslip.envs.compiled import Compiled
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.gym import RENDER_MODES
 from stickslip.envs.packed import PackedEnvs, Results
@@ -29,7 +30,7 @@ MODES = {
 }
 
 
-class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """n functional environments as a gymnasium VectorEnv, behaving like SyncVectorEnv.
 
     Environment i of `reset(seed=s)` is the single environment of seed s + i, episode after episode.
@@ -69,16 +70,6 @@ class GymVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
         self._renderers: list[Any] | None = None
-
-    @property
-    def functional(self) -> FunctionalEnv:
-        """The functional environment."""
-        return self._functional
-
-    @property
-    def params(self) -> Any:
-        """Its parameters; fixed, as they are compiled in: make another environment for others."""
-        return self._params
 
     def reset(
         self,

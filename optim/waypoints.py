@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number, shown
+from stickslip.dynamics.numeric import require_one
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.optim.sizes import WAYPOINT, require_stations, require_waypoints
 
@@ -104,11 +105,9 @@ def check_problem(problem: PostureProblem) -> dict[str, Any]:
     return fields
 
 
-def require_scalar(name: str, value: Any, *, low: float, accepted: str, strict: bool = False):
-    """Raise ValueError unless `value` is one finite number >= low (> low when strict)."""
-    require_number(name, value, low=low, accepted=accepted, strict=strict, dtype=np.float64)
-    if np.ndim(value):
-        raise ValueError(f"{name} = {shown(value)} is not accepted; accepted: {accepted}")
+def require_scalar(name: str, value: Any, **rule: Any) -> None:
+    """`require_one` in double precision, whatever jax_enable_x64 says."""
+    require_one(name, value, dtype=np.float64, **rule)
 
 
 def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:

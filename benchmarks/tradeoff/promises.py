@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from benchmarks.quantiles import rank
 from benchmarks.tradeoff.cases import code, promised
 from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, sensitivities, walked
 from benchmarks.tradeoff.population import FLOORS, ROBOTS, Walks, both
@@ -24,18 +25,6 @@ COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
 DERIVED = 64
 """So many of them are differentiated, too."""
-
-
-def rank(count: int, quantile: float, confidence: float = CONFIDENCE) -> int:
-    """Which of `count` sorted values is an upper bound of the quantile with this confidence.
-
-    The least k with P(Binomial(count, quantile) <= k - 1) >= confidence: the k-th smallest value
-    is below the true quantile with a chance of at most 1 - confidence, whatever the distribution.
-    count + 1 where so few values bound nothing.
-    """
-    from scipy.stats import binom
-
-    return int(binom.ppf(confidence, count, quantile)) + 1
 
 
 def bound(values: np.ndarray, quantile: float, confidence: float = CONFIDENCE) -> float:

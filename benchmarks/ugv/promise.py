@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy import stats
 
+from benchmarks.quantiles import rank
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
 from benchmarks.ugv.trade import code
 from stickslip.dynamics.ugv import Equilibrium, PoseSolver, Setting, Track, equilibrium
@@ -121,11 +121,8 @@ def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
 
 def bound_index(count: int, quantile: float, confidence: float) -> int:
     """Index into `count` sorted independent values of the least one that is, with this confidence,
-    not below the quantile; ValueError where there are too few of them.
-
-    Value k is below the quantile only if at least k + 1 of them are.
-    """
-    index = int(stats.binom.ppf(confidence, count, quantile))
+    not below the quantile; ValueError where there are too few of them."""
+    index = rank(count, quantile, confidence) - 1
     if index >= count:
         raise ValueError(f"count = {count} is too few for the quantile {quantile:g}")
     return index

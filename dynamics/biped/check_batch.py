@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.kinematics import PLAIN_NDIM
 from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.scene import Patches
 
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.state import BipedState
     from stickslip.dynamics.scene import Scene
-
-RANKS = {"mass": 1, "inertia": 1, "centre": 2}
-"""Axes of a robot's fields that have any."""
 
 
 class Given(NamedTuple):
@@ -124,11 +122,10 @@ def precision(dtype: str):
 
 def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) -> Given:
     """Find the batch axes. ValueError for more than one, or of different lengths."""
-    ranks = [RANKS.get(name, 0) for name in vars(params)]
     floor = 1 if isinstance(scene.floor, Patches) else 0
     count = len(jax.tree.leaves(scene.floor))
     own = [
-        _axes("params", params, ranks),
+        _axes("params", params, PLAIN_NDIM),
         _axes("scene", scene, [floor] * count + [0]),
         _axes("state", state, [0] * 6),
     ]

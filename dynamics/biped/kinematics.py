@@ -151,10 +151,10 @@ def as_batch(params: BipedParams) -> tuple[tuple[int, ...], BipedParams]:
     """The batch's shape, () for one robot, and every field as an array with its axes first."""
     leaves, structure = jax.tree.flatten(params)
     tails = [
-        np.shape(leaf)[np.ndim(leaf) - n :] for leaf, n in zip(leaves, _PLAIN_NDIM, strict=True)
+        np.shape(leaf)[np.ndim(leaf) - n :] for leaf, n in zip(leaves, PLAIN_NDIM, strict=True)
     ]
     heads = [
-        np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, _PLAIN_NDIM, strict=True)
+        np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, PLAIN_NDIM, strict=True)
     ]
     try:
         batch = np.broadcast_shapes(*heads)
@@ -219,7 +219,8 @@ def least_closure(params: BipedParams, samples: int, fine: int = 64):
     return margin[place], near[place]
 
 
-_PLAIN_NDIM = [0] * 17 + [1, 2, 1] + [0, 0]  # of BipedParams' fields, in order, without batch
+PLAIN_NDIM = [0] * 17 + [1, 2, 1] + [0, 0]
+"""Axes of BipedParams' fields, in order, without a batch."""
 
 
 def _dtype(params: BipedParams):

@@ -10,19 +10,18 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from stickslip.agents.checkpoint import STATE, list_checkpoints
 from stickslip.agents.config import TrainConfig
 from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.metrics import read_columns
-from stickslip.agents.policy import load_policy, read_metadata
+from stickslip.agents.policy import read_metadata
 from stickslip.agents.train import Trained, best_evaluation, train
+from tests.agents.runs import assert_same_run
 
 pytest.importorskip("stable_baselines3")
 
-TIMED = {"seconds", "steps_per_second"}
 SHORT = {
     "num_envs": 4,
     "hidden": 8,
@@ -61,20 +60,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory):
 def copy(runs, tmp_path: Path):
     """A finished run's directory to spoil."""
     return Path(shutil.copytree(runs().directory, tmp_path / "copy"))
-
-
-def assert_same_run(one: Path, other: Path):
-    """The same policy to the last bit, the same numbers in the same rows."""
-    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
-    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
-        np.testing.assert_array_equal(left, right)
-    for name in ("metrics.csv", "evaluations.csv"):
-        left, right = read_columns(one / name), read_columns(other / name)
-        assert left.keys() == right.keys()
-        for column in left.keys() - TIMED:
-            np.testing.assert_array_equal(left[column], right[column], err_msg=f"{name} {column}")
-    names = [path.name for path in list_checkpoints(one / "checkpoints")]
-    assert names == [path.name for path in list_checkpoints(other / "checkpoints")]
 
 
 @pytest.mark.parametrize("algorithm", CONFIGS)

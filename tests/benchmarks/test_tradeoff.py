@@ -63,12 +63,14 @@ def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
     rng, count, tries = np.random.default_rng(7), 120, 20_000
     drawn = np.sort(rng.random((tries, count)), axis=1)
     for quantile in (0.5, 0.95):
-        k = promises.rank(count, quantile)
+        k = promises.rank(count, quantile, promises.CONFIDENCE)
         for place, surely in ((k, True), (k - 1, False)):
             covered = np.mean(drawn[:, place - 1] >= quantile)
             assert (covered > 0.95 - 3e-3) == surely
     assert promises.bound(np.arange(20.0), 0.95) == np.inf  # 20 walks cannot promise 95 %
-    assert promises.bound(np.arange(1000.0), 0.5) == promises.rank(1000, 0.5) - 1
+    assert (
+        promises.bound(np.arange(1000.0), 0.5) == promises.rank(1000, 0.5, promises.CONFIDENCE) - 1
+    )
 
 
 def test_a_walk_of_the_population_is_known_by_its_seed(float64):

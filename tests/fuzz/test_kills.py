@@ -19,8 +19,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.checkpoint import list_checkpoints
-from stickslip.agents.metrics import read_columns
-from stickslip.agents.policy import load_policy
+from tests.agents.runs import assert_same_run
 
 pytestmark = [
     pytest.mark.long,
@@ -33,7 +32,6 @@ SIDE_BY_SIDE = 2
 AGAIN = 0.25
 """Share of the trainings whose resumption is killed, too."""
 REFUSED = 3
-TIMED = {"seconds", "steps_per_second"}
 ROOT = Path(__file__).parents[2]
 
 
@@ -94,7 +92,7 @@ def whole(servers, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, floa
     begun = time.monotonic()
     assert servers[0].train(folder / "second") == 0
     duration = time.monotonic() - begun
-    assert_same_run(folder / "first", folder / "second")
+    assert_same_and_clean(folder / "first", folder / "second")
     return folder / "second", duration
 
 
@@ -103,17 +101,9 @@ def said(path: Path) -> str:
     return file.read_text() if file.exists() else ""
 
 
-def assert_same_run(one: Path, other: Path) -> None:
-    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
-    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
-        np.testing.assert_array_equal(left, right)
-    for name in ("metrics.csv", "evaluations.csv"):
-        left, right = read_columns(one / name), read_columns(other / name)
-        assert left.keys() == right.keys()
-        for column in left.keys() - TIMED:
-            np.testing.assert_array_equal(left[column], right[column], err_msg=f"{name} {column}")
-    names = [path.name for path in list_checkpoints(one / "checkpoints")]
-    assert names == [path.name for path in list_checkpoints(other / "checkpoints")]
+def assert_same_and_clean(one: Path, other: Path) -> None:
+    """The same run, and nothing half-written beside the other."""
+    assert_same_run(one, other)
     assert not list(other.rglob("*.part"))
 
 
@@ -150,7 +140,7 @@ def test_a_training_killed_at_any_moment_ends_with_the_same_policy(servers, whol
             path = tmp_path / str(seed)
             try:
                 place = trial(server, path, seed, duration)
-                assert_same_run(reference, path)
+                assert_same_and_clean(reference, path)
                 with lock:
                     places[place] += 1
                 shutil.rmtree(path)
@@ -183,4 +173,4 @@ def test_a_second_process_is_refused_and_the_first_unharmed(servers, whole, tmp_
     held.unlink()
     assert first.wait() == 0, said(path)
     assert said(path).count("another process is training there") == 3
-    assert_same_run(reference, path)
+    assert_same_and_clean(reference, path)

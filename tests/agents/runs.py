@@ -1,0 +1,26 @@
+"""Training runs side by side."""
+
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.agents.checkpoint import list_checkpoints
+from stickslip.agents.metrics import read_columns
+from stickslip.agents.policy import load_policy
+
+TIMED = {"seconds", "steps_per_second"}
+"""Columns that no two runs have alike."""
+
+
+def assert_same_run(one: Path, other: Path):
+    """The same policy to the last bit, the same numbers in the same rows."""
+    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
+    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
+        np.testing.assert_array_equal(left, right)
+    for name in ("metrics.csv", "evaluations.csv"):
+        left, right = read_columns(one / name), read_columns(other / name)
+        assert left.keys() == right.keys()
+        for column in left.keys() - TIMED:
+            np.testing.assert_array_equal(left[column], right[column], err_msg=f"{name} {column}")
+    names = [path.name for path in list_checkpoints(one / "checkpoints")]
+    assert names == [path.name for path in list_checkpoints(other / "checkpoints")]
