@@ -125,7 +125,10 @@ def _blank(problem: Problem, walk: Walk) -> Trial:
 
 
 def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Trial) -> Walk:
-    """Act on a trial's judgement: move or stay, switch or aim at what comes first."""
+    """Act on a trial's judgement: move or stay, switch or aim at what comes first.
+
+    A walk that has ended stays as it is, to the last bit: 0 times its rate may be no number.
+    """
     fixed = isinstance(spec, RK4Split)
     longest = problem.duration / spec.substeps if fixed else trial.size
     slips = (walk.velocity == 0) & (walk.held == 0) & (trial.mode != 0)
@@ -140,11 +143,10 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
         target=trial.kind,
         held=jnp.where(walk.velocity == 0, trial.mode, 0.0),
     )
-    ended = walk._replace(status=trial.status)
+    ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
+    over = ended.status > Status.SLIP_ONSET
     result = jax.tree.map(
-        lambda new, old, end: jnp.where(
-            trial.status > Status.SLIP_ONSET, end, jnp.where(trial.accepted, new, old)
-        ),
+        lambda new, old, end: jnp.where(over, end, jnp.where(trial.accepted, new, old)),
         switched,
         again,
         ended,

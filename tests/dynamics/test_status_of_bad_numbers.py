@@ -56,6 +56,16 @@ def test_a_step_marks_every_number_that_is_none(name):
     assert not np.any(unmarked(contact.status, (after, contact)))
 
 
+@pytest.mark.parametrize("name", SOUND)
+def test_a_number_that_is_none_spoils_no_other(name):
+    """A rate of inf, times no time, would make the crank angle nan."""
+    after, _ = stepped()
+    for i, (field, value) in enumerate(ROWS):
+        if field == name and not np.isfinite(value):
+            for other in {"phase", "crank_rate", "foot_position", "foot_velocity"} - {name}:
+                assert getattr(after, other)[i] == np.float32(SOUND[other]), (name, value, other)
+
+
 def test_a_crank_angle_that_none_supports_has_no_solution():
     _, contact = stepped()
     for value in (1e30, -1e30):
