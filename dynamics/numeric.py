@@ -1,5 +1,6 @@
 """The type of a numeric field, and the floating type that a computation works in."""
 
+import sys
 from typing import Any
 
 import jax
@@ -31,6 +32,10 @@ def require_numeric(**values: Any) -> None:
     value: text, bytes, booleans, None, lists. Cheap, for calls that are made often."""
     for name, value in values.items():
         if isinstance(value, float | int) and not isinstance(value, bool):
+            if isinstance(value, int) and abs(value) > sys.float_info.max:
+                raise ValueError(
+                    f"{name} = {shown(value)} is too large; accepted: a real number or an array"
+                )
             continue
         kind = getattr(getattr(value, "dtype", None), "kind", None)
         if kind not in ("f", "i", "u") and getattr(value, "dtype", None) != jnp.bfloat16:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
 
 
+MOST_ENVS = 2**31 - 1
+"""In a batch: what an index of JAX's counts; memory refuses fewer."""
 COPIES = 4
 """States and results of one step that exist at once, at least."""
 

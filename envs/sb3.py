@@ -10,7 +10,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from stickslip.dynamics.checks import require_integer, require_kind
 from stickslip.envs.functional import FunctionalEnv
-from stickslip.envs.packed import PackedEnvs
+from stickslip.envs.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class SB3VecEnv(VecEnv):
             raise ValueError(
                 f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
             )
-        num_envs = require_integer("num_envs", num_envs)
+        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
         seed = require_integer("seed", seed, low=0)
         self.render_mode = None
         self._envs = PackedEnvs(env, params, num_envs)

@@ -141,14 +141,17 @@ class UGVEnvParams:
             del numbers["preview_noise"]
         kind = jnp.result_type(self.odometer.start)
         require_numeric(**numbers)
+        penalty = {"failure_penalty": numbers.pop("failure_penalty")}  # follows from the others
         for name, value in numbers.items():
             require_number(name, value, **NUMBERS[name], dtype=kind)
-        require_broadcast(**numbers)
+        require_broadcast(**numbers, **penalty)
         if is_concrete(self.start, self.end, self.spacing) and np.any(np.asarray(self.steps) < 1):
             raise ValueError(
                 f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
                 "start + spacing <= end [m]"
             )
+        for name, value in penalty.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
         self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
         return self
@@ -291,7 +294,7 @@ def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
         slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
         if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
             return odometer
-    if np.ndim(odometer.start):
+    if any(np.ndim(given) for given in (odometer.start, start, end)):
         raise ValueError(
             "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
         )

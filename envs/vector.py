@@ -20,7 +20,7 @@ from stickslip.dynamics.checks import (
 from stickslip.envs.compiled import Compiled
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.gym import RENDER_MODES
-from stickslip.envs.packed import PackedEnvs, Results
+from stickslip.envs.packed import MOST_ENVS, PackedEnvs, Results
 from stickslip.envs.spaces import action_space, observation_space
 
 MODES = {
@@ -48,7 +48,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         render_mode: str | None = None,
     ):
         require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-        num_envs = require_integer("num_envs", num_envs)
+        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
         if render_mode is not None:
             require_choice("render_mode", render_mode, ("rgb_array",), also="None")
         self.mode = _mode(autoreset_mode)
@@ -57,6 +57,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._params, self.render_mode = params, render_mode
         self.single_observation_space = observation_space(env, params)
         self.single_action_space = action_space(env)
+        self._envs = PackedEnvs(self.functional, params, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.metadata = {
@@ -64,7 +65,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "render_fps": round(1 / float(params.control_period)),
             "autoreset_mode": self.mode,
         }
-        self._envs = PackedEnvs(self.functional, params, num_envs)
         self._seeded = False
         self._over = np.zeros(num_envs, bool)
         self._obs: np.ndarray | None = None

@@ -37,9 +37,11 @@ COVARIANCE = 160
 """Of a pair of waypoints in the matrices of cma."""
 
 
-def require_waypoints(spacing: float, length: float, pieces: float, bytes_each: float) -> None:
-    """Refuse a spacing [m] that makes more waypoints over that length [m] than fit."""
-    given = f"spacing = {spacing!r} m over {length:.6g} m"
+def require_waypoints(
+    spacing: float, start: float, end: float, pieces: float, bytes_each: float
+) -> None:
+    """Refuse a spacing [m] that makes more waypoints from start to end [m] than fit."""
+    given = f"spacing = {spacing!r} m from start = {start:.6g} m to end = {end:.6g} m"
     require_memory(given, "waypoints", pieces + 1, bytes_each)
 
 

@@ -70,7 +70,7 @@ def waypoints_along(
         )
     with np.errstate(over="ignore"):
         pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
-    require_waypoints(float(spacing), last - begin, pieces, bytes_each)
+    require_waypoints(float(spacing), begin, last, pieces, bytes_each)
     return np.linspace(begin, last, int(pieces) + 1)
 
 

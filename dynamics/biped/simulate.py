@@ -104,11 +104,12 @@ def step(
     state is the last one inside the model and its time says how far the step came. The topple check
     looks at both ends of the step. Scalars: batch with vmap. Pass a model from `prepare` when
     stepping often: from bare parameters it is built again at every call. Works in the widest
-    floating type among the arguments. Raises ValueError for dt <= 0 and unknown choices, before
-    tracing.
+    floating type among the arguments. A torque or a state that is not finite gives the status
+    NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before tracing.
     """
     require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     require_numeric(torque=torque, dt=dt)
+    torque, dt = (float(given) if isinstance(given, int) else given for given in (torque, dt))
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
     require_kinds(params, scene, state)

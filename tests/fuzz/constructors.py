@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip import envs, optim
 from stickslip.agents.config import TrainConfig
-from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Uniform, biped, ugv
+from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Status, Uniform, biped, ugv
 from stickslip.dynamics.biped.boundary import require_kinds
 
 BAD: dict[str, Any] = {
@@ -138,6 +138,8 @@ VEHICLE = dict.fromkeys(
     ("wheel_mass", "body_mass", "leg_mass", "leg_angle_min", "leg_angle_max"), NOT_BELOW
 )  # fmt: skip
 STEP = {"params": KIND, "scene": KIND, "state": KIND, "torque": ANY_ONE, "dt": ("half",)}
+MARKED = ("nan", "inf", "-inf", "overflow")
+"""What a step marks by its status, traced or not."""
 HOW = {"fidelity": CHOICE, "integrator": CHOICE}
 GROUND = {"start": REAL, "end": REAL}
 SOUND_STEP = {"scene": Scene.grip(), "state": biped.BipedState(), "torque": 0.5, "dt": 0.5}
@@ -145,6 +147,13 @@ SOUND_STEP = {"scene": Scene.grip(), "state": biped.BipedState(), "torque": 0.5,
 
 def with_model(function: Callable[..., Any]) -> Callable[..., Any]:
     return lambda **given: function(**{"params": model(), **given})
+
+
+def one_step(**given: Any) -> None:
+    """A step; a torque that is no number in single precision must come out marked."""
+    _, contact = biped.step(**{"params": model(), **given})
+    sound = abs(given["torque"]) < np.finfo(np.float32).max
+    assert (contact.status == Status.NON_FINITE) == (not sound)
 
 
 def plans() -> dict[str, Plan]:
@@ -203,7 +212,7 @@ def plans() -> dict[str, Plan]:
             {"bare": KIND, "fidelity": CHOICE, "payload": maybe(*NOT_BELOW), "load": ("none",)},
             {"bare": bare()},
         ),
-        "step": Plan(with_model(biped.step), STEP | HOW, step, of=biped.step),
+        "step": Plan(one_step, STEP | HOW | {"torque": (*ANY_ONE, *MARKED)}, step, of=biped.step),
         "simulate": Plan(
             with_model(biped.simulate),
             STEP | HOW | {"duration": ONE},
@@ -275,8 +284,9 @@ def plans() -> dict[str, Plan]:
                 "track": (),
                 "randomisation": (),
                 "odometer": (),
-                "start": ANY_ONE,
+                "start": (*ANY_ONE, *BATCHES),
                 "end": (),
+                "spacing": ABOVE,
             },
         ),
         "Randomisation": Plan(
@@ -350,15 +360,15 @@ def others() -> dict[str, Plan]:
             {
                 "params": ("none",),
                 "track": KIND,
-                "spacing": ONE,
+                "spacing": ("half", "overflow"),
                 "criterion": CHOICE,
                 "start": maybe(*ANY_ONE),
                 "end": maybe(),
-                "friction": ("half", "subnormal"),
-                "leg_rate": maybe("half"),
-                "min_normal": ("half", "subnormal"),
-                "min_grip": ("half", "subnormal"),
-                "min_clearance": ("half", "subnormal"),
+                "friction": ("half", "subnormal", "overflow"),
+                "leg_rate": maybe("half", "overflow"),
+                "min_normal": ("half", "subnormal", "overflow"),
+                "min_grip": ("half", "subnormal", "overflow"),
+                "min_clearance": ("half", "subnormal", "overflow"),
                 "start_angles": maybe("pair"),
                 "end_angles": maybe("pair"),
                 "solver": KIND,

@@ -23,6 +23,7 @@ from stickslip.dynamics.biped import (
     EventExact,
     RK4Split,
     SemiImplicitEuler,
+    Setting,
     step,
 )
 from stickslip.envs import BipedEnv, Randomisation
@@ -123,14 +124,15 @@ RANGES = Randomisation(
 
 
 @lru_cache
-def environment(floor: str, dtype: str):
-    env = BipedEnv(see_friction=floor != "grip")
+def environment(name: str, floor: str, dtype: str):
+    setting = Setting(integrator=INTEGRATORS[name], dt=0.01, dtype=dtype)
+    env = BipedEnv(setting=setting, see_friction=floor != "grip")
     scene = scene_of(floor, np.asarray([0.1, 0.8, 0.05, 0.06], dtype))
     params = env.make_params(scene=scene, randomisation=RANGES, dtype=dtype)
 
     @jax.jit
     def run(keys, actions, spoilt):
-        """Six control steps of every member; the torque of the spoilt ones is no number."""
+        """A control step for each action; the torque of the spoilt ones is no number."""
 
         def one(key, actions, spoilt):
             state = env.reset_env(key, params)[1]
@@ -147,11 +149,15 @@ def environment(floor: str, dtype: str):
     return run
 
 
+CONTROLLED = [(name, "uniform") for name in INTEGRATORS]
+CONTROLLED += [("rk4_split", "patches"), ("rk4_split", "grip"), ("event_exact", "patches")]
+
+
 @pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize("floor", ["uniform", "patches"])
-def test_random_control_steps_are_sound_or_marked_and_leave_each_other_alone(floor, dtype):
+@pytest.mark.parametrize(("name", "floor"), CONTROLLED)
+def test_random_control_steps_are_sound_or_marked_and_leave_each_other_alone(name, floor, dtype):
     with jax.enable_x64(dtype == "float64"):
-        run = environment(floor, dtype)
+        run = environment(name, floor, dtype)
         keys = jax.random.split(jax.random.key(11), COUNT)
         actions = np.random.default_rng(3).uniform(-1, 1, (COUNT, 3, 1)).astype(dtype)
         nobody = jnp.zeros(COUNT, bool)
@@ -161,7 +167,7 @@ def test_random_control_steps_are_sound_or_marked_and_leave_each_other_alone(flo
         assert np.all(np.isfinite(np.asarray(state.biped.phase)))
         assert np.array_equal(np.asarray(terminated), status > Status.SLIP_ONSET)
         assert not np.any(truncated)
-        tell(f"BipedEnv.step {floor} {dtype}", status.ravel())
+        tell(f"BipedEnv.step {name} {floor} {dtype}", status.ravel())
         chosen = np.arange(COUNT) % 67 == 5
         other = run(keys, actions, jnp.asarray(chosen))
         assert np.all(np.asarray(other[5]["status"])[chosen] == Status.NON_FINITE)
