@@ -14,7 +14,10 @@ from stickslip import envs, optim
 from stickslip.dynamics import biped, ugv
 from tests.fuzz.constructors import BAD, Plan, plans
 
-QUICK = ("Scene.uniform", "BipedState", "Uniform", "EventExact", "Table", "UGVParams", "BipedEnv")
+QUICK = (
+    "Scene.uniform", "BipedState", "Uniform", "EventExact", "Table", "UGVParams", "BipedEnv",
+    "step", "GymVectorEnv", "UGVEnvParams.replace", "PostureProblem.along",
+)  # fmt: skip
 
 NO_CONSTRUCTORS = {
     # what a call returns, or a function of numbers inside a trace, whose failures are statuses

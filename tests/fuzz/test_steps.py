@@ -6,6 +6,7 @@ Run with -s for the counts that docs/reliability.md quotes.
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -128,7 +129,8 @@ def environment(name: str, floor: str, dtype: str):
     setting = Setting(integrator=INTEGRATORS[name], dt=0.01, dtype=dtype)
     env = BipedEnv(setting=setting, see_friction=floor != "grip")
     scene = scene_of(floor, np.asarray([0.1, 0.8, 0.05, 0.06], dtype))
-    params = env.make_params(scene=scene, randomisation=RANGES, dtype=dtype)
+    ranges = RANGES if floor != "grip" else replace(RANGES, friction=None)
+    params = env.make_params(scene=scene, randomisation=ranges, dtype=dtype)
 
     @jax.jit
     def run(keys, actions, spoilt):

@@ -46,10 +46,10 @@ print(max(seen), peak() - before)
 @pytest.mark.parametrize(
     ("refused", "said"),
     [
-        (lambda: PostureProblem.along(Track.bump(), spacing=1e-9), "spacing = 1e-09 m over"),
+        (lambda: PostureProblem.along(Track.bump(), spacing=1e-9), "spacing = 1e-09 m from start"),
         (lambda: PostureProblem.along(Track.bump(), spacing=1e-300), r"makes 6.56e\+300 waypoints"),
         (lambda: PostureProblem.along(LONG), r"makes 1e\+13 waypoints"),
-        (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m over"),
+        (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m from start"),
         (lambda: UGVEnv().make_params(track=LONG), r"makes 1e\+13 waypoints"),
         (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 drives"),
         (lambda: pareto_front(over_bump(), "grip", "peak_torque", angles=10**30), "angles = 1000"),
