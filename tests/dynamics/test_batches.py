@@ -40,6 +40,9 @@ def member(tree, index):
     return jax.tree.map(lambda leaf: leaf[index], tree)
 
 
+@pytest.mark.parametrize(
+    "dtype", [pytest.param("float32", marks=pytest.mark.long), "float64"], indirect=True
+)
 def test_a_batch_is_a_loop_of_single_walks(dtype):
     model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
     states, torques, scenes = batch(dtype.name)

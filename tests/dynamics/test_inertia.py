@@ -144,6 +144,7 @@ def test_float32_table_keeps_its_digits(float64):
         assert worst(getattr(table, slope), getattr(exact, slope)) < 5e-6, slope
 
 
+@pytest.mark.long
 def test_mapped_parameters_fit_their_own_tables(float64):
     robots = [random_robot(seed) for seed in range(3)]
     batch = jax.tree.map(lambda *leaves: jnp.stack(leaves), *robots)

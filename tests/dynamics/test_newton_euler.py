@@ -69,6 +69,7 @@ def same(got, want):
             assert apart(getattr(got, name), value, 1 + np.abs(value)) < 1e-9, name
 
 
+@pytest.mark.long
 def test_the_whole_matrix_gives_the_same_forces_as_the_groups(float64):
     robots, given = random_robots(), random_instants()
     whole, groups = (every_system(robots, given, solver) for solver in ("refined", "groups"))
@@ -258,6 +259,9 @@ def test_at_rest_the_ground_bears_the_weight_and_the_pins_bear_a_payload(float64
     assert apart(loaded.joint_forces, light.joint_forces, 1.0) > 10
 
 
+@pytest.mark.parametrize(
+    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
+)
 def test_precision_is_that_of_what_is_given(dtype):
     batch = slips(default_robots(dtype.name), random_instants(dtype=dtype.name))
     assert all(value.dtype == dtype for value in batch)

@@ -62,6 +62,14 @@ PROGRAMS = {
 }
 
 
+QUICK = ("grip", "uniform", "patches", "smoothed")
+each_program = pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name not in QUICK)) for name in PROGRAMS],
+)
+"""One for each floor; every other program takes seconds to compile."""
+
+
 @lru_cache
 def program(name: str):
     """Compiled in whatever precision the first test asks for: sizes are compared, not values."""
@@ -101,7 +109,7 @@ def functions(name: str) -> frozenset[str]:
     return frozenset(names[one].rsplit(".", 1)[-1] for one in called)
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@each_program
 def test_a_program_holds_the_features_of_its_scene_and_no_other(name):
     found = functions(name)
     for feature, calls in FEATURES.items():
@@ -111,13 +119,13 @@ def test_a_program_holds_the_features_of_its_scene_and_no_other(name):
             assert not calls & found, (feature, calls & found)
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@each_program
 def test_only_smoothed_friction_compiles_a_hyperbolic_tangent(name):
     kinds = operations.count(program(name))["kinds"]
     assert ("tanh" in kinds) == (name == "smoothed")
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@each_program
 def test_a_program_reads_the_numbers_of_its_floor_and_no_other(name):
     text = program(name).as_text()
     floor = name.split(",")[0]
@@ -125,7 +133,7 @@ def test_a_program_reads_the_numbers_of_its_floor_and_no_other(name):
     assert found == NUMBERS[floor]
 
 
-@pytest.mark.parametrize("name", PROGRAMS)
+@each_program
 def test_no_program_solves_the_full_system_for_what_two_equations_say(name):
     """Not even joint forces take a matrix of 33 or more unknowns apart: no LU, no library call."""
     kinds = operations.count(program(name))["kinds"]
@@ -143,10 +151,12 @@ def test_smoothed_friction_takes_fewer_operations_than_switching():
     assert size("grip") < size("smoothed") < 0.7 * size("uniform")
 
 
+@pytest.mark.long
 def test_leaving_out_the_forces_takes_operations_out():
     assert size("grip, state only") < size("grip")
 
 
+@pytest.mark.long
 def test_joint_forces_cost_only_where_they_are_asked_for():
     assert size("uniform, joint forces") > 1.3 * size("uniform")
 

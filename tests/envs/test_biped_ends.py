@@ -53,7 +53,12 @@ def ending(status: Status):
 
 
 UGV = {Status.HOLLOW_GROUND, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP}
-TERMINAL = [status for status in Status if status.terminal and status not in UGV]
+TERMINAL = [
+    pytest.param(status, marks=[pytest.mark.long] * (status == Status.NOT_CONVERGED))
+    for status in Status
+    if status.terminal and status not in UGV
+]
+"""NOT_CONVERGED needs a program of its own."""
 
 
 @pytest.mark.parametrize("status", TERMINAL)
@@ -78,7 +83,9 @@ def test_a_linkage_that_cannot_close_ends_the_episode_without_a_solution():
     assert run.terminated.all()
 
 
-@pytest.mark.parametrize("name", ["default", "random", "patches", "one"])
+@pytest.mark.parametrize(
+    "name", ["default", pytest.param("random", marks=pytest.mark.long), "patches", "one"]
+)
 def test_terminated_means_a_terminal_status_and_nothing_else(name):
     env, params = task(name)
     run = rollout(env, params, actions(0.3))

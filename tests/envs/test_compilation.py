@@ -53,7 +53,10 @@ def test_the_single_environment_compiles_once():
     assert warm_then_count(use) == 0
 
 
-@pytest.mark.parametrize("mode", ["next_step", "same_step", "disabled"])
+OTHER_MODES = [pytest.param(mode, marks=pytest.mark.long) for mode in ("same_step", "disabled")]
+
+
+@pytest.mark.parametrize("mode", ["next_step", *OTHER_MODES])
 def test_the_vector_environment_compiles_once(mode):
     def use(turn: int) -> None:
         env = make_vec(3, mode)

@@ -50,6 +50,9 @@ CASES = [
     ("rk4", "smoothed"),
     ("event_exact", "smoothed"),
     ("rk4_split", "grip"),
+    ("semi_implicit", "patches"),
+    ("rk4", "patches"),
+    ("rk4_split", "smoothed"),
 ]
 DTYPES = ("float32", "float64")
 SLACK = 2e-3

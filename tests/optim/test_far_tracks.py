@@ -44,7 +44,7 @@ def problem(**fields) -> PostureProblem:
     return PostureProblem(vehicle, Track.from_points(X, Y), PLACES, **given)
 
 
-@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("wide", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_bound_called_proved_holds_against_every_drive_looked_at(wide, truth):
     """On 1 km of points 0.1 m apart, 1500 m up; at the place once called infeasible."""
     with jax.enable_x64(wide):
@@ -80,6 +80,7 @@ def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
     np.testing.assert_allclose(*values, rtol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.long
 def test_an_episode_in_single_precision_is_the_same_wherever_the_ground_lies():
     """Observations, rewards, and the return, which is minus the objective of the same drive."""

@@ -71,7 +71,9 @@ HARD = {
 }
 
 
-@pytest.mark.parametrize("name", HARD)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "ditch")) for name in HARD]
+)
 def test_hollow_ground_is_passed_as_the_wheel_passes_it_or_told(float64, name):
     """Against the definition by brute force: nearly everywhere placed, never wrong."""
     params, track = UGVParams(), HARD[name]().astype(float64)

@@ -28,6 +28,10 @@ for kind in INTERPOLATIONS:
 MAKERS["even points"] = lambda: Track.from_points(EVEN_X, np.sin(EVEN_X))
 
 each_kind = pytest.mark.parametrize("kind", MAKERS)
+mostly_single = pytest.mark.parametrize(
+    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
+)
+"""In single precision; in double, which the other tests ask for, in the long run."""
 
 
 @jax.jit
@@ -51,6 +55,7 @@ def test_slope_and_second_derivative_are_those_of_the_height(kind, float64):
     np.testing.assert_allclose(gradients(x)[1], second, atol=1e-12)
 
 
+@mostly_single
 @each_kind
 def test_profile_is_elementwise_and_in_the_floats_it_is_given(kind, dtype):
     track = MAKERS[kind]()
