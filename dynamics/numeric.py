@@ -44,6 +44,11 @@ def require_numeric(**values: Any) -> None:
             )
 
 
+def as_float(value: Any) -> Any:
+    """An integer of Python's as a float: traced, one above 2^31 has no type; others as they are."""
+    return float(value) if isinstance(value, int) else value
+
+
 def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:
     """One number as a Python float, or ValueError; `rule` as in `require_number`."""
     if not is_concrete(value):
