@@ -39,7 +39,7 @@ def ground_by_name(name: str) -> Ground:
         return Ground(Track.named(name))
     path = Path(name)
     if path.suffix and path.is_file():
-        from stickslip.optim.track_file import read_track
+        from stickslip.optim.posture.track_file import read_track
 
         return Ground(read_track(path))
     raise ValueError(

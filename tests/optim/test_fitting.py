@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import OptimStatus, solve
-from stickslip.optim.fitting import FINEST, fitting_grid, rate_used
-from stickslip.optim.posture_grid import build_grid
+from stickslip.optim.posture.fitting import FINEST, fitting_grid, rate_used
+from stickslip.optim.posture.posture_grid import build_grid
 from tests.optim.helpers import HIGH, LOW, over_bump, tiny
 
 ANGLE = st.floats(LOW, HIGH)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus
-from stickslip.optim.posture_grid import build_grid
+from stickslip.optim.posture.posture_grid import build_grid
 from tests.optim.helpers import on_grid as solve
 from tests.optim.helpers import over_bump, tiny
 

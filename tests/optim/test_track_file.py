@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.optim.track_file import EARTH_RADIUS, read_track
+from stickslip.optim.posture.track_file import EARTH_RADIUS, read_track
 
 TABLES = {
     "comma": "0,0.0\n1,0.5\n3,0.25\n",

@@ -13,7 +13,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
-from stickslip.optim import posture as traced
+from stickslip.optim.posture import traced
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import bump_claims, drawing
 from stickslip.paper.result import Columns, Result, Setting

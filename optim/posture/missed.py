@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.optim.problem import FEASIBLE
+
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
-    from stickslip.optim.station import Station
-
-FEASIBLE = 1e-6
-"""By how much a scaled constraint, or an angle's bound [rad], may be missed."""
+    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.station import Station
 
 
 def missed_by(

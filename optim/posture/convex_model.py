@@ -12,9 +12,8 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from stickslip.optim.linearise import Linear, Near
-from stickslip.optim.result import OptimStatus
-from stickslip.optim.split_program import solve_quietly
+from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.posture.linearise import Linear, Near
 
 PRICE = 100.0
 """Of a missed margin of one weight, in parts of the objective's scale, where none is given."""
@@ -110,7 +109,6 @@ class ConvexModel:
             block.set(terms / factor, slopes / factor)
         for name, block in self.margins.items():
             block.set(at.margins[name], at.margin_slopes[name])
-        status = solve_quietly(self.problem, self.solver)
-        if status not in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE):
+        if not solve_quietly(self.problem, self.solver).answered:
             return None
         return np.asarray(self.step.value).reshape(-1), float(np.asarray(self.problem.value))

@@ -16,11 +16,11 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams
+from stickslip.optim.options import as_floats, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.split_family import LIMITS, Family, Setting
-from stickslip.optim.split_program import Outcome, SplitProgram, ends, interval
-from stickslip.optim.waypoints import as_floats, require_scalar
+from stickslip.optim.torque_split.family import LIMITS, Family, Setting
+from stickslip.optim.torque_split.program import Outcome, SplitProgram, ends, interval
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -16,17 +16,17 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer
-from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name, station_cost
-from stickslip.optim.dp import angles_at, best_paths
-from stickslip.optim.impossible import judged
-from stickslip.optim.posture_grid import PostureGrid, build_grid
+from stickslip.optim.options import COUNT
+from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name, station_cost
+from stickslip.optim.posture.dp import angles_at, best_paths
+from stickslip.optim.posture.impossible import judged
+from stickslip.optim.posture.posture_grid import PostureGrid, build_grid
 from stickslip.optim.progress import Bar
-from stickslip.optim.sizes import COUNT
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 SAME = 1e-10
 """Values that differ by less than this, relative to their size, count as the same."""

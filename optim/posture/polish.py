@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
+import inspect
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.checks import require_memory
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import CONVEX
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.sizes import CONVEX
+from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
-ON_GRID = ("grid", "dp", "lp")
-"""The methods whose paths a polish follows."""
 BETTER = 1e-9
 """Relative decrease below which a polished drive is no better than the grid's."""
+
+
+def polishable(method: Callable[..., PostureResult]) -> Callable[..., PostureResult]:
+    """The method of the grid with one more option, polish (False): what `polished` makes of it."""
+
+    @wraps(method)
+    def run(
+        problem: PostureProblem, *, progress: bool = False, polish: bool = False, **options: Any
+    ) -> PostureResult:
+        if polish:
+            require_room(problem)
+        found = method(problem, progress=progress, **options)
+        return polished(problem, found, progress) if polish else found
+
+    own = inspect.signature(method)
+    more = inspect.signature(run, follow_wrapped=False).parameters["polish"]
+    run.__signature__ = own.replace(parameters=[*own.parameters.values(), more])  # type: ignore[attr-defined]
+    return run
 
 
 def require_room(problem: PostureProblem) -> None:
@@ -25,7 +45,7 @@ def require_room(problem: PostureProblem) -> None:
     require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
 
 
-def polished(problem: PostureProblem, found: Result, progress: bool) -> Result:
+def polished(problem: PostureProblem, found: PostureResult, progress: bool) -> PostureResult:
     """The better of a grid's result and of the local optimum that scp finds from it.
 
     Off the grid the status is FEASIBLE, since the bound is of paths over the grid alone: it stays,
@@ -34,7 +54,7 @@ def polished(problem: PostureProblem, found: Result, progress: bool) -> Result:
     """
     if found.x is None:
         return found
-    from stickslip.optim.scp import solve_scp
+    from stickslip.optim.posture.scp import solve_scp
 
     began = time.perf_counter()
     local = solve_scp(problem, start=found.x, progress=progress)

@@ -13,10 +13,8 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
-COUNT = 10**12
-"""The greatest number of iterations, edges and the like that may be asked for."""
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
 STATION = 1_000

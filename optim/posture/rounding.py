@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.criteria import Criterion, Weighted
+from stickslip.optim.posture.criteria import Criterion, Weighted
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 RELATIVE = 5e-13
 """Of the value."""

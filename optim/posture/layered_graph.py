@@ -11,11 +11,11 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory
-from stickslip.optim.criteria import station_cost, step_cost
-from stickslip.optim.posture_grid import PostureGrid, offsets
-from stickslip.optim.rounding import slack as slack_of
-from stickslip.optim.sizes import EDGE
-from stickslip.optim.station import Station
+from stickslip.optim.posture.criteria import station_cost, step_cost
+from stickslip.optim.posture.posture_grid import PostureGrid, offsets
+from stickslip.optim.posture.rounding import slack as slack_of
+from stickslip.optim.posture.sizes import EDGE
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Float, Int

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,17 +11,21 @@ import numpy as np
 import scipy.sparse as sp
 
 from stickslip.dynamics.checks import require_choice, require_integer
-from stickslip.optim.dp import angles_at, best_paths, require_one_kind
-from stickslip.optim.impossible import judged
-from stickslip.optim.layered_graph import LayeredGraph, build_graph
-from stickslip.optim.posture_grid import build_grid
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.rounding import below
-from stickslip.optim.sizes import COUNT
+from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.options import COUNT
+from stickslip.optim.posture.dp import angles_at, best_paths, require_one_kind
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.impossible import judged
+from stickslip.optim.posture.layered_graph import LayeredGraph, build_graph
+from stickslip.optim.posture.polish import polishable
+from stickslip.optim.posture.posture_grid import build_grid
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.rounding import below
+from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from stickslip.optim.posture_grid import PostureGrid
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.posture_grid import PostureGrid
+    from stickslip.optim.posture.problem import PostureProblem
 
 SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
 """What cvxpy may solve a linear program with, the first that is installed by default."""
@@ -34,12 +37,6 @@ SLACK = 1e-12
 """Relative rounding of a station's cost, which two programs may compute differently."""
 WHOLE = 1e-6
 """By how much a flow may miss 0 or 1."""
-STATUSES = {
-    cp.OPTIMAL: OptimStatus.OPTIMAL,
-    cp.OPTIMAL_INACCURATE: OptimStatus.INACCURATE,
-    cp.USER_LIMIT: OptimStatus.LIMIT,
-}
-"""What cvxpy's statuses mean here; all others are FAILED. The flow is known to be feasible."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +49,7 @@ class Flow:
     message: str
 
 
+@polishable
 def solve_lp(
     problem: PostureProblem,
     *,
@@ -59,7 +57,7 @@ def solve_lp(
     angles: Any = None,
     most_edges: int = 2_000_000,
     solver: str | None = None,
-) -> Result:
+) -> PostureResult:
     """dp's optimum as a flow of 1 through the graph of admissible stations and moves.
 
     minimise sum of c_e f_e, f >= 0, as much out of each node as into it. The matrix is totally
@@ -102,7 +100,7 @@ def solve_lp(
     details = grid.details | {"edges": len(graph.tail), "solver": solver}
     common |= {"details": details}
     if flow.edges is None:
-        return Result.without_point(status=flow.status, message=flow.message, **common)
+        return PostureResult.without_point(status=flow.status, message=flow.message, **common)
     bound = flow.bound
     if threshold is not None:
         bound = threshold - slack if bound is not None and bound > 0.5 else None
@@ -121,22 +119,14 @@ def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
     f = cp.Variable(edges, nonneg=True)
     conserved: Any = balance @ f == supply
     program = cp.Problem(cp.Minimize(graph.cost @ f), [conserved])
-    try:
-        with warnings.catch_warnings():
-            # "Solution may be inaccurate": the status says so, and is passed on.
-            warnings.simplefilter("ignore", UserWarning)
-            program.solve(solver=solver)
-    except cp.SolverError as error:
-        return Flow(None, None, OptimStatus.FAILED, f"{solver}: {error}")
-    status = STATUSES.get(program.status, OptimStatus.FAILED)
-    message = f"{solver} ended with status {program.status}"
-    if f.value is None:
-        return Flow(None, None, OptimStatus.FAILED, message)
+    ended = solve_quietly(program, solver)
+    if f.value is None or not ended.answered:  # the flow is known to be feasible
+        return Flow(None, None, OptimStatus.FAILED, ended.words)
     bound = None
     if conserved.dual_value is not None:
         # Which sign the solver's interface gives the dual is not relied on: either is a bound.
         bound = max(proved_bound(graph, y) for y in (conserved.dual_value, -conserved.dual_value))
-    return Flow(np.asarray(f.value), bound, status, message)
+    return Flow(np.asarray(f.value), bound, ended.status, ended.words)
 
 
 def proved_bound(graph: LayeredGraph, y: np.ndarray) -> float:
@@ -157,13 +147,15 @@ def _result(
     flow: Flow,
     bound: float | None,
     common: dict[str, Any],
-) -> Result:
+) -> PostureResult:
     """The path that the flow takes, and what the bound says of it."""
     chosen, spread = (None, 0.0) if flow.edges is None else graph.path(flow.edges)
     if chosen is None:
         message = f"{flow.message}; the flow is no path"
         status = OptimStatus.FAILED
-        return Result.without_point(status=status, message=message, lower_bound=bound, **common)
+        return PostureResult.without_point(
+            status=status, message=message, lower_bound=bound, **common
+        )
     x = angles_at(grid, chosen)
     value = problem.objective(x.reshape(-1))
     status, message = flow.status, grid.stuck or flow.message
@@ -172,12 +164,12 @@ def _result(
         message = f"{flow.message}; value {value!r}, proved bound {bound!r}"
     elif spread > WHOLE:
         status, message = OptimStatus.INACCURATE, f"{flow.message}; off whole numbers by {spread}"
-    return Result.at(problem, x, status=status, lower_bound=bound, message=message, **common)
+    return result_at(problem, x, status=status, lower_bound=bound, message=message, **common)
 
 
-def _without_path(grid: PostureGrid, reason: str, common: dict[str, Any]) -> Result:
+def _without_path(grid: PostureGrid, reason: str, common: dict[str, Any]) -> PostureResult:
     status, message = judged(grid, reason)
-    return Result.without_point(status=status, message=message, **common)
+    return PostureResult.without_point(status=status, message=message, **common)
 
 
 def _solver(name: str | None) -> str:

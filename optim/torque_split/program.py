@@ -10,41 +10,13 @@ the solver.
 
 from __future__ import annotations
 
-import warnings
 from typing import NamedTuple
 
 import cvxpy as cp
 import numpy as np
-from cvxpy.settings import INFEASIBLE_OR_UNBOUNDED
 
+from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.result import OptimStatus
-
-STATUSES = {
-    cp.OPTIMAL: OptimStatus.OPTIMAL,
-    cp.OPTIMAL_INACCURATE: OptimStatus.INACCURATE,
-    cp.USER_LIMIT: OptimStatus.INACCURATE,
-    cp.INFEASIBLE: OptimStatus.INFEASIBLE,
-    cp.INFEASIBLE_INACCURATE: OptimStatus.FAILED,
-    cp.UNBOUNDED: OptimStatus.FAILED,
-    cp.UNBOUNDED_INACCURATE: OptimStatus.FAILED,
-    # Unbounded is out of the question for what is solved here: every objective has a floor.
-    INFEASIBLE_OR_UNBOUNDED: OptimStatus.INFEASIBLE,
-}
-"""cvxpy's statuses as named outcomes; inaccurate is never passed off as optimal."""
-
-
-def solve_quietly(problem: cp.Problem, solver: str, **options) -> OptimStatus:
-    """Solve a cvxpy problem and name the outcome; FAILED where the solver gave up.
-
-    cvxpy's warning that a solution may be inaccurate is left out: the status says it.
-    """
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Solution may be inaccurate")
-        try:
-            problem.solve(solver=solver, **options)
-        except cp.SolverError:
-            return OptimStatus.FAILED
-    return STATUSES.get(problem.status, OptimStatus.FAILED)
 
 
 class Affine(NamedTuple):
@@ -98,16 +70,16 @@ class SplitProgram:
         for parameter, value in zip(self._parameters, (*terms, *limits), strict=True):
             parameter.value = value
         solver = cp.CLARABEL if self.outer == "square" else cp.HIGHS
-        status = solve_quietly(self.problem, solver)
-        if status not in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE):
-            return Outcome(np.nan, np.inf, -np.inf, status)
+        ended = solve_quietly(self.problem, solver, bounded=True)  # every objective has a floor
+        if not ended.answered:
+            return Outcome(np.nan, np.inf, -np.inf, ended.status)
         low, high = interval(limits)
         d = float(np.clip(np.asarray(self._d.value), low, high)) if low <= high else low
         value = outer_value(self.outer, terms.at(d))
         bound = self._bound(terms, limits, value)
         if self.outer != "max":
             bound = max(bound, 0.0)
-        return Outcome(d, value * scale, bound * scale, status)
+        return Outcome(d, value * scale, bound * scale, ended.status)
 
     def _bound(self, terms: Affine, limits: Affine, value: float) -> float:
         """A lower bound on the objective by weak duality, from the duals the solver returned.

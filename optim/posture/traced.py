@@ -11,8 +11,8 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
-from stickslip.optim.criteria import Criterion, Weighted, drive_cost, steps
-from stickslip.optim.station import Station, station
+from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
+from stickslip.optim.posture.station import Station, station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -147,6 +147,17 @@ def value(criterion: Criterion | Weighted, found: Station) -> Float[Array, ""]:
 def values(criterion: Criterion | Weighted, found: Station) -> Float[Array, "B"]:
     """The same of a batch of drives, stations [B, K]."""
     return jax.vmap(lambda one: finite_cost(criterion, one))(found)
+
+
+@jax.jit
+def shortfall(posture: Posture, found: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
+    """The scaled margins that a batch of drives misses, summed; found: their stations [B, K]."""
+
+    def of_one(one, pairs):
+        margins = posture.constraints(one, pairs).values()
+        return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
+
+    return jax.vmap(of_one)(found, angles)
 
 
 @jax.jit

@@ -10,16 +10,23 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_number, shown
-from stickslip.optim.fitting import LEAST, ROUNDING, fitting_grid, rate_used, step_of, windows_of
-from stickslip.optim.posture import Posture
+from stickslip.optim.posture.fitting import (
+    LEAST,
+    ROUNDING,
+    fitting_grid,
+    rate_used,
+    step_of,
+    windows_of,
+)
+from stickslip.optim.posture.sizes import require_grid, require_moves
+from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.traced import Posture
 from stickslip.optim.progress import Bar
-from stickslip.optim.sizes import require_grid, require_moves
-from stickslip.optim.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 CHUNK = 16_384
 """Stations evaluated in one call, about: what bounds the memory."""

@@ -14,13 +14,13 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from stickslip.dynamics.status import Status
+from stickslip.optim.posture.station import PLACED
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.station import PLACED
 
 if TYPE_CHECKING:
     from jaxtyping import Bool
 
-    from stickslip.optim.posture_grid import PostureGrid
+    from stickslip.optim.posture.posture_grid import PostureGrid
 
 
 def unsound(grid: PostureGrid, k: int) -> Bool[np.ndarray, "n"]:

@@ -15,16 +15,19 @@ import cvxpy as cp
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer
-from stickslip.optim.convex_model import ConvexModel
-from stickslip.optim.linearise import Linear, Near
+from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.posture.convex_model import ConvexModel
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.linearise import Linear, Near
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.sizes import CONVEX, require_waypoint_matrices
+from stickslip.optim.posture.starts import begin
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import CONVEX, COUNT, require_waypoint_matrices
-from stickslip.optim.starts import begin, shortcomings
-from stickslip.optim.waypoints import require_scalar
+from stickslip.optim.result import OptimStatus
+from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 PENALTIES = (10.0, 1e3, 1e5)
 """Price of a missed margin, tried in this order: of the objective's scale for a whole weight."""
@@ -57,7 +60,7 @@ def solve_scp(
     tolerance: float = 1e-7,
     smallest: float = 1e-7,
     solver: str = cp.CLARABEL,
-) -> Result:
+) -> PostureResult:
     """A local optimum off the grid, from `start`: see start_point, to which angles goes too.
 
     iterations: of all prices together. radius: the first box [rad]. It stops where the model
@@ -77,7 +80,7 @@ def solve_scp(
     require_choice("solver", solver, cp.installed_solvers())
     require_waypoint_matrices(problem, "scp", CONVEX)
     begun = begin(problem, "scp", start, angles, progress, began)
-    if isinstance(begun, Result):
+    if isinstance(begun, PostureResult):
         return begun
     near, x, note = begun
     search = _Search(near, ConvexModel(near, x, solver), x)
@@ -95,7 +98,7 @@ def solve_scp(
     elif search.predicted > tolerance:
         why = "no step in the smallest box helped"
         status = OptimStatus.INACCURATE if search.failed else status
-    return Result.at(
+    return result_at(
         problem,
         search.x,
         method="scp",

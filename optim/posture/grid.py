@@ -9,24 +9,28 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind
-from stickslip.optim.criteria import pointwise_cost
-from stickslip.optim.impossible import judged_at
-from stickslip.optim.posture_grid import PostureGrid, build_grid
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.rounding import below
-from stickslip.optim.station import Station
+from stickslip.optim.posture.criteria import pointwise_cost
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.impossible import judged_at
+from stickslip.optim.posture.polish import polishable
+from stickslip.optim.posture.posture_grid import PostureGrid, build_grid
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.station import Station
+from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 
+@polishable
 def solve_grid(
     problem: PostureProblem,
     *,
     progress: bool = False,
     angles: Any = None,
     within_rate: bool = False,
-) -> Result:
+) -> PostureResult:
     """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
     The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
@@ -53,11 +57,11 @@ def solve_grid(
         "bound_of": f"{grid.what}, leg_rate left out",
     }
     if nodes is None:
-        return Result.without_point(status=status, message=reason, **common)
+        return PostureResult.without_point(status=status, message=reason, **common)
     x = np.stack([grid.layer(k)[0].leg_angles[node] for k, node in enumerate(nodes)])
     value = problem.objective(x.reshape(-1))
     proved = bound is not None and value <= bound + 1e-9 * (1 + abs(bound))
-    return Result.at(
+    return result_at(
         problem,
         x,
         status=OptimStatus.OPTIMAL if proved else OptimStatus.FEASIBLE,

@@ -9,17 +9,20 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.optim.criteria import Criterion, Weighted, station_cost, step_cost
-from stickslip.optim.impossible import judged
-from stickslip.optim.posture_grid import PostureGrid, build_grid, offsets
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.rounding import below
-from stickslip.optim.station import Station
+from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.impossible import judged
+from stickslip.optim.posture.polish import polishable
+from stickslip.optim.posture.posture_grid import PostureGrid, build_grid, offsets
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.station import Station
+from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 AGREEMENT = 1e-8
 """Relative difference of the recursion's value and the objective above which it is no proof."""
@@ -36,7 +39,10 @@ class Paths(NamedTuple):
     """Why there is none."""
 
 
-def solve_dp(problem: PostureProblem, *, progress: bool = False, angles: Any = None) -> Result:
+@polishable
+def solve_dp(
+    problem: PostureProblem, *, progress: bool = False, angles: Any = None
+) -> PostureResult:
     """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
 
     angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
@@ -65,10 +71,10 @@ def solve_dp(problem: PostureProblem, *, progress: bool = False, angles: Any = N
     paths = best_paths(grid)
     if paths.nodes is None:
         status, message = judged(grid, paths.reason)
-        return Result.without_point(status=status, message=message, **common)
+        return PostureResult.without_point(status=status, message=message, **common)
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
-    found = Result.at(
+    found = result_at(
         problem, x, status=OptimStatus.OPTIMAL, lower_bound=below(problem, value),
         message=grid.stuck or OptimStatus.OPTIMAL.value, details=grid.details, **common,
     )  # fmt: skip
@@ -85,7 +91,7 @@ def require_one_kind(criterion: Criterion | Weighted) -> None:
         )
 
 
-def agreed(found: Result, value: float) -> Result:
+def agreed(found: PostureResult, value: float) -> PostureResult:
     """The result, INACCURATE and without its bound where the objective is not `value`."""
     if abs(found.value - value) <= AGREEMENT * (1 + abs(value)):
         return found
@@ -94,7 +100,7 @@ def agreed(found: Result, value: float) -> Result:
         "lower_bound": None,
         "message": f"the objective is {found.value!r} where {value!r} was computed",
     }
-    return Result(**fields)
+    return PostureResult(**fields)
 
 
 def angles_at(grid: PostureGrid, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.sparse import block_diag, coo_array, csr_array, hstack, vstack
 
-from stickslip.optim.linearise import Linear, Near
+from stickslip.optim.posture.linearise import Linear, Near
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim import posture as traced
-from stickslip.optim.criteria import (
+from stickslip.optim.posture import traced
+from stickslip.optim.posture.criteria import (
     Criterion,
     Weighted,
     largest,
@@ -23,13 +23,13 @@ from stickslip.optim.criteria import (
     step_cost,
     steps,
 )
-from stickslip.optim.missed import missed_by, tolerated
-from stickslip.optim.station import Station
+from stickslip.optim.posture.missed import missed_by, tolerated
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 FACTOR = 10
 """How many times finer a drive is looked at."""

@@ -11,7 +11,7 @@ from stickslip.dynamics.checks import require_integer
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 LEAST = 31
 """Angles of each leg that a grid has at least where nothing else is said."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams, ground_forces
-from stickslip.optim.split_program import Affine
+from stickslip.optim.torque_split.program import Affine
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -15,14 +15,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.optim import posture as traced
-from stickslip.optim.criteria import Criterion, Weighted, steps
-from stickslip.optim.station import Station
+from stickslip.optim.posture import traced
+from stickslip.optim.posture.criteria import Criterion, Weighted, steps
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 SMOOTH = ("grip", "normal", "clearance")
 """The constraints that have slopes. leg_rate is linear; pose is a yes or no."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_number, shown
 from stickslip.dynamics.numeric import Numeric
-from stickslip.optim.station import Station, turned
+from stickslip.optim.posture.station import Station, turned
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

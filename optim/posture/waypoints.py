@@ -9,14 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number, shown
-from stickslip.dynamics.numeric import require_one
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
-from stickslip.optim.sizes import WAYPOINT, require_stations, require_waypoints
+from stickslip.optim.options import as_floats, require_scalar
+from stickslip.optim.posture.sizes import WAYPOINT, require_stations, require_waypoints
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 FINE = 181
 """Angles of each leg that are looked at for the longest wheelbase."""
@@ -103,17 +103,6 @@ def check_problem(problem: PostureProblem) -> dict[str, Any]:
         if given is not None:
             fields[name] = _pair(name, given, problem.params)
     return fields
-
-
-def require_scalar(name: str, value: Any, **rule: Any) -> None:
-    """`require_one` in double precision, whatever jax_enable_x64 says."""
-    require_one(name, value, dtype=np.float64, **rule)
-
-
-def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
-    """Numbers in double precision, or ValueError for what is none, or not finite there."""
-    require_number(name, value, accepted=accepted, dtype=np.float64)
-    return np.asarray(value, dtype=float)
 
 
 def _waypoints(x: Any) -> np.ndarray:

@@ -8,14 +8,17 @@ import cvxpy as cp
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.linearise import Near
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.split_program import solve_quietly
+from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.linearise import Near
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.result import OptimStatus
+from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.posture.problem import PostureProblem
 
 STARTS = ("dp", "grid", "middle")
 
@@ -61,7 +64,7 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
     nearest = cp.Problem(cp.Minimize(cp.sum_squares(near - angles)), constraints)
     if not _joined(problem):
         return None
-    if solve_quietly(nearest, cp.CLARABEL) is not OptimStatus.OPTIMAL:
+    if solve_quietly(nearest, cp.CLARABEL).status is not OptimStatus.OPTIMAL:
         return _straight(problem)
     return np.clip(np.asarray(near.value), low, high).reshape(-1)
 
@@ -85,29 +88,21 @@ def _straight(problem: PostureProblem) -> np.ndarray:
     return (first + part[:, None] * (last - first)).reshape(-1)
 
 
-def shortcomings(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
-    """Which constraints a point misses and by how much, in words; empty where it meets all."""
-    if problem.is_feasible(x):
-        return ""
-    missed = {name: by for name, by in problem.residuals(x).items() if by > 0}
-    return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in missed.items())
-
-
 def begin(
     problem: PostureProblem, method: str, start: Any, angles: Any, progress: bool, began: float
-) -> tuple[Near, Float[np.ndarray, "n"], str] | Result:
+) -> tuple[Near, Float[np.ndarray, "n"], str] | PostureResult:
     """Where a method begins: the problem's linear models, a point within bounds and leg rates, and
     start_point's sentence. Or the result, where there is no such point, no pose at it, or no
     choice."""
     x, note = start_point(problem, start, angles, progress)
     x = within_rates(problem, x)
     if x is None:
-        return Result.without_point(
+        return PostureResult.without_point(
             method=method, status=OptimStatus.INFEASIBLE, began=began, bound_of="all drives",
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     if problem.free.n == 0:
-        return Result.at(
+        return result_at(
             problem, x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
             message=f"{note}every angle is given{shortcomings(problem, x)}",
         )  # fmt: skip
@@ -115,6 +110,6 @@ def begin(
     if near(x).placed:
         return near, x, note
     message = f"{note}where it begins there is no pose, or no forces{shortcomings(problem, x)}"
-    return Result.at(
+    return result_at(
         problem, x, method=method, status=OptimStatus.FAILED, began=began, message=message
     )
