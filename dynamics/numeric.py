@@ -15,7 +15,8 @@ narrower type says."""
 
 
 def float_kind(dtype: Any, otherwise: Any):
-    """The floating type of a name or a type, `otherwise` for None; ValueError for any other."""
+    """The floating type of a name or a type, `otherwise` for None; ValueError for any other, and
+    for float64 where JAX has it switched off and would compute in float32."""
     if dtype is None:
         return jnp.dtype(otherwise)
     try:
@@ -24,7 +25,12 @@ def float_kind(dtype: Any, otherwise: Any):
         kind = None
     if kind is None or kind not in (jnp.float32, jnp.float64):
         raise ValueError(f"dtype = {shown(dtype)}; accepted: None, float32 or float64")
-    return jax.dtypes.canonicalize_dtype(kind)
+    if kind != jax.dtypes.canonicalize_dtype(kind):
+        raise ValueError(
+            f"dtype = {shown(dtype)}, which JAX has switched off; accepted: float32, or first "
+            'jax.config.update("jax_enable_x64", True) at the start of the program'
+        )
+    return kind
 
 
 def require_numeric(**values: Any) -> None:
@@ -42,6 +48,11 @@ def require_numeric(**values: Any) -> None:
             raise ValueError(
                 f"{name} = {shown(value)} is not a number; accepted: a real number or an array"
             )
+
+
+def as_float(value: Any) -> Any:
+    """An integer of Python's as a float: traced, one above 2^31 has no type; others as they are."""
+    return float(value) if isinstance(value, int) else value
 
 
 def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:

@@ -20,7 +20,6 @@ from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
 from stickslip.dynamics.biped.integrators import Integrator
 from stickslip.dynamics.biped.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
-from stickslip.dynamics.numeric import float_kind
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
@@ -177,14 +176,14 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         if self.setting is None:
             return make_params(self.fidelity, **changes)
         setting = setting_of(self.setting)
-        dtype = float_kind(changes.setdefault("dtype", setting.dtype), setting.dtype)
-        if dtype == jnp.float64 and not jax.config.read("jax_enable_x64"):
+        own = "dtype" not in changes and setting.dtype == "float64"
+        if own and jax.dtypes.canonicalize_dtype(float) != jnp.float64:
             raise ValueError(
                 f"setting = {self.setting!r} computes in float64, which JAX has switched off; "
                 'accepted: jax.config.update("jax_enable_x64", True) at the start of the program, '
                 "dtype=float32 for less accuracy, or another setting"
             )
-        return make_params(setting.fidelity, **changes)
+        return make_params(setting.fidelity, **{"dtype": setting.dtype, **changes})
 
     @property
     def integrator(self) -> Integrator:

@@ -50,8 +50,8 @@ def _panel(axis, points: list[Promise]) -> None:
     )
     chosen = knee_of(points)
     axis.plot(chosen.cost, chosen.error, "o", markersize=13, mfc="none", mec="#d00000", mew=1.4)
-    for index in sorted({0, along.index(chosen), len(along) - 1}):
-        point = along[index]
+    ends = [end for end in (along[0], along[-1]) if not _near(end, chosen)]  # words need room
+    for point in [chosen, *ends]:
         label = axis.annotate(
             ("knee: " if point is chosen else "") + short(point).replace(", ", "\n", 1),
             (point.cost, point.error),
@@ -98,3 +98,9 @@ def _legend(figure) -> None:
         Line2D([], [], color="black", linewidth=0.8, label="front of what 95 % keep"),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+
+
+def _near(one: Promise, other: Promise) -> bool:
+    """Whether two points lie within half a decade of each other in both directions."""
+    ratios = one.cost / other.cost, one.error / other.error
+    return all(10**-0.5 < ratio < 10**0.5 for ratio in ratios)

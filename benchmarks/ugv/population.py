@@ -19,7 +19,7 @@ from stickslip.dynamics.ugv import UGVParams
 from stickslip.dynamics.ugv.near import in_two
 from stickslip.dynamics.ugv.roughness import Waves
 from stickslip.dynamics.ugv.settings import FAR, NEAR
-from stickslip.dynamics.ugv.shapes import Bump, Ditch, Ramp, Sinusoid, Step
+from stickslip.dynamics.ugv.shapes import Bump, Closed, Ditch, Ramp, Sinusoid, Step
 from stickslip.dynamics.ugv.spline import Spline, hermite_table
 
 PLACES = {"near": (0.0, NEAR), "far": (NEAR, FAR)}
@@ -33,21 +33,37 @@ HOLLOWEST, TOO_HOLLOW, SHARE = 1.05, 6.0, 0.2
 of ground which is too hollow, and the share of such ground."""
 POINTS = 32
 """Pieces of a spline through points."""
-CLASSES = ("closed", "waves", "spline")
+AS_FUNCTION = {"closed function": "closed", "waves function": "waves"}
+"""What a function of the user's may look like: the same grounds, known by their heights alone."""
+CLASSES = ("closed", "waves", "spline", *AS_FUNCTION)
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Together:
+class Together(Closed):
     """A sum of shapes, raised by a height [m]: one program for all closed forms."""
 
     shapes: tuple
     height: Any
 
+    def near(self, base, u):
+        """Heights, slopes and second derivatives added; the height apart."""
+        seen = [shape.near(base, u) for shape in self.shapes]
+        y = sum(sum(parts) for parts, _, _ in seen)
+        dy, d2y = (sum(one[k] for one in seen) for k in (1, 2))
+        return (self.height + 0 * y, y), dy, d2y
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Known:
+    """A ground known by its heights at places in the world, as a user's function is."""
+
+    ground: Together
+
     def profile(self, x):
-        """Heights, slopes and second derivatives added."""
-        y, dy, d2y = (sum(each) for each in zip(*(s.profile(x) for s in self.shapes), strict=True))
-        return y + self.height, dy, d2y
+        """The ground's."""
+        return self.ground.profile(x)
 
 
 WORDS = {
@@ -93,7 +109,10 @@ def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool 
     over = random.uniform(0, 1, count) < SHARE
     hollow = random.uniform(over * HOLLOWEST, np.where(over, TOO_HOLLOW, HOLLOWEST))
     limits = Limits(r, hollow, random.uniform(over * STEEPEST / 2, STEEPEST))
-    shape, x, shortest = _GROUNDS[ground](random, limits, at, height, shifted)
+    kind = _GROUNDS[AS_FUNCTION.get(ground, ground)]
+    shape, x, shortest = kind(random, limits, at, height, shifted)
+    if ground in AS_FUNCTION:
+        shape = Known(shape)
     part = random.uniform(0, 1, (count, 2))
     bottom, top = (np.asarray(v)[:, None] for v in (params.leg_angle_min, params.leg_angle_max))
     return Drawn(params, shape, x, bottom + part * (top - bottom), shortest)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from benchmarks.ugv.population import AS_FUNCTION
 from benchmarks.ugv.trade import DENSE
 
 PRICED = {"closed": ("bump", "exact"), "waves": ("rough", "exact"), "spline": ("rough", "quintic"),
           "function": ("sines", "exact")}  # fmt: skip
 """The measured track whose cost stands for a kind of ground."""
-POOLED = ("closed", "waves")
+POOLED = tuple(AS_FUNCTION)
 """What a function of the user's may look like: the promise holds for each of them."""
 
 
@@ -40,7 +41,7 @@ class Promise(NamedTuple):
 
 
 def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
-    """All rows, and of each setting without a table the worst of POOLED as that on a function."""
+    """All rows but those of POOLED, and of each setting the worst of these as on a function."""
     found = [
         Promise(
             *(row[name] for name in Promise._fields[:6]),
@@ -52,9 +53,10 @@ def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
     ]
     kinds: dict[tuple, list[Promise]] = {}
     for p in found:
-        if p.ground in POOLED and p.pieces_per_wave is None:
+        if p.ground in POOLED:
             kinds.setdefault(p[1:5], []).append(p)
-    return found + [_pooled(same) for same in kinds.values() if len(same) == len(POOLED)]
+    own = [p for p in found if p.ground not in POOLED]
+    return own + [_pooled(same) for same in kinds.values() if len(same) == len(POOLED)]
 
 
 def _pooled(same: list[Promise]) -> Promise:

@@ -35,6 +35,7 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.numeric import (
     Numeric,
     all_finite,
+    as_float,
     float_type,
     require_numeric,
     require_one,
@@ -109,14 +110,14 @@ def step(
     """
     require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     require_numeric(torque=torque, dt=dt)
-    torque, dt = (float(given) if isinstance(given, int) else given for given in (torque, dt))
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
     require_kinds(params, scene, state)
     state.require_support()
     require_rest_on_grip(scene, state)
     require_scalars(params, torque=torque, dt=dt, **vars(state))
-    return _step(spec, fidelity, params, scene, state, Torque(torque), dt)
+    drive = Torque(as_float(torque))
+    return _step(spec, fidelity, params, scene, state, drive, as_float(dt))
 
 
 def simulate(
