@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.ugv import Track
-from stickslip.envs.ugv_draw import RandomTrack
+from stickslip.envs.ugv_randomisation import RandomTrack
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from stickslip.dynamics.numeric import (
     require_one,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.envs.ugv_draw import UGVRandomisation
+from stickslip.envs.ugv_randomisation import UGVRandomisation
 from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:

@@ -11,12 +11,12 @@ from stickslip.optim.problem import FEASIBLE
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.data import PostureData
     from stickslip.optim.posture.station import Station
 
 
 def missed_by(
-    problem: PostureProblem, angles: Float[np.ndarray, "K 2"], held: Station
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], held: Station
 ) -> dict[str, float]:
     """By how much each constraint is missed at worst, 0 where it is met: see
     PostureProblem.residuals. held: the stations [K] at these angles."""
@@ -40,7 +40,7 @@ def missed_by(
     return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
 
 
-def tolerated(problem: PostureProblem, name: str) -> float:
+def tolerated(problem: PostureData, name: str) -> float:
     """How much of a residual of that name is within FEASIBLE, once scaled as a constraint is."""
     sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
     sizes |= {"clearance": problem.params.leg_length, "leg_rate": problem.leg_rate}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,11 +10,11 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_known
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats
 from stickslip.optim.posture import traced
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.posture.data import PostureData
 from stickslip.optim.posture.methods import METHODS
 from stickslip.optim.posture.missed import missed_by
 from stickslip.optim.posture.result import PostureResult
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class PostureProblem(Problem[PostureResult]):
+class PostureProblem(PostureData, Problem[PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
@@ -46,19 +46,6 @@ class PostureProblem(Problem[PostureResult]):
     legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
     >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
     """
-
-    params: UGVParams
-    track: Track
-    x: Float[np.ndarray, "K"]
-    criterion: Any = "wheel_energy"
-    friction: Numeric = 0.8
-    leg_rate: float | None = 1.0
-    min_normal: float = 0.0
-    min_grip: float = 0.0
-    min_clearance: float = 0.02
-    start_angles: Float[np.ndarray, "2"] | None = None
-    end_angles: Float[np.ndarray, "2"] | None = None
-    solver: PoseSolver = field(default=PoseSolver())
 
     def __post_init__(self):
         object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
@@ -96,11 +83,6 @@ class PostureProblem(Problem[PostureResult]):
     def structure(self) -> frozenset[Structure]:
         """A row of stations, each of smooth functions of its own pair."""
         return frozenset({Structure.SMOOTH, Structure.ADDITIVE, Structure.COMPOSITE})
-
-    @property
-    def n(self) -> int:
-        """Length of the decision vector, 2K."""
-        return 2 * len(self.x)
 
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:

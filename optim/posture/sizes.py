@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 
 if TYPE_CHECKING:
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.data import PostureData
 
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
@@ -48,7 +48,7 @@ def require_stations(given: str, count: float, bytes_each: float = STATION) -> N
     require_memory(given, "stations", count, bytes_each)
 
 
-def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> None:
+def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated."""
     K, each = len(problem.x), _float(rear) * _float(front)
     given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
@@ -64,7 +64,7 @@ def _float(count: int) -> float:
 
 
 def require_waypoint_matrices(
-    problem: PostureProblem, method: str, linear: float = 0.0, square: float = 0.0
+    problem: PostureData, method: str, linear: float = 0.0, square: float = 0.0
 ) -> None:
     """Refuse more waypoints than a method's matrices have room for: bytes of each, and of each pair
     of waypoints."""
@@ -72,14 +72,14 @@ def require_waypoint_matrices(
     require_memory(f"method = {method!r} with {K} waypoints", "rows", K, linear + square * K)
 
 
-def require_jacobian(problem: PostureProblem) -> None:
+def require_jacobian(problem: PostureData) -> None:
     """Refuse a dense matrix of all constraints' slopes that does not fit."""
     rows = 12.0 * len(problem.x)
     bytes_each = 8.0 * problem.n
     require_memory(f"a jacobian of {problem.n} angles", "rows", rows, bytes_each)
 
 
-def require_moves(problem: PostureProblem, wide: np.ndarray) -> None:
+def require_moves(problem: PostureData, wide: np.ndarray) -> None:
     """Refuse a list of more moves than fit; wide: how many grid steps each leg may turn [2]."""
     count = float(np.prod(2.0 * np.asarray(wide, float) + 1))
     require_memory(f"leg_rate = {problem.leg_rate} rad/m on this grid", "moves", count, MOVE)

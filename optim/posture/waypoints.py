@@ -16,7 +16,7 @@ from stickslip.optim.posture.sizes import WAYPOINT, require_stations, require_wa
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.data import PostureData
 
 FINE = 181
 """Angles of each leg that are looked at for the longest wheelbase."""
@@ -74,7 +74,7 @@ def waypoints_along(
     return np.linspace(begin, last, int(pieces) + 1)
 
 
-def check_problem(problem: PostureProblem) -> dict[str, Any]:
+def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("track", problem.track, Track, "a Track")
