@@ -117,7 +117,7 @@ class Problem(ABC, Generic[R]):
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
         """Whether no scaled constraint and no bound is missed by more than `tolerance`."""
-        x = self.batch(np.asarray(x)[None])[0]
+        x = self.batch([x])[0]
         return self.meets(x, self.constraints(x), tolerance)
 
     def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
