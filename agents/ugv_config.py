@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
 from stickslip.agents.config_fields import Configuration, entry
-from stickslip.optim.criteria import CRITERIA
+from stickslip.optim.posture.criteria import CRITERIA
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""

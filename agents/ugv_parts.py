@@ -17,7 +17,7 @@ from stickslip.agents.ugv_task import make_ugv_task
 from stickslip.agents.ugv_tracks import FIXED, RANDOM, ground_by_name
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.ugv import UGVEnv
-from stickslip.envs.ugv_draw import UGVRandomisation
+from stickslip.envs.ugv_randomisation import UGVRandomisation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.agents.ugv_controllers import FollowPath
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim.fitting import fitting_grid
+from stickslip.optim.posture.fitting import fitting_grid
 from stickslip.optim.solve import solve
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv import UGVEnv
     from stickslip.envs.ugv_params import UGVEnvParams
     from stickslip.envs.ugv_state import UGVEnvState
-    from stickslip.optim.problem import PostureProblem
-    from stickslip.optim.result import Result
+    from stickslip.optim import PostureResult
+    from stickslip.optim.posture.problem import PostureProblem
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Optimum:
         require_integer("angles", self.angles, low=2)
         return self
 
-    def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> Result:
+    def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> PostureResult:
         """The result for the episode that begins in `state`."""
         problem = env.problem(state, params)
         return _best_on_grid(problem, self.angles)
@@ -88,7 +88,7 @@ class RecedingHorizon:
         return _best_on_grid(part, self.angles).leg_angles
 
 
-def _best_on_grid(problem: PostureProblem, least: int) -> Result:
+def _best_on_grid(problem: PostureProblem, least: int) -> PostureResult:
     """The best path over the grid that fits."""
     return solve(problem, "dp", polish=False, angles=fitting_grid(problem, least))
 

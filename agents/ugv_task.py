@@ -9,8 +9,8 @@ import numpy as np
 from stickslip.agents.ugv_tracks import ground_by_name
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.envs.ugv import UGVEnv
-from stickslip.envs.ugv_draw import UGVRandomisation
 from stickslip.envs.ugv_params import UGVEnvParams
+from stickslip.envs.ugv_randomisation import UGVRandomisation
 
 if TYPE_CHECKING:
     from stickslip.agents.ugv_config import UGVTrainConfig

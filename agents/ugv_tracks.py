@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.ugv import Track
-from stickslip.envs.ugv_draw import RandomTrack
+from stickslip.envs.ugv_randomisation import RandomTrack
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def ground_by_name(name: str) -> Ground:
         return Ground(Track.named(name))
     path = Path(name)
     if path.suffix and path.is_file():
-        from stickslip.optim.track_file import read_track
+        from stickslip.optim.posture.track_file import read_track
 
         return Ground(read_track(path))
     raise ValueError(

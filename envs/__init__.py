@@ -6,8 +6,8 @@ from stickslip.envs.checking import check_vector_env
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.gym import GymEnv
 from stickslip.envs.ugv import UGVEnv
-from stickslip.envs.ugv_draw import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv_params import UGVEnvParams
+from stickslip.envs.ugv_randomisation import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv_state import UGVEnvState
 from stickslip.envs.vector import GymVectorEnv
 

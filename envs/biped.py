@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -22,15 +22,16 @@ from stickslip.dynamics.biped.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped_draw import Drawn, draw, drawn_robot, drawn_scene
+from stickslip.envs.biped_draw import draw, drawn_robot, drawn_scene
 from stickslip.envs.biped_params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped_picture import biped_frame
 from stickslip.envs.biped_reward import centre_of_mass, ground_force, marked, reward_terms
+from stickslip.envs.biped_state import BipedEnvState, Totals
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array, Float
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -39,34 +40,6 @@ MAX_SIGHT = 10.0
 """Farthest distance to the next patch that is told apart [m]."""
 MAX_FRICTION = 10.0
 """Greatest friction coefficient that is told apart [-]."""
-
-
-class Totals(NamedTuple):
-    """Sums over the episode."""
-
-    reward: Float[Array, ""]
-    turned: Float[Array, ""]
-    """Crank angle [rad]."""
-    walked: Float[Array, ""]
-    """[m]"""
-    slid: Float[Array, ""]
-    """[m]"""
-    energy: Float[Array, ""]
-    """Positive motor work and copper loss [J]."""
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class BipedEnvState:
-    """Where an episode is. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
-
-    biped: BipedState
-    mode: Int[Array, ""]
-    elapsed: Int[Array, ""]
-    """Control steps so far."""
-    over: Bool[Array, ""]
-    drawn: Drawn
-    totals: Totals
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from stickslip.envs.biped_draw import drawn_scene
 from stickslip.envs.rendering import BipedFrame
 
 if TYPE_CHECKING:
-    from stickslip.envs.biped import BipedEnvState
     from stickslip.envs.biped_params import BipedEnvParams
+    from stickslip.envs.biped_state import BipedEnvState
 
 
 def biped_frame(state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams) -> BipedFrame:

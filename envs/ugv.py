@@ -25,9 +25,9 @@ from stickslip.envs.ugv_observation import MOST_PREVIEW, bounds, observe
 from stickslip.envs.ugv_params import UGVEnvParams, make_params
 from stickslip.envs.ugv_picture import ugv_frame
 from stickslip.envs.ugv_state import Attitude, UGVEnvState, UGVTotals
-from stickslip.optim.criteria import CRITERIA, Criterion, accumulate, step_cost
-from stickslip.optim.problem import PostureProblem
-from stickslip.optim.station import station_of
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate, step_cost
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.posture.station import station_of
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -73,7 +73,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     value over the stations.
 
     ## Reward
-    Minus the increase of the criterion (`stickslip.optim.criteria`) from the station before to this
+    Minus the increase of the criterion (`stickslip.optim.CRITERIA`) from the station before to this
     one, in its own unit, so the return of an episode that reaches the end is minus the objective of
     the optimiser's problem on the same track and waypoints. A step that fails has the reward
     - `failure_penalty` and adds nothing to the cost; the default penalty is more than any drive to

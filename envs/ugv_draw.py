@@ -2,116 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.dynamics.ugv.roughness import rough_waves
-from stickslip.dynamics.ugv.shapes import Bump
-from stickslip.dynamics.ugv.spline import hermite_table
-from stickslip.envs.ranges import Range, require_range
+from stickslip.dynamics.ugv import Odometer
+from stickslip.envs.ugv_randomisation import uniform
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.envs.ugv_params import UGVEnvParams
-
-
-BYTES = 256
-"""About what a wave, a piece or a cell of a drawn track takes in one environment."""
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class RandomTrack:
-    """Ground drawn anew for every episode: a bump, roughness, or both.
-
-    bump_height, bump_width, bump_centre: of `Bump`, each uniform in (low, high) [m]; no bump where
-    bump_height is None. roughness: G(n0) of `rough_waves` [m^3], uniform in its logarithm; class C
-    of ISO 8608 is 2.56e-4, each class 4 times the one before. waves, pieces: of the drawn spectrum
-    and of the table that holds the sum (see `hermite_table`), from the params' track.start to
-    track.end, straight beyond. cells: of the odometer. The last three are static.
-    """
-
-    bump_height: Range | None = None
-    bump_width: Range = (0.8, 1.6)
-    bump_centre: Range = (3.5, 5.5)
-    roughness: Range | None = None
-    waves: int = field(default=32, metadata={"static": True})
-    pieces: int = field(default=96, metadata={"static": True})
-    cells: int = field(default=48, metadata={"static": True})
-
-    def validate(self) -> RandomTrack:
-        """Return self, or raise ValueError naming the field."""
-        if self.bump_height is None and self.roughness is None:
-            raise ValueError(
-                "bump_height and roughness are None; accepted: a range (low, high) for one or both"
-            )
-        require_range("bump_height", self.bump_height, -np.inf)
-        require_range("bump_width", self.bump_width, 0.0, strict=True, optional=False)
-        require_range("bump_centre", self.bump_centre, optional=False)
-        require_range("roughness", self.roughness, 0.0, strict=True)
-        for name in ("waves", "pieces", "cells"):
-            value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, BYTES)
-        require_memory(
-            f"pieces = {self.pieces}, waves = {self.waves}",
-            "waves at knots", self.pieces * self.waves, 64,
-        )  # fmt: skip
-        return self
-
-    def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
-        """The ground from start to end [m] and its arc length. Pure; `key` decides."""
-        keys = jax.random.split(key, 5)
-        bump = Bump(
-            _uniform(keys[0], self.bump_height or (0.0, 0.0), dtype),
-            _uniform(keys[1], self.bump_centre, dtype),
-            _uniform(keys[2], self.bump_width, dtype),
-        )
-        shape: Any = bump
-        if self.roughness is not None:
-            low, high = (jnp.log(jnp.asarray(end_, dtype)) for end_ in self.roughness)
-            level = jnp.exp(_uniform(keys[3], (low, high), dtype))
-            waves = rough_waves(keys[4], level, waves=self.waves)
-
-            def both(x):
-                y, dy, d2y = (a + b for a, b in zip(waves.profile(x), bump.profile(x), strict=True))
-                return y, dy, d2y
-
-            shape = hermite_table(both, start, end, self.pieces)
-        odometer = Odometer.along(Track(shape, start, end), start, end, self.cells)
-        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class UGVRandomisation:
-    """What a reset draws; what is None stays as it is and is not compiled in.
-
-    track: the ground. friction: mu itself, uniform in (low, high) [-]. start_angles: each leg's,
-    uniform in (low, high) [rad].
-    """
-
-    track: RandomTrack | None = None
-    friction: Range | None = None
-    start_angles: Range | None = None
-
-    def validate(self, vehicle: UGVParams) -> UGVRandomisation:
-        """Return self, or raise ValueError naming the range."""
-        if self.track is not None:
-            require_kind("track", self.track, RandomTrack, "None or a RandomTrack")
-            self.track.validate()
-        require_range("friction", self.friction, 0.0)
-        require_range("start_angles", self.start_angles, 0.0)
-        if self.start_angles is not None:
-            vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
-        return self
 
 
 class UGVDrawn(NamedTuple):
@@ -131,10 +33,10 @@ def draw(key: Array, params: UGVEnvParams) -> tuple[UGVDrawn, Float[Array, " 2"]
     if ranges.track is not None:
         odometer = ranges.track.draw(keys[0], params.track.start, params.track.end, dtype)
     if ranges.friction is not None:
-        friction = _uniform(keys[1], ranges.friction, dtype)
+        friction = uniform(keys[1], ranges.friction, dtype)
     angles = jnp.asarray(params.start_angles, dtype)
     if ranges.start_angles is not None:
-        angles = _uniform(keys[2], ranges.start_angles, dtype, (2,))
+        angles = uniform(keys[2], ranges.start_angles, dtype, (2,))
     if params.preview_noise is not None:
         noise = jax.random.key_data(keys[3])
     return UGVDrawn(odometer, friction, noise), angles
@@ -144,11 +46,3 @@ def ground(drawn: UGVDrawn, params: UGVEnvParams) -> tuple[Odometer, Any]:
     """The episode's ground, with its arc length, and friction coefficient."""
     odometer = params.odometer if drawn.odometer is None else drawn.odometer
     return odometer, params.friction if drawn.friction is None else drawn.friction
-
-
-def _uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):
-    low, high = (jnp.asarray(bound, dtype) for bound in bounds)
-    return low + (high - low) * jax.random.uniform(key, shape, dtype)
-
-
-__all__ = ["RandomTrack", "UGVDrawn", "UGVRandomisation", "draw", "ground"]

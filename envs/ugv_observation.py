@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stickslip.envs.ugv_params import UGVEnvParams
     from stickslip.envs.ugv_state import UGVEnvState
-    from stickslip.optim.criteria import Criterion
+    from stickslip.optim.posture.criteria import Criterion
 
 MAX_SLOPE = 1.6
 """Greatest slope angle and pitch that are told apart [rad]."""

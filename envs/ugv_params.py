@@ -25,11 +25,11 @@ from stickslip.dynamics.numeric import (
     require_one,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.envs.ugv_draw import UGVRandomisation
-from stickslip.optim.waypoints import waypoints_along
+from stickslip.envs.ugv_randomisation import UGVRandomisation
+from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
-    from stickslip.optim.criteria import Criterion
+    from stickslip.optim.posture.criteria import Criterion
 
 
 @register_derived

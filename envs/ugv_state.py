@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 
 from stickslip.envs.ugv_draw import UGVDrawn
-from stickslip.optim.station import Station
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

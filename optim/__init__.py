@@ -1,28 +1,38 @@
 """Optimisation problems apart from the methods that solve them.
 
-The UGV's: which leg angles to drive over a track with (`PostureProblem`), by which of several
-criteria, and methods that solve it or prove how good a solution can be (`solve`). Nothing here
-imports a solver: each method's module is imported when that method is asked for.
+What a problem is, whatever it is about (`Problem`), and one door to all methods (`solve`). The
+UGV's: which leg angles to drive over a track with (`PostureProblem`), by which of several criteria.
+Nothing here imports a solver: each method's module is imported when that method is asked for.
 """
 
-from stickslip.optim.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
-from stickslip.optim.free_view import FreeProblem
-from stickslip.optim.problem import PostureProblem
-from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.solve import METHODS, solve
-from stickslip.optim.station import Station, station
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.station import Station, station
+from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
+from stickslip.optim.result import Evaluation, OptimStatus, Result
+from stickslip.optim.solve import methods_of, solve
+
+METHODS: dict[str, str] = {name: one.what for name, one in PostureProblem.methods.items()}
+"""The methods of a posture problem by name; `methods_of` tells those of any problem."""
 
 __all__ = [
     "CRITERIA",
     "METHODS",
     "Criterion",
+    "Evaluation",
     "FreeProblem",
+    "Method",
     "OptimStatus",
     "PostureProblem",
+    "PostureResult",
+    "Problem",
     "Result",
     "Station",
+    "Structure",
     "Weighted",
     "criterion_by_name",
+    "methods_of",
     "solve",
     "station",
 ]

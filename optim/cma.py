@@ -1,44 +1,71 @@
 """Evolution by the covariance matrix adaptation strategy of the package cma (extra "optim").
 
 It sees values only: the objective of whole generations at once, and an exact penalty for missed
-constraints. With a start that is good it polishes; it is no global search in 2K numbers.
+constraints. With a start that is good it polishes; it is no global search in hundreds of numbers.
 """
 
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, shown
-from stickslip.optim import posture as traced
-from stickslip.optim.linearise import Near, without_criterion
-from stickslip.optim.posture import Posture
+from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import COUNT, COVARIANCE, require_stations, require_waypoint_matrices
-from stickslip.optim.starts import begin, shortcomings
-from stickslip.optim.waypoints import require_scalar
+from stickslip.optim.start import begin, shortcomings
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Float
 
-    from stickslip.optim.problem import PostureProblem
-    from stickslip.optim.station import Station
+    from stickslip.optim.problem import Problem
 
 FLOOR = 1e-9
 """What is missed by less than this, in scaled margins, costs no penalty: it is rounding."""
+SAMPLE = 64
+"""Bytes of a number of a sample, and of what computing it takes, at least."""
+COVARIANCE = 40
+"""Of a pair of numbers in cma's matrices."""
+
+
+class Evolution(NamedTuple):
+    """How cma searches. seed: of the samples; nothing else is random, and NumPy's global state is
+    neither read nor written. evaluations: of the objective, at most, to whole generations, besides
+    the start's own. sigma: first standard deviation, as a part of each number's range. population:
+    of a generation. penalty: price of a missed scaled margin, of the objective's scale."""
+
+    seed: int
+    evaluations: int
+    sigma: float
+    population: int
+    penalty: float
+
+
+class Evolved(NamedTuple):
+    """The best point of those sampled, the start included, and how the search ended."""
+
+    x: np.ndarray
+    evaluations: int
+    stop: dict[str, Any]
+
+    @property
+    def status(self) -> OptimStatus:
+        """LIMIT where the evaluations ran out, FEASIBLE where cma's own criteria ended it."""
+        return OptimStatus.LIMIT if "maxfevals" in self.stop else OptimStatus.FEASIBLE
+
+    @property
+    def words(self) -> str:
+        """For a message."""
+        return f"stopped by {', '.join(self.stop)} after {self.evaluations} evaluations"
 
 
 def solve_cma(
-    problem: PostureProblem,
+    problem: Problem[Any],
     *,
     progress: bool = False,
-    start: Any = "dp",
-    angles: Any = None,
+    start: Any = None,
     seed: int = 0,
     evaluations: int = 5_000,
     sigma: float = 0.01,
@@ -47,95 +74,103 @@ def solve_cma(
 ) -> Result:
     """The best point that meets the constraints among those sampled, its start included.
 
-    start, angles: see start_point. seed: of the samples; nothing else is random, and NumPy's
-    global state is neither read nor written. evaluations: of the objective, at most, to whole
-    generations, besides the start's own. sigma: first standard deviation, as a part of each
-    angle's range. population: of a generation, None for cma's 4 + 3 log(n) of the n angles
-    that are free; given ends are not searched. penalty: price of a missed scaled margin, of the
-    objective's scale.
+    start: a decision vector; None: the middle of the bounds, which must be finite. The others: see
+    Evolution; population: None for cma's 4 + 3 log(n) of the n numbers that are free; given ones
+    are not searched.
 
     Nothing is proved: FEASIBLE where cma's own criteria stopped it, LIMIT at `evaluations`,
-    VIOLATED without a feasible sample, FAILED without a pose to begin. evaluations: drives.
+    VIOLATED without a feasible sample, FAILED without a value to begin with. evaluations: points.
     details: stop (cma's reasons), seed. ImportError without the package.
     """
-    cma = _package()
+    package()
     began = time.perf_counter()
+    search = evolution(problem, seed, evaluations, sigma, population, penalty)
+    size = f"population = {search.population} of {problem.n} numbers"
+    require_memory(size, "numbers", 2.0 * search.population * problem.n, SAMPLE)
+    require_memory(
+        f"method = 'cma' with n = {problem.n}", "rows", problem.n, COVARIANCE * problem.n
+    )
+    begun = begin(problem, "cma", start, began)
+    if isinstance(begun, Result):
+        return begun
+    x, value = begun
+    found = evolve(problem, search, x, value, max(abs(value), 1e-12), progress)
+    return problem.result(
+        found.x,
+        method="cma",
+        began=began,
+        status=found.status,
+        evaluations=found.evaluations,
+        message=found.words + shortcomings(problem, found.x),
+        details={"stop": found.stop, "seed": search.seed},
+    )
+
+
+def evolution(
+    problem: Problem[Any], seed: Any, evaluations: Any, sigma: Any, population: Any, penalty: Any
+) -> Evolution:
+    """The settings, checked; ValueError naming a bad one."""
     for name, value in (("sigma", sigma), ("penalty", penalty)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
     evaluations = require_integer("evaluations", evaluations, high=COUNT)
     seed = require_integer("seed", seed, low=0, high=2**64)
-    population = _population(problem, population)
-    begun = begin(problem, "cma", start, angles, progress, began)
-    if isinstance(begun, Result):
-        return begun
-    near, x, note = begun
-    samples = _Samples(near, x, penalty)
-    rng = np.random.default_rng(seed)
+    size = 4 + int(3 * np.log(max(problem.free.n, 1)))
+    if population is not None:
+        accepted = "None, or an integer >= 2"
+        size = require_integer("population", population, low=2, high=COUNT, accepted=accepted)
+    return Evolution(seed, evaluations, float(sigma), size, float(penalty))
+
+
+def evolve(
+    problem: Problem[Any],
+    search: Evolution,
+    x: np.ndarray,
+    value: float,
+    scale: float,
+    progress: bool,
+) -> Evolved:
+    """Sample about x, whose value is given; scale: the objective's size, to divide it by."""
+    samples = _Samples(problem, x, value, scale, search.penalty)
+    rng = np.random.default_rng(search.seed)
     options: dict[str, Any] = {
         "bounds": [0.0, 1.0],
         "seed": np.nan,  # leaves NumPy's global state alone
         "randn": lambda *shape: rng.standard_normal(shape),
-        "maxfevals": evaluations,
+        "maxfevals": search.evaluations,
+        "popsize": search.population,
         "verbose": -9,
         "verb_log": 0,
         "verb_disp": 0,
     }
-    options["popsize"] = population
-    strategy: Any = cma.CMAEvolutionStrategy(samples.first, sigma, options)
-    with Bar("cma", evaluations, "evaluation", progress) as bar:
+    strategy: Any = package().CMAEvolutionStrategy(samples.first, search.sigma, options)
+    with Bar("cma", search.evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
             asked = strategy.ask()
             strategy.tell(asked, list(samples.values(np.array(asked))))
             bar.advance(len(asked), f"{samples.best_value:.6g}")
-    stop: dict[str, Any] = dict(strategy.stop())
-    status = OptimStatus.LIMIT if "maxfevals" in stop else OptimStatus.FEASIBLE
-    return Result.at(
-        problem,
-        samples.best,
-        method="cma",
-        began=began,
-        status=status,
-        evaluations=samples.count,
-        message=f"{note}stopped by {', '.join(stop)} after {samples.count} evaluations"
-        f"{shortcomings(problem, samples.best)}",
-        details={"stop": stop, "seed": seed},
-    )
-
-
-def _population(problem: PostureProblem, given: Any) -> int:
-    """How many drives a generation has; refused where they, or cma's matrices, do not fit."""
-    size = 4 + int(3 * np.log(max(problem.free.n, 1)))
-    if given is not None:
-        size = require_integer(
-            "population", given, low=2, high=COUNT, accepted="None, or an integer >= 2"
-        )
-    drives = f"population = {shown(size)} at {len(problem.x)} waypoints"
-    require_stations(drives, 2.0 * size * len(problem.x))  # rounded up to a power of two
-    require_waypoint_matrices(problem, "cma", square=COVARIANCE)
-    return size
+    return Evolved(samples.best, samples.count, dict(strategy.stop()))
 
 
 class _Samples:
-    """Objective and penalty of points in the unit box of the angles that are free.
+    """Objective and penalty of points in the unit box of the numbers that are free.
 
     first: the start there. best: the best point that misses nothing, or else the start.
     """
 
-    def __init__(self, near: Near, x: np.ndarray, penalty: float):
-        problem = near.problem
-        self.problem, self.penalty, self.count = problem, penalty, 1
-        self._shared = without_criterion(problem)
+    def __init__(
+        self, problem: Problem[Any], x: np.ndarray, value: float, scale: float, penalty: float
+    ):
+        self.problem, self.penalty, self.scale, self.count = problem, penalty, scale, 1
         self.low, high = problem.free.bounds
         self.range = high - self.low
         self.first = np.clip((problem.free.reduce(x) - self.low) / self.range, 0, 1)
-        self.scale = near.scale(near(x))
         self.best = x
-        self.best_value = near.value(near(x)) if problem.is_feasible(x) else np.inf
+        self.best_value = value if problem.is_feasible(x) else np.inf
 
     def values(self, points: Float[np.ndarray, "B free"]) -> np.ndarray:
-        """What cma minimises, [B]; infinite where the vehicle has no pose."""
+        """What cma minimises, [B]; infinite where there is no value."""
         X = self.problem.free.expand(self.low + np.clip(points, 0, 1) * self.range)
-        value, missed = self._evaluate(X)
+        value, missed = self.problem.sample(X)
         self.count += len(X)
         met = np.where(missed > FLOOR, np.inf, value)
         i = int(np.argmin(met))
@@ -144,30 +179,9 @@ class _Samples:
         priced = value / self.scale + self.penalty * np.where(missed > FLOOR, missed, 0.0)
         return np.where(np.isfinite(priced), priced, np.inf)
 
-    def _evaluate(self, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Objective and shortfall [B], padded to a power of two so that few sizes are compiled."""
-        more = (1 << (len(X) - 1).bit_length()) - len(X)
-        padded = np.concatenate([X, np.repeat(X[-1:], more, axis=0)])
-        angles = padded.reshape(len(padded), -1, 2)
-        with jax.enable_x64(True):
-            found = traced.stations(self._shared, angles)
-            value = traced.values(self.problem.posture.criterion, found)
-            missed = shortfall(self._shared, found, angles)
-        return np.asarray(value)[: len(X)], np.asarray(missed)[: len(X)]
 
-
-@jax.jit
-def shortfall(posture: Posture, found: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
-    """The scaled margins that a batch of drives misses, summed; found: their stations [B, K]."""
-
-    def of_one(one, pairs):
-        margins = posture.constraints(one, pairs).values()
-        return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
-
-    return jax.vmap(of_one)(found, angles)
-
-
-def _package():
+def package() -> Any:
+    """The package cma, or ImportError saying how to get it."""
     try:
         import cma
     except ImportError as error:

@@ -1,177 +1,114 @@
-"""Nonlinear programming by scipy, on exact derivatives of the smooth terms and margins.
-
-Positive parts and worst stations have kinks, so each gets a number of its own that lies above the
-terms, and is minimised (epigraph form): all that scipy sees is smooth. z = (leg angles, tops).
-"""
+"""Nonlinear programming by SLSQP of scipy on a problem's own slopes; dense, for hundreds."""
 
 from __future__ import annotations
 
 import time
-import warnings
 from typing import TYPE_CHECKING, Any
 
-import cvxpy as cp
 import numpy as np
-from scipy.optimize import NonlinearConstraint, OptimizeResult, minimize
+from scipy.optimize import minimize
 
-from stickslip.dynamics.checks import require_choice, require_integer
-from stickslip.optim.convex_model import ConvexModel
-from stickslip.optim.epigraph import Epigraph
+from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
-from stickslip.optim.sizes import CONVEX, COUNT, DENSE, SPARSE, require_waypoint_matrices
-from stickslip.optim.starts import begin, shortcomings, within_rates
-from stickslip.optim.waypoints import require_scalar
+from stickslip.optim.start import begin, shortcomings
 
 if TYPE_CHECKING:
-    from stickslip.optim.problem import PostureProblem
+    from stickslip.optim.problem import Problem
 
-SLSQP_STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
-TRUST_STATUSES = {
-    0: OptimStatus.LIMIT,
-    1: OptimStatus.FEASIBLE,
-    2: OptimStatus.FEASIBLE,
-    3: OptimStatus.LIMIT,
-}
-"""scipy's statuses; any other is INACCURATE: it stopped, and not at what it calls a solution."""
-
-INWARD = 1e-3
-"""How far a run begins from its start towards the middle, in parts: SLSQP takes corners, where more
-limits meet than there are directions, for solutions."""
-BOX, STATIONARY, RUNS_MOST = 1e-3, 1e-5, 4
-"""What scipy calls a solution is believed where the convex model promises a relative decrease below
-STATIONARY within BOX [rad]; else it begins again from there, RUNS_MOST times in all."""
+STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
+"""SLSQP's; any other is INACCURATE: it stopped, and not at what it calls a solution."""
+DENSE = 64
+"""Bytes of a pair of numbers in SLSQP's matrices."""
 
 
 def solve_gradient(
-    problem: PostureProblem,
+    problem: Problem[Any],
     *,
     progress: bool = False,
-    start: Any = "dp",
-    angles: Any = None,
-    scipy_method: str = "SLSQP",
+    start: Any = None,
     iterations: int = 200,
     tolerance: float = 1e-8,
 ) -> Result:
-    """A local optimum off the grid, from `start`: see start_point, to which angles goes too.
+    """A local optimum from `start`, a decision vector; None: the middle of the bounds.
 
-    scipy_method: "SLSQP", dense, good to some hundred numbers; or "trust-constr", sparse and
-    slower. tolerance: SLSQP's ftol, or the gradient's and the box's of trust-constr, of the scaled
-    problem. What scipy calls a solution is checked by the convex model of `scp` (see BOX), and
-    where that is not content scipy runs again. Of the points tried, the best that meets all
-    constraints is returned if the last one does not; value and residuals are the problem's own.
+    tolerance: SLSQP's ftol, of the objective in parts of its size at the start. The best of the
+    points tried that meet all constraints is returned where the last one does not.
 
-    Nothing is proved of the value: FEASIBLE, LIMIT, VIOLATED, INACCURATE where scipy gave up or
-    stopped short at a point that meets the constraints, FAILED without a pose to begin.
-    evaluations: linearisations. details: scipy's own status and message, iterations, runs, and
-    promised (the relative decrease that the convex model promises within BOX).
+    Nothing is proved of the value: FEASIBLE, LIMIT, VIOLATED, INACCURATE where scipy gave up at a
+    point that meets the constraints, FAILED without a value to begin with. evaluations: of value
+    and slopes. details: scipy's own status, message and iterations.
     """
     began = time.perf_counter()
-    require_choice("scipy_method", scipy_method, tuple(RUNS))
     iterations = require_integer("iterations", iterations, high=COUNT)
     require_scalar("tolerance", tolerance, low=0.0, strict=True, accepted="a number > 0")
-    dense = scipy_method == "SLSQP"
-    require_waypoint_matrices(
-        problem, scipy_method, CONVEX if dense else SPARSE, DENSE if dense else 0.0
+    require_memory(
+        f"method = 'gradient' with n = {problem.n}", "rows", problem.n, DENSE * problem.n
     )
-    begun = begin(problem, "gradient", start, angles, progress, began)
+    begun = begin(problem, "gradient", start, began)
     if isinstance(begun, Result):
         return begun
-    near, x, note = begun
-    form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
-    run, statuses = RUNS[scipy_method]
-    steps = runs = 0
+    run = _Run(problem, *begun)
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        while True:
-            inward = x + INWARD * (inside_of(problem) - x)
-            found = run(form, inward, iterations - steps, tolerance, bar)
-            steps, runs = steps + found.nit, runs + 1
-            x, why = _chosen(form, found.x)
-            promised = model.promised(near, x, BOX)
-            status = statuses.get(found.status, OptimStatus.INACCURATE)
-            if status is not OptimStatus.FEASIBLE or promised <= STATIONARY or runs == RUNS_MOST:
-                break
-    if status is OptimStatus.FEASIBLE and promised > STATIONARY:
-        status = OptimStatus.INACCURATE
-        why += f"; no solution: a relative decrease of {promised:.2g} within {BOX} rad is promised"
-    return Result.at(
-        problem,
+        found = minimize(
+            run.value,
+            run.first,
+            jac=run.slope,
+            bounds=list(zip(*problem.free.bounds, strict=True)),
+            constraints={
+                "type": "ineq",
+                "fun": problem.free.constraints,
+                "jac": problem.free.jacobian,
+            },
+            method="SLSQP",
+            options={"maxiter": iterations, "ftol": tolerance},
+            callback=lambda x: bar.advance(),
+        )
+    x, why = run.chosen(found.x)
+    return problem.result(
         x,
         method="gradient",
         began=began,
-        status=status,
-        evaluations=near.evaluations,
-        message=f"{note}{scipy_method}: {found.message} after {steps} iterations{why}"
+        status=STATUSES.get(found.status, OptimStatus.INACCURATE),
+        evaluations=run.evaluations,
+        message=f"SLSQP: {found.message} after {found.nit} iterations{why}"
         f"{shortcomings(problem, x)}",
         details={
             "status": int(found.status),
             "message": found.message,
-            "iterations": steps,
-            "runs": runs,
-            "promised": promised,
+            "iterations": int(found.nit),
         },
     )
 
 
-def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:
-    """The last point, or the best one on the way where that is better or alone feasible."""
-    last = form.angles(z)
-    if form.best is None or _good(form.near.problem, last, form.best_value):
-        return last, ""
-    return form.best, "; the best feasible point on the way is returned"
+class _Run:
+    """The objective in parts of its first size, in the free numbers, noting the best point met."""
 
+    def __init__(self, problem: Problem[Any], x: np.ndarray, value: float):
+        self.free, self.scale, self.evaluations = problem.free, max(abs(value), 1e-12), 1
+        self.first = self.free.reduce(x)
+        self.best: np.ndarray | None = None
+        self.best_value = np.inf
 
-def inside_of(problem: PostureProblem) -> np.ndarray:
-    """A point well inside the bounds and the leg rates, where there is room."""
-    low, high = problem.bounds
-    middle = (low + high) / 2
-    inside = within_rates(problem, middle)
-    return middle if inside is None else inside
+    def value(self, x: np.ndarray) -> float:
+        """Scaled; SLSQP may step outside the bounds by a rounding."""
+        x = np.clip(x, *self.free.bounds)
+        value = self.free.objective(x)
+        self.evaluations += 1
+        if value < self.best_value and self.free.is_feasible(x):
+            self.best, self.best_value = x, value
+        return value / self.scale
 
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """Of `value`."""
+        return self.free.gradient(np.clip(x, *self.free.bounds)) / self.scale
 
-def _good(problem: PostureProblem, x: np.ndarray, best: float) -> bool:
-    """Whether x meets the constraints and is about as good as the best point on the way."""
-    return problem.is_feasible(x) and problem.objective(x) <= best + 1e-6 * abs(best)
-
-
-def _slsqp(form: Epigraph, x, iterations: int, tolerance: float, bar: Bar) -> OptimizeResult:
-    return minimize(
-        form.objective,
-        form.start(x),
-        jac=form.gradient,
-        bounds=list(zip(*form.bounds, strict=True)),
-        constraints={
-            "type": "ineq",
-            "fun": form.constraints,
-            "jac": lambda z: form.jacobian(z).toarray(),
-        },
-        method="SLSQP",
-        options={"maxiter": iterations, "ftol": tolerance},
-        callback=lambda z: bar.advance(),
-    )
-
-
-def _trust(form: Epigraph, x, iterations: int, tolerance: float, bar: Bar) -> OptimizeResult:
-    slopes: Any = form.jacobian
-    inside = NonlinearConstraint(form.constraints, 0.0, np.inf, jac=slopes)
-
-    def advance(intermediate_result):
-        bar.advance()
-
-    with warnings.catch_warnings():
-        # Rows of linear constraints, whose curvature is found to be none.
-        warnings.filterwarnings("ignore", "delta_grad == 0.0")
-        return minimize(
-            form.objective,
-            form.start(x),
-            jac=form.gradient,
-            hess=form.hessian,
-            bounds=list(zip(*form.bounds, strict=True)),
-            constraints=inside,
-            method="trust-constr",
-            options={"maxiter": iterations, "gtol": tolerance, "xtol": tolerance},
-            callback=advance,
-        )
-
-
-RUNS = {"SLSQP": (_slsqp, SLSQP_STATUSES), "trust-constr": (_trust, TRUST_STATUSES)}
+    def chosen(self, x: np.ndarray) -> tuple[np.ndarray, str]:
+        """The last point, or the best one on the way where the last does not meet all or is worse;
+        a sentence where that is so."""
+        x = np.clip(x, *self.free.bounds)
+        last = self.free.objective(x) if self.free.is_feasible(x) else np.inf
+        if self.best is None or last <= self.best_value + 1e-12 * abs(self.best_value):
+            return self.free.expand(x), ""
+        return self.free.expand(self.best), "; the best feasible point on the way is returned"

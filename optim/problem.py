@@ -1,260 +1,237 @@
-"""The UGV's posture problem: which leg angles to drive over a track with, as plain arrays."""
+"""What an optimisation problem is: plain arrays in and out, whatever it is about.
+
+    minimise objective(x)   subject to   low <= x <= high,   constraints(x) >= 0
+
+Methods ask for what they need by Structure; scipy, pymoo, cma, nevergrad take a problem as it is.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, cast
 
-import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_known
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
-from stickslip.optim import posture as traced
-from stickslip.optim.criteria import Criterion, Weighted, criterion_by_name
-from stickslip.optim.free_view import FreeProblem
-from stickslip.optim.missed import FEASIBLE, missed_by
-from stickslip.optim.posture import Posture
-from stickslip.optim.sizes import STATION, require_jacobian, require_stations
-from stickslip.optim.station import Station
-from stickslip.optim.waypoints import as_floats, check_problem, longest_wheelbase, waypoints_along
+from stickslip.optim.options import as_floats
+from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Bool, Float
+
+R = TypeVar("R", bound=Result)
+
+FEASIBLE = 1e-6
+"""By how much a scaled constraint, or a bound, may be missed."""
 
 
-@dataclass(frozen=True)
-class PostureProblem:
-    """Leg angles at each waypoint that are best by a criterion, under constraints.
+class Structure(Enum):
+    """What a method may ask of a problem; each value says what it means."""
 
-    params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
-    [m], increasing, two or more. criterion: a name of CRITERIA, a Criterion or a Weighted.
-    friction: mu [-], a number or one for each waypoint. leg_rate: how far each leg may turn for
-    each metre that the front wheel goes [rad/m]; None: any move. min_normal: least normal force of
-    each wheel [N]. min_grip: least mu N - |F| of each wheel [N]. min_clearance: of body and legs
-    above the ground [m]. start_angles, end_angles: the first and the last pair where they are
-    given, rear and front [rad]. solver: how poses are found.
+    SMOOTH = "objective and constraints have slopes nearly everywhere: gradient, jacobian"
+    CONVEX = "what no direction improves is the best: objective and feasible set are convex"
+    ADDITIVE = "a sum over steps, or a worst station, of a row of stations: paths over a grid"
+    COMPOSITE = "a convex function of smooth terms, each of few neighbouring variables"
 
-    The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
-    computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
-    legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
-    >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
+
+class Method(NamedTuple):
+    """A method by name: what it is in a line, where its function is, and what it asks for."""
+
+    what: str
+    function: str
+    """module:function, imported when the method is asked for."""
+    needs: frozenset[Structure] = frozenset()
+
+
+class Problem(ABC, Generic[R]):
+    """A problem in float64 [n], whose methods return an R.
+
+    A subclass gives n, bounds and evaluate; with slopes also gradient, jacobian and SMOOTH. What it
+    can do for whole batches at once it overrides.
     """
 
-    params: UGVParams
-    track: Track
-    x: Float[np.ndarray, "K"]
-    criterion: Any = "wheel_energy"
-    friction: Numeric = 0.8
-    leg_rate: float | None = 1.0
-    min_normal: float = 0.0
-    min_grip: float = 0.0
-    min_clearance: float = 0.02
-    start_angles: Float[np.ndarray, "2"] | None = None
-    end_angles: Float[np.ndarray, "2"] | None = None
-    solver: PoseSolver = field(default=PoseSolver())
-
-    def __post_init__(self):
-        object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
-        for name, value in check_problem(self).items():
-            object.__setattr__(self, name, value)
-
-    @classmethod
-    def along(
-        cls,
-        track: Track,
-        criterion: str | Criterion | Weighted = "wheel_energy",
-        params: UGVParams | None = None,
-        spacing: float = 0.1,
-        start: float | None = None,
-        end: float | None = None,
-        **options: Any,
-    ) -> PostureProblem:
-        """Waypoints along a track, evenly spaced by at most `spacing` [m].
-
-        start, end: the front wheel's first and last place [m]; by default the first one is so far
-        in that the rear wheel stays on the track in every posture, and the last one is the track's
-        end. options: the other fields. ValueError for a track that is too short.
-        """
-        known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
-        require_known(options, sorted(known))
-        params = UGVParams() if params is None else params
-        x = waypoints_along(track, params, spacing, start, end, STATION)
-        return cls(params, track, x, criterion, **options)
+    methods: ClassVar[Mapping[str, Method]] = {}
+    """Methods of its own, beside or in place of those for all problems."""
+    result_kind: ClassVar[type[Result]] = Result
+    default_method: ClassVar[str | None] = None
+    """None: the first that it has."""
 
     @property
-    def n(self) -> int:
-        """Length of the decision vector, 2K."""
-        return 2 * len(self.x)
+    def structure(self) -> frozenset[Structure]:
+        """What methods may make use of."""
+        return frozenset()
 
-    @cached_property
+    @property
+    @abstractmethod
+    def n(self) -> int:
+        """Length of the decision vector."""
+
+    @property
+    @abstractmethod
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Least and greatest angles [rad]; the same where an end is given."""
-        low = np.full(self.n, self.params.leg_angle_min, dtype=float)
-        high = np.full(self.n, self.params.leg_angle_max, dtype=float)
-        if self.start_angles is not None:
-            low[:2] = high[:2] = self.start_angles
-        if self.end_angles is not None:
-            low[-2:] = high[-2:] = self.end_angles
-        return low, high
+        """Least and greatest numbers; the same where one is given."""
+
+    @abstractmethod
+    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+        """Everything about a point, computed once."""
 
     @cached_property
     def free(self) -> FreeProblem:
-        """The same without the angles that are given, for optimisers that refuse equal bounds."""
+        """The same without the numbers that are given, for optimisers that refuse equal bounds."""
         return FreeProblem(self)
 
-    @cached_property
-    def posture(self) -> Posture:
-        """The same problem as a pytree of float64 numbers, for functions that are traced."""
-        first = float(self.x[0]) - longest_wheelbase(self.params)
-        first -= 2 * float(self.params.wheel_radius)
-        with jax.enable_x64(True):
-            track = jax.tree.map(_number, self.track)
-            odometer = Odometer.along(track, first, float(self.x[-1]))
-            return Posture(
-                params=jax.tree.map(_number, self.params),
-                odometer=jax.tree.map(_number, odometer),
-                x=_number(self.x),
-                friction=_number(np.broadcast_to(self.friction, self.x.shape)),
-                leg_rate=None if self.leg_rate is None else _number(self.leg_rate),
-                min_normal=_number(self.min_normal),
-                min_grip=_number(self.min_grip),
-                min_clearance=_number(self.min_clearance),
-                criterion=jax.tree.map(_number, self.criterion),
-                solver=self.solver,
-            )
-
-    @cached_property
-    def _shared(self) -> Posture:
-        """The posture for what is the same by every criterion, so that all share one program."""
-        return replace(self.posture, criterion=None)
-
-    def objective_of(self, angles):
-        """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
-        return self.posture.objective(angles)
-
-    def constraints_of(self, angles):
-        """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
-        return self.posture.constraints(self.posture.stations(angles), angles)
-
     def objective(self, x: Float[np.ndarray, "n"]) -> float:
-        """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
-        with jax.enable_x64(True):
-            found = traced.stations(self._shared, self.angles(x))
-            return float(traced.value(self.posture.criterion, found))
-
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
-        with jax.enable_x64(True):
-            found = traced.stations_and_slopes(self._shared, self.angles(x))
-            return np.array(traced.gradient(self.posture.criterion, *found)).reshape(-1)
+        """The value to minimise; infinite where there is none, never NaN."""
+        return self.evaluate(x).value
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """The values of a batch; compiled once for each power of two that B rounds up to."""
-        drives = len(X) if np.ndim(X) else 0
-        padded_to = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
-        require_stations(f"X of {drives} drives", float(padded_to) * len(self.x))
-        angles = self._batch(X)
-        count = len(angles)
-        if count == 0:
-            return np.zeros(0)
-        more = padded_to - count
-        padded = np.concatenate([angles, np.broadcast_to(angles[-1], (more, *angles.shape[1:]))])
-        with jax.enable_x64(True):
-            found = traced.stations(self._shared, padded)
-            return np.array(traced.values(self.posture.criterion, found))[:count]
+        """The values of a batch."""
+        return np.array([self.objective(x) for x in self.batch(X)], dtype=float)
 
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
-        """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
-        angles = self.angles(x)
-        with jax.enable_x64(True):
-            held = traced.stations(self._shared, angles)
-            found = jax.tree.map(np.asarray, traced.constraints(self._shared, held, angles))
-        return np.concatenate([found[name].reshape(-1) for name in self.constraint_names])
+        """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
+        return self.evaluate(x).margins
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """The objective's slope; a problem without Structure.SMOOTH has none."""
+        raise NotImplementedError(f"{type(self).__name__} has no slopes")
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
-        require_jacobian(self)
-        with jax.enable_x64(True):
-            held = traced.stations_and_slopes(self._shared, self.angles(x))
-            found = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, *held))
-        rows = np.zeros((sum(self._sizes.values()), self.n))
-        K, groups = len(self.x), self.constraint_groups
-        for name, of in found.items():
-            m = of.shape[1]
-            block = rows[groups[name]].reshape(K, m, K, 2)
-            block[np.arange(K), :, np.arange(K)] = of
-        if self.leg_rate is not None:
-            block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, self.n)
-            per_angle = 1 / (self.leg_rate * np.diff(self.x))
-            for step in range(K - 1):
-                for leg in range(2):
-                    for row, sign in enumerate((-1, 1)):
-                        block[step, row, leg, 2 * step + leg] = -sign * per_angle[step]
-                        block[step, row, leg, 2 * step + 2 + leg] = sign * per_angle[step]
-        return rows
+        """Slopes of `constraints`; a problem without Structure.SMOOTH has none."""
+        raise NotImplementedError(f"{type(self).__name__} has no slopes")
 
-    @property
-    def constraint_names(self) -> tuple[str, ...]:
-        """The groups of `constraints`, in their order; Posture.margins says what they are."""
-        return tuple(self._sizes)
+    def sample(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """Values of a batch, and what each misses of its scaled margins, summed."""
+        X = self.batch(X)
+        short = [np.sum(np.maximum(-self.constraints(x), 0)) for x in X]
+        return self.objectives(X), np.array(short, dtype=float)
 
-    @cached_property
-    def constraint_groups(self) -> dict[str, slice]:
-        """Where each group lies in `constraints`."""
-        ends = np.cumsum(list(self._sizes.values()))
-        return {
-            name: slice(int(end) - size, int(end))
-            for (name, size), end in zip(self._sizes.items(), ends, strict=True)
-        }
-
-    @cached_property
-    def _sizes(self) -> dict[str, int]:
-        K = len(self.x)
-        sizes = {"grip": 4 * K, "normal": 2 * K}
-        sizes |= {"clearance": K} if self.solver.samples else {}
-        sizes |= {"pose": K}
-        return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
-
-    def residuals(self, x: Float[np.ndarray, "n"]) -> dict[str, float]:
-        """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
-
-        leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        [m], pose: how many waypoints have no pose. Infinite where numbers are not finite.
-        """
-        return missed_by(self, self.angles(x), self.stations(x))
+    def residuals(self, x: Float[np.ndarray, "n"]) -> Mapping[str, float]:
+        """By how much each kind of constraint is missed at worst: see Evaluation."""
+        return self.evaluate(x).residuals
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
-        """Whether no scaled constraint and no bound [rad] is missed by more than `tolerance`."""
-        flat = self.angles(x).reshape(-1)
+        """Whether no scaled constraint and no bound is missed by more than `tolerance`."""
+        x = self.batch([x])[0]
+        return self.meets(x, self.constraints(x), tolerance)
+
+    def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
+        """Whether a point with these margins misses none of them and no bound by more."""
         low, high = self.bounds
-        within = np.all((flat >= low - tolerance) & (flat <= high + tolerance))
-        return bool(within and np.all(self.constraints(x) >= -tolerance))
+        within = np.all((x >= low - tolerance) & (x <= high + tolerance))
+        return bool(within and np.all(margins >= -tolerance))
 
-    def stations(self, x: Float[np.ndarray, "n"]) -> Station:
-        """The stations of a drive, as NumPy arrays [K]."""
-        with jax.enable_x64(True):
-            return jax.tree.map(np.asarray, traced.stations(self._shared, self.angles(x)))
-
-    def angles(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "K 2"]:
-        """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
-        return self._batch(self._numbers(x)[None])[0]
-
-    def _numbers(self, x: Any) -> np.ndarray:
-        if isinstance(x, np.ndarray) and x.size == 0 and x.dtype == float:
-            return x
-        return as_floats("x", x, f"{self.n} finite numbers, two for each waypoint [rad]")
-
-    def _batch(self, X) -> np.ndarray:
-        array = self._numbers(X)
+    def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
+        """A batch of decision vectors; ValueError for a wrong length or what is no number."""
+        array = as_floats("x", X, f"{self.n} finite numbers")
         if array.ndim != 2 or array.shape[1] != self.n:
-            shape = array.shape[1:]
-            raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")
-        return array.reshape(-1, len(self.x), 2)
+            raise ValueError(f"x has shape {array.shape[1:]}; accepted: ({self.n},)")
+        return array
+
+    def result(
+        self,
+        x: Float[np.ndarray, "n"],
+        *,
+        method: str,
+        status: OptimStatus,
+        began: float,
+        **others: Any,
+    ) -> R:
+        """A method's result at a point: value, residuals and feasibility are the problem's own.
+
+        A status that promises feasibility becomes VIOLATED where the point breaks a constraint.
+        began: time.perf_counter() when the method began. others: the remaining fields.
+        """
+        x, kind = np.array(x, dtype=float).reshape(-1), self.result_kind
+        found = self.evaluate(x)
+        return cast("R", kind.of(x, found, method=method, status=status, began=began, **others))
 
 
-def _number(value: Any) -> Any:
-    """A leaf in double precision."""
-    return np.asarray(value, dtype=np.float64)
+@dataclass(frozen=True)
+class FreeProblem(Problem[Result]):
+    """The same problem in the numbers that its bounds leave free.
+
+    Left out are those whose bounds are equal, as given ends are (n is 0 where all are). Objective
+    and constraints, in value and number, are the problem's at `expand(x)`.
+    """
+
+    problem: Problem[Any]
+
+    @property
+    def structure(self) -> frozenset[Structure]:
+        """Slopes and convexity stay; what is known of the rest is of the whole vector."""
+        return self.problem.structure & {Structure.SMOOTH, Structure.CONVEX}
+
+    @cached_property
+    def which(self) -> Bool[np.ndarray, "whole"]:
+        """Which of the problem's numbers are free."""
+        low, high = self.problem.bounds
+        return low < high
+
+    @property
+    def n(self) -> int:
+        """How many are."""
+        return int(np.sum(self.which))
+
+    @property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Their least and greatest values."""
+        low, high = self.problem.bounds
+        return low[self.which], high[self.which]
+
+    def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... whole"]:
+        """The problem's decision vector, or a batch; ValueError for a wrong length."""
+        free = np.asarray(x, dtype=float) if self.n == 0 else as_floats("x", x, "the free numbers")
+        if free.ndim == 0 or free.shape[-1] != self.n:
+            raise ValueError(
+                f"x has shape {free.shape}; accepted: (..., {self.n}), the free numbers"
+            )
+        whole = np.broadcast_to(self.problem.bounds[0], (*free.shape[:-1], self.problem.n)).copy()
+        whole[..., self.which] = free
+        return whole
+
+    def reduce(self, x: Float[np.ndarray, "... whole"]) -> Float[np.ndarray, "... n"]:
+        """The free numbers of a decision vector, or of a batch; ValueError for a wrong length."""
+        whole = as_floats("x", x, "all numbers")
+        if whole.ndim == 0 or whole.shape[-1] != self.problem.n:
+            raise ValueError(f"x has shape {whole.shape}; accepted: (..., {self.problem.n})")
+        return whole[..., self.which]
+
+    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+        """See Problem; all constraints, those of given numbers alone being constant."""
+        return self.problem.evaluate(self.expand(x))
+
+    def objective(self, x: Float[np.ndarray, "n"]) -> float:
+        """See Problem."""
+        return self.problem.objective(self.expand(x))
+
+    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """See Problem."""
+        return self.problem.objectives(self.expand(X))
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """See Problem."""
+        return self.problem.gradient(self.expand(x))[self.which]
+
+    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+        """See Problem."""
+        return self.problem.constraints(self.expand(x))
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """See Problem."""
+        return self.problem.jacobian(self.expand(x))[:, self.which]
+
+    def sample(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """See Problem."""
+        return self.problem.sample(self.expand(X))
+
+    def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
+        """See Problem."""
+        return self.problem.is_feasible(self.expand(x), tolerance)

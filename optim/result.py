@@ -6,16 +6,12 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from stickslip.optim.finer import evaluate_finer
-
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-    from stickslip.optim.problem import PostureProblem
 
 
 class OptimStatus(Enum):
@@ -36,17 +32,29 @@ class OptimStatus(Enum):
 
 
 @dataclass(frozen=True)
-class Result:
-    """The outcome of `solve`.
+class Evaluation:
+    """A point, looked at once.
 
-    x: the decision vector [2K], None where there is none. value: the problem's own objective at x,
+    value: the objective's, infinite where there is none, never NaN. margins: `constraints` there
+    [m], scaled to about 1. feasible: within FEASIBLE. residuals: by how much each kind of
+    constraint is missed at worst, in its own unit, 0 where it is met.
+    """
+
+    value: float
+    margins: Float[np.ndarray, "m"]
+    feasible: bool
+    residuals: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of `solve`; a problem's `result_kind` may say more.
+
+    x: the decision vector [n], None where there is none. value: the problem's own objective at x,
     evaluated anew; infinite without x. lower_bound: no point of what `bound_of` names is below it;
-    None: nothing is proved. feasible, residuals: of x, by the problem (PostureProblem.residuals).
-    evaluations: how many drives or stations were evaluated, as the method says in its own
-    docstring. fine_value, fine_feasible, fine_residuals: of the same drive on waypoints
-    `fine_spacing` [m] apart, ten times closer, the legs moving evenly from one to the next
-    (`evaluate_finer`): what the problem, and so every bound, knows nothing of. seconds: all of it,
-    compilation too. message: for a person. details: the method's own findings.
+    None: nothing is proved. feasible, residuals: of x, by the problem (Problem.residuals).
+    evaluations: how many were made, of what the method says in its own docstring. seconds: all of
+    it, compilation too. message: for a person. details: the method's own findings.
     """
 
     method: str
@@ -57,19 +65,10 @@ class Result:
     bound_of: str = ""
     feasible: bool = False
     residuals: Mapping[str, float] = field(default_factory=dict)
-    fine_value: float = np.inf
-    fine_spacing: float = np.nan
-    fine_feasible: bool = False
-    fine_residuals: Mapping[str, float] = field(default_factory=dict)
     evaluations: int = 0
     seconds: float = 0.0
     message: str = ""
     details: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def leg_angles(self) -> Float[np.ndarray, "K 2"] | None:
-        """x as pairs, rear and front leg at each waypoint [rad]."""
-        return None if self.x is None else self.x.reshape(-1, 2)
 
     @property
     def gap(self) -> float:
@@ -79,47 +78,25 @@ class Result:
         """
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
 
-    @property
-    def discretisation(self) -> float:
-        """How far fine_value lies from the value, relative to it; infinite where there is none.
-
-        Where it is not small, the waypoints are too far apart.
-        """
-        if not (np.isfinite(self.value) and np.isfinite(self.fine_value)):
-            return np.inf
-        off = self.fine_value - self.value
-        return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
-
     @classmethod
-    def at(
+    def of(
         cls,
-        problem: PostureProblem,
         x: Float[np.ndarray, "n"],
+        found: Evaluation,
         *,
         method: str,
         status: OptimStatus,
         began: float,
         **others: Any,
-    ) -> Result:
-        """The result at a point: value, residuals and feasibility are the problem's own.
-
-        A status that promises feasibility becomes VIOLATED where the point breaks a constraint.
-        began: time.perf_counter() when the method began. others: the remaining fields.
-        """
-        x = np.array(x, dtype=float).reshape(-1)
-        feasible = problem.is_feasible(x)
-        fine = evaluate_finer(problem, x)
+    ) -> Self:
+        """The result at a point that was evaluated: see Problem.result."""
         return cls(
             method=method,
-            status=status if feasible or not status.solved else OptimStatus.VIOLATED,
+            status=status if found.feasible or not status.solved else OptimStatus.VIOLATED,
             x=x,
-            value=problem.objective(x),
-            feasible=feasible,
-            residuals=problem.residuals(x),
-            fine_value=fine.value,
-            fine_spacing=fine.spacing,
-            fine_feasible=fine.feasible,
-            fine_residuals=fine.residuals,
+            value=found.value,
+            feasible=found.feasible,
+            residuals=found.residuals,
             seconds=time.perf_counter() - began,
             **others,
         )
@@ -127,7 +104,7 @@ class Result:
     @classmethod
     def without_point(
         cls, *, method: str, status: OptimStatus, began: float, message: str, **others: Any
-    ) -> Result:
+    ) -> Self:
         """The result of a method that found no point."""
         seconds = time.perf_counter() - began
         return cls(method, status, None, np.inf, seconds=seconds, message=message, **others)

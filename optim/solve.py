@@ -4,62 +4,74 @@ from __future__ import annotations
 
 import inspect
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known
-from stickslip.optim.polish import ON_GRID, polished, require_room
-from stickslip.optim.problem import PostureProblem
+from stickslip.optim.problem import Method, Problem, R, Structure
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.optim.result import Result
 
-METHODS: dict[str, str] = {
-    "grid": "every pair of angles at each waypoint, the best one chosen point by point",
-    "dp": "dynamic programming over the grid: the best path of all, proved",
-    "lp": "the same as a flow in cvxpy: its dual certifies the value",
-    "scp": "sequential convex programming in cvxpy, from a feasible path",
-    "gradient": "nonlinear programming by scipy on exact derivatives",
-    "cma": "evolution by the package cma, where it is installed",
+GENERAL: dict[str, Method] = {
+    "gradient": Method(
+        "nonlinear programming by scipy on exact derivatives",
+        "stickslip.optim.gradient:solve_gradient",
+        frozenset({Structure.SMOOTH}),
+    ),
+    "cma": Method(
+        "evolution by the package cma, where it is installed", "stickslip.optim.cma:solve_cma"
+    ),
 }
-"""The methods by name. Each is the function solve_<name> of the module stickslip.optim.<name>."""
+"""The methods for every problem that has what they need."""
+
+
+def methods_of(problem: Problem[Any]) -> dict[str, Method]:
+    """The methods that take a problem, by name: its own, and those of GENERAL that it fits."""
+    fitting = {name: one for name, one in GENERAL.items() if one.needs <= problem.structure}
+    return dict(problem.methods) | {
+        name: one for name, one in fitting.items() if name not in problem.methods
+    }
 
 
 def solve(
-    problem: PostureProblem,
-    method: str = "dp",
+    problem: Problem[R],
+    method: str | None = None,
     *,
     polish: bool = True,
     progress: bool = False,
     **options: Any,
-) -> Result:
-    """Solve a problem by one of METHODS.
+) -> R:
+    """Solve a problem by one of `methods_of` it; None: its default ("dp" of a posture problem).
 
-    polish: let scp follow where a method of ON_GRID ends, see `polished`; False: the grid's own
-    path, of which alone it is proved that it is optimal. The other methods take no notice of it.
-    progress: a bar on standard error, where tqdm is installed. options: the method's own, see its
-    function's docstring; ValueError lists them where one is unknown.
+    polish: let a local method follow where a method has that choice (scp after those of a posture
+    problem's grid); False: the method's own point, of which alone is proved what it proves. The
+    other methods take no notice of it. progress: a bar on standard error, where tqdm is installed.
+    options: the method's own, see its function's docstring; ValueError lists them where one is
+    unknown.
     """
-    require_kind("problem", problem, PostureProblem, "a PostureProblem")
-    require_choice("method", method, tuple(METHODS))
+    require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
+    known = methods_of(problem)
+    if method is None:
+        method = problem.default_method or next(iter(known))
+    require_choice("method", method, tuple(known))
     for name, value in (("polish", polish), ("progress", progress)):
         require_kind(name, value, bool, "True or False")
-    function = _function(method)
-    known = accepted_options(function)
-    require_known(options, known, f"option of {method!r}")
-    polish = polish and method in ON_GRID
-    if polish:
-        require_room(problem)
-    found = function(problem, progress=progress, **options)
-    return polished(problem, found, progress) if polish else found
+    function = _function(known[method])
+    require_known(options, accepted_options(function), f"option of {method!r}")
+    if "polish" in inspect.signature(function).parameters:
+        options["polish"] = polish
+    return cast("R", function(problem, progress=progress, **options))
 
 
 def accepted_options(function: Callable) -> tuple[str, ...]:
-    """The keyword-only parameters of a method's function, without progress."""
+    """The keyword-only parameters of a method's function, without those of `solve` itself."""
     found = inspect.signature(function).parameters.values()
-    return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name != "progress")
+    own = ("progress", "polish")
+    return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name not in own)
 
 
-def _function(method: str) -> Callable[..., Result]:
-    return getattr(import_module(f"stickslip.optim.{method}"), f"solve_{method}")
+def _function(method: Method) -> Callable[..., Result]:
+    module, name = method.function.split(":")
+    return getattr(import_module(module), name)

@@ -11,9 +11,9 @@ import numpy as np
 
 from benchmarks.ugv.tracks import twelve
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import PostureProblem, Result, solve
-from stickslip.optim.dp import best_paths
-from stickslip.optim.posture_grid import build_grid, offsets
+from stickslip.optim import PostureProblem, PostureResult, solve
+from stickslip.optim.posture.dp import best_paths
+from stickslip.optim.posture.posture_grid import build_grid, offsets
 
 ANGLES = (22, 43, 64)
 """Of each leg: 21 k + 1, so that the rate lets it move by k of them, to 0.3 % all that it allows.
@@ -43,7 +43,7 @@ def problem_on(name: str, criterion: str = "wheel_energy", waypoints: int = WAYP
     return PostureProblem(UGVParams(), track, x, criterion, leg_rate=RATE)
 
 
-def finer_value(problem: PostureProblem, found: Result) -> float | None:
+def finer_value(problem: PostureProblem, found: PostureResult) -> float | None:
     """The value of a drive on a spacing FINER times as fine, the legs turning evenly from one
     waypoint to the next: what the problem's own waypoints leave out shows. None for no number."""
     if found.leg_angles is None:

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.ugv.growth import FIRST, LAST, MIDDLING, RATE, WAYPOINTS, finer_value
 from benchmarks.ugv.tracks import twelve
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import PostureProblem, Result, solve
+from stickslip.optim import PostureProblem, PostureResult, solve
 
 CRITERIA = ("wheel_energy", "peak_torque")
 ANGLES = MIDDLING
@@ -52,7 +52,7 @@ def methods(quick: bool) -> Iterator[dict[str, Any]]:
             yield from with_gaps(rows)
 
 
-def _row(found: Result) -> dict[str, Any]:
+def _row(found: PostureResult) -> dict[str, Any]:
     return {
         "value": found.value if np.isfinite(found.value) else None,
         "feasible": found.feasible,

@@ -7,7 +7,7 @@ and parallel to the foot, y up. The supporting foot is flat, so the hip turns by
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import is_concrete
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.biped.linkage import Linkage
 
 BODIES = (
     *(str(number) for number in range(1, 14)),
@@ -75,7 +75,7 @@ class _Leg(NamedTuple):
     closure: Float[Array, ""]
 
 
-def kinematics(params: BipedParams, theta: Float[Array, ""]) -> Kinematics:
+def kinematics(params: Linkage, theta: Float[Array, ""]) -> Kinematics:
     """All 24 links for crank angle `theta` [rad] of the supporting leg (eqs. 3-11, MODEL 1.1-1.2).
 
     Closed form: the loops are closed by intersecting circles on the chapter's branches (knee
@@ -120,13 +120,13 @@ def kinematics(params: BipedParams, theta: Float[Array, ""]) -> Kinematics:
     )
 
 
-def step_length(params: BipedParams) -> Float[Array, ""]:
+def step_length(params: Linkage) -> Float[Array, ""]:
     """Distance from one foothold to the next without slip [m]: 8 crank lengths by default."""
     at_exchange = kinematics(params, jnp.asarray(SUPPORT_END, _dtype(params)))
     return at_exchange.pins.E[1, 0]
 
 
-def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
+def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
     """How far the exchange of support is from impact-free [-]; 0 for a symmetric Chebyshev curve.
 
     The largest, over both ends of the support phase, of the other foot's height over the ground and
@@ -147,7 +147,7 @@ def exchange_mismatch(params: BipedParams) -> Float[Array, ""]:
     return jnp.maximum(jnp.max(jax.vmap(mismatch)(ends)), unbalance)
 
 
-def as_batch(params: BipedParams) -> tuple[tuple[int, ...], BipedParams]:
+def as_batch(params: Any) -> tuple[tuple[int, ...], Any]:
     """The batch's shape, () for one robot, and every field as an array with its axes first."""
     leaves, structure = jax.tree.flatten(params)
     tails = [
@@ -172,7 +172,7 @@ def as_batch(params: BipedParams) -> tuple[tuple[int, ...], BipedParams]:
     return batch, structure.unflatten(whole)
 
 
-def require_closure(params: BipedParams, samples: int = 720) -> None:
+def require_closure(params: Linkage, samples: int = 720) -> None:
     """Raise ValueError naming a crank angle at which the linkage cannot close, if any."""
     if not is_concrete(params):
         return
@@ -193,12 +193,12 @@ def require_closure(params: BipedParams, samples: int = 720) -> None:
 
 
 @jax.jit(static_argnums=1)
-def _closure_margins(params: BipedParams, samples: int):
+def _closure_margins(params: Linkage, samples: int):
     """Per member: the least closing margin, and the crank angle [rad] it belongs to."""
     return jax.vmap(lambda member: least_closure(member, samples))(params)
 
 
-def least_closure(params: BipedParams, samples: int, fine: int = 64):
+def least_closure(params: Linkage, samples: int, fine: int = 64):
     """Least closing margin over the whole turn, and its crank angle [rad].
 
     Sampled, then `fine` times finer around the worst sample: the margin has no second minimum
@@ -223,17 +223,17 @@ PLAIN_NDIM = [0] * 17 + [1, 2, 1] + [0, 0]
 """Axes of BipedParams' fields, in order, without a batch."""
 
 
-def _dtype(params: BipedParams):
+def _dtype(params: Linkage):
     return jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
 
 
-def _legs(params: BipedParams, theta) -> tuple[_Leg, _Leg]:
+def _legs(params: Linkage, theta) -> tuple[_Leg, _Leg]:
     """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
     both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
     return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))
 
 
-def _leg(params: BipedParams, angle) -> _Leg:
+def _leg(params: Linkage, angle) -> _Leg:
     """One leg and the hip in the hip frame, for its own crank angle."""
     zero = jnp.zeros_like(angle)
     A = jnp.stack([zero, zero])

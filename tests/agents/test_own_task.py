@@ -18,7 +18,7 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
-from stickslip.envs.ugv_draw import RandomTrack, UGVRandomisation
+from stickslip.envs.ugv_randomisation import RandomTrack, UGVRandomisation
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track
-from stickslip.optim.track_file import read_track
+from stickslip.optim.posture.track_file import read_track
 
 pytestmark = pytest.mark.long
 

@@ -7,9 +7,9 @@ import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Weighted, solve
-from stickslip.optim.pareto import pareto_front
-from stickslip.optim.split_family import Family
-from stickslip.optim.torque_split import TorqueSplit
+from stickslip.optim.posture.pareto import pareto_front
+from stickslip.optim.torque_split.family import Family
+from stickslip.optim.torque_split.split import TorqueSplit
 from tests.optim.helpers import over_bump
 
 BAD = [

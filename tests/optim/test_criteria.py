@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.dynamics.ugv import PoseSolver, UGVParams, place
 from stickslip.optim import CRITERIA, Criterion, PostureProblem, Station, Weighted, station
-from stickslip.optim.criteria import accumulate, nothing_yet, station_cost, step_cost, total
+from stickslip.optim.posture.criteria import accumulate, nothing_yet, station_cost, step_cost, total
 from tests.optim.helpers import TRACK, over_bump, plain_cost, random_x
 
 MIXED = Weighted((("wheel_energy", 0.5), (CRITERIA["grip"], 2.0), ("torque_variation", 1e-3)))

@@ -11,10 +11,10 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs import UGVEnv
 from stickslip.optim import OptimStatus, PostureProblem, solve
-from stickslip.optim.criteria import CRITERIA
-from stickslip.optim.impossible import judged
-from stickslip.optim.posture_grid import build_grid
-from stickslip.optim.rounding import below
+from stickslip.optim.posture.criteria import CRITERIA
+from stickslip.optim.posture.impossible import judged
+from stickslip.optim.posture.posture_grid import build_grid
+from stickslip.optim.posture.rounding import below
 from tests.dynamics.ugv.slow import Slow
 from tests.optim.helpers import tiny
 

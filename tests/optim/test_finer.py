@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import OptimStatus, PostureProblem, Result, Weighted
-from stickslip.optim.finer import evaluate_finer, finer
+from stickslip.optim import OptimStatus, PostureProblem, Weighted
+from stickslip.optim.posture.finer import evaluate_finer, finer
+from stickslip.optim.posture.finish import result_at
 from tests.optim.helpers import over_bump, random_x
 
 MIXED = Weighted((("wheel_energy", 1.0), ("grip", 0.5), ("torque_variation", 1e-3)))
 
 
 def at(problem, x, **others):
-    return Result.at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0, **others)
+    return result_at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0, **others)
 
 
 @pytest.mark.parametrize("criterion", ["total_energy", "friction_demand", MIXED])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
-from stickslip.optim.epigraph import Epigraph
-from stickslip.optim.linearise import Near
+from stickslip.optim.posture.epigraph import Epigraph
+from stickslip.optim.posture.linearise import Near
 from tests.optim.helpers import over_bump, random_x
 
 MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))

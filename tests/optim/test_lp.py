@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import CRITERIA, OptimStatus
-from stickslip.optim.layered_graph import build_graph
-from stickslip.optim.lp import proved_bound
-from stickslip.optim.posture_grid import build_grid
+from stickslip.optim.posture.layered_graph import build_graph
+from stickslip.optim.posture.lp import proved_bound
+from stickslip.optim.posture.posture_grid import build_grid
 from tests.optim.helpers import on_grid as solve
 from tests.optim.helpers import over_bump, tiny
 
@@ -88,7 +88,7 @@ def test_an_inaccurate_solution_is_not_passed_off_as_optimal(monkeypatch):
 
 
 def test_a_bound_that_does_not_reach_the_value_is_no_proof(monkeypatch):
-    monkeypatch.setattr("stickslip.optim.lp.proved_bound", lambda graph, y: 1.0)
+    monkeypatch.setattr("stickslip.optim.posture.lp.proved_bound", lambda graph, y: 1.0)
     found = solve(tiny(), "lp", angles=3)
     assert found.status is OptimStatus.INACCURATE
     assert found.lower_bound == 1.0

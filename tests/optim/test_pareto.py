@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import PostureProblem, criterion_by_name
-from stickslip.optim.pareto import pareto_front
+from stickslip.optim.posture.pareto import pareto_front
 from tests.optim.helpers import plain_cost, tiny
 
 ANGLES = 3

@@ -9,7 +9,8 @@ import scipy.optimize
 
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Result, Weighted, solve
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Weighted, solve
+from stickslip.optim.posture.finish import result_at
 from tests.optim.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
 DOWN = np.pi / 2
@@ -244,7 +245,7 @@ def test_unknown_methods_and_options_are_refused_with_what_is_accepted():
 def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
     problem = over_bump(leg_rate=0.01)
     x = random_x(problem)
-    found = Result.at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
+    found = result_at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
     assert found.status is OptimStatus.VIOLATED
     assert not found.feasible
     assert found.residuals["leg_rate"] > 0

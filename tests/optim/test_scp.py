@@ -8,9 +8,9 @@ import pytest
 from scipy.optimize import linprog
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
-from stickslip.optim.convex_model import ConvexModel
-from stickslip.optim.linearise import Near
-from stickslip.optim.scp import GOOD
+from stickslip.optim.posture.convex_model import ConvexModel
+from stickslip.optim.posture.linearise import Near
+from stickslip.optim.posture.scp import GOOD
 from tests.optim.helpers import over_bump, random_x
 
 GRID = 9

@@ -8,8 +8,8 @@ import pytest
 from stickslip.dynamics.ugv import Track, UGVParams, ground_forces, pose
 from stickslip.dynamics.ugv.systems import five
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.split_family import Family, Setting
-from stickslip.optim.torque_split import SPLIT_CRITERIA, TorqueSplit
+from stickslip.optim.torque_split.family import Family, Setting
+from stickslip.optim.torque_split.split import SPLIT_CRITERIA, TorqueSplit
 
 PARAMS = UGVParams()
 FRICTION = 0.6

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.optim.track_file import EARTH_RADIUS, read_track
+from stickslip.optim.posture.track_file import EARTH_RADIUS, read_track
 
 TABLES = {
     "comma": "0,0.0\n1,0.5\n3,0.25\n",
@@ -157,7 +157,7 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path, monkeypatch):
     for path in (3, None, "a\0b", b"track.csv"):
         with pytest.raises(ValueError, match="accepted: the path of a file"):
             read_track(path)
-    monkeypatch.setattr("stickslip.optim.track_file.MOST_BYTES", 10)
+    monkeypatch.setattr("stickslip.optim.posture.track_file.MOST_BYTES", 10)
     with pytest.raises(ValueError, match=r"track\.csv: larger than"):
         read_track(write(tmp_path, TABLES["comma"]))
 

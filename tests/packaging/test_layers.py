@@ -104,3 +104,70 @@ def test_the_rules_tell_right_from_wrong(layer: str, source: str, accepted: bool
     found = list(imports(ast.parse(source)))
     assert found
     assert all(allowed(layer, name, typing_only) for name, _, typing_only in found) is accepted
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package but the folders' own `__init__`, by its dotted name."""
+    found = {}
+    for layer, (folder, _, _) in RULES.items():
+        for path in (ROOT / folder).rglob("*.py"):
+            parts = path.relative_to(ROOT / folder).with_suffix("").parts
+            own = () if layer == FRONT else (layer,)
+            if path.name != "__init__.py":
+                found[".".join((FRONT, *own, *parts))] = path
+    return found
+
+
+def leads_to(known: dict[str, Path]) -> dict[str, set[str]]:
+    """The modules that each of them imports, for types or inside functions, too."""
+    found = {}
+    for name, path in known.items():
+        found[name] = set()
+        for dotted, _, _ in imports(ast.parse(path.read_text(encoding="utf-8"))):
+            for whole in (dotted, dotted.rpartition(".")[0]):
+                if whole in known and whole != name:
+                    found[name].add(whole)
+    return found
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Names that lead round to the first of them, or nothing."""
+    done: set[str] = set()
+
+    def walk(name: str, way: list[str]) -> list[str]:
+        if name in way:
+            return [*way[way.index(name) :], name]
+        if name not in done:
+            for following in sorted(graph[name]):
+                if round_ := walk(following, [*way, name]):
+                    return round_
+            done.add(name)
+        return []
+
+    return next((found for name in sorted(graph) if (found := walk(name, []))), [])
+
+
+def test_no_file_leads_round_to_itself():
+    graph = leads_to(modules())
+    assert len(graph) > 150
+    assert sum(map(len, graph.values())) > 500
+    assert circle(graph) == []
+
+
+def test_a_circle_is_found():
+    graph = {"a": {"b"}, "b": {"c", "d"}, "c": set(), "d": {"b"}, "e": {"a"}}
+    assert circle(graph) == ["b", "d", "b"]
+    assert circle({"a": {"b"}, "b": set()}) == []
+
+
+ROOMS = {"optim": "posture torque_split"}
+"""Folders of a layer that know what a machine is; the files beside them know of none."""
+
+
+def test_shared_files_import_no_machine():
+    for layer, rooms in ROOMS.items():
+        own = {f"{FRONT}.{layer}.{room}" for room in rooms.split()}
+        for name, found in leads_to(modules()).items():
+            if name.rpartition(".")[0] == f"{FRONT}.{layer}":
+                wrong = [one for one in found if any(one.startswith(room) for room in own)]
+                assert not wrong, (name, wrong)

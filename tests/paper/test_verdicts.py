@@ -17,7 +17,7 @@ from stickslip.paper import (
     start,
     torque,
 )
-from stickslip.paper.bump import Tried
+from stickslip.paper.bump_claims import Tried
 from stickslip.paper.result import by_calibration, by_construction, share_of
 from stickslip.paper.walks import Slide, Walk
 

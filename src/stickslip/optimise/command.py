@@ -11,7 +11,7 @@ from typing import Any
 from stickslip.agents.files import write_whole
 from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
-from stickslip.optim import CRITERIA, METHODS, PostureProblem, Result, solve
+from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
 
@@ -92,7 +92,10 @@ def _folder(given: Mapping[str, Any]) -> Path:
 
 
 def _files(
-    problem: PostureProblem, result: Result, spent: Mapping[str, float], given: Mapping[str, Any]
+    problem: PostureProblem,
+    result: PostureResult,
+    spent: Mapping[str, float],
+    given: Mapping[str, Any],
 ) -> dict[str, bytes | str]:
     """The files' contents by name."""
     asked = {

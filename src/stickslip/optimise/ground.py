@@ -35,7 +35,7 @@ def track_of(name: str, options: Iterable[str] = ()) -> Track:
     unknown = [key for key in given if key != "interpolation"]
     if unknown:
         raise ValueError(f"a track in a file has no {unknown[0]!r}; accepted: interpolation")
-    from stickslip.optim.track_file import read_track
+    from stickslip.optim.posture.track_file import read_track
 
     return read_track(path, **given)
 

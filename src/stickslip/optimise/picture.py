@@ -13,7 +13,7 @@ from stickslip.paper import drawing
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Pose
-    from stickslip.optim import PostureProblem, Result, Station
+    from stickslip.optim import PostureProblem, PostureResult, Station
 
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""
@@ -23,7 +23,7 @@ LOWEST, HIGHEST, PANEL, WIDTH = 0.9, 4.0, 1.5, 8.3
 """Heights of the scene's panel at least and at most, of the others; width of all [inches]."""
 
 
-def draw_result(problem: PostureProblem, result: Result, vehicles: int = VEHICLES) -> Any:
+def draw_result(problem: PostureProblem, result: PostureResult, vehicles: int = VEHICLES) -> Any:
     """A matplotlib figure of a result: the vehicle along the track, angles, torque, grip margins.
 
     vehicles: how many are drawn at most. Everything stands over the place of the front wheel [m].

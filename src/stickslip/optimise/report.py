@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.agents.tables import json_text
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
-from stickslip.optim import PostureProblem, Result
+from stickslip.optim import PostureProblem, PostureResult
 from stickslip.paper.text import csv_text
 
 ENERGIES = {
@@ -35,7 +35,7 @@ UNITS = {
 """Of PostureProblem.residuals."""
 
 
-def energies(problem: PostureProblem, result: Result) -> dict[str, float]:
+def energies(problem: PostureProblem, result: PostureResult) -> dict[str, float]:
     """The drive's two energies by the criteria's names [J]; none without a drive."""
     if result.x is None:
         return {}
@@ -43,7 +43,7 @@ def energies(problem: PostureProblem, result: Result) -> dict[str, float]:
 
 
 def rows(
-    problem: PostureProblem, result: Result, spent: Mapping[str, float]
+    problem: PostureProblem, result: PostureResult, spent: Mapping[str, float]
 ) -> list[tuple[str, str]]:
     """What the command prints, a name and its value a row. spent: `energies`."""
     unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
@@ -70,7 +70,7 @@ def rows(
     return found
 
 
-def warnings(problem: PostureProblem, result: Result) -> list[str]:
+def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
     """Sentences on a drive that is not what its value says between its waypoints."""
     if result.x is None:
         return []
@@ -89,7 +89,7 @@ def warnings(problem: PostureProblem, result: Result) -> list[str]:
     return said
 
 
-def _bound(result: Result, unit: str) -> str:
+def _bound(result: PostureResult, unit: str) -> str:
     if result.lower_bound is None:
         return "none proved"
     bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
@@ -98,7 +98,7 @@ def _bound(result: Result, unit: str) -> str:
     return bound
 
 
-def _grid(result: Result, unit: str) -> str:
+def _grid(result: PostureResult, unit: str) -> str:
     """The grid that was searched and, for a drive off it, the value of the grid's own path."""
     if "grid" not in result.details:
         return ""
@@ -110,7 +110,7 @@ def _grid(result: Result, unit: str) -> str:
     return text
 
 
-def _between(result: Result, unit: str) -> str:
+def _between(result: PostureResult, unit: str) -> str:
     """The drive on its finer waypoints."""
     held = "feasible" if result.fine_feasible else f"misses {_missed(result.fine_residuals)}"
     value = f"{result.fine_value:.8g}{unit} ({result.discretisation:+.1%})"
@@ -123,7 +123,7 @@ def _missed(residuals: Mapping[str, float]) -> str:
     return shown or f"nothing ({', '.join(residuals)})"
 
 
-def _overlap(problem: PostureProblem, result: Result) -> str:
+def _overlap(problem: PostureProblem, result: PostureResult) -> str:
     """A warning where the wheels would be in each other's way; the model does not look at it."""
     rear, front = (np.asarray(of) for of in legs(problem.params, result.leg_angles))
     least = float(np.min(np.hypot(*(front - rear).T)))
@@ -139,7 +139,7 @@ def table(lines: list[tuple[str, str]]) -> str:
     return "".join(f"{name.ljust(width)}  {value}\n" for name, value in lines if value)
 
 
-def stations_csv(problem: PostureProblem, result: Result) -> str:
+def stations_csv(problem: PostureProblem, result: PostureResult) -> str:
     """A line a waypoint, numbers in SI units and radians."""
     found = problem.stations(np.asarray(result.x))
     columns = {
@@ -163,7 +163,7 @@ def stations_csv(problem: PostureProblem, result: Result) -> str:
 
 def result_json(
     problem: PostureProblem,
-    result: Result,
+    result: PostureResult,
     spent: Mapping[str, float],
     asked: Mapping[str, Any],
 ) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,9 +12,10 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
-from stickslip.optim import posture as traced
+from stickslip.optim.posture import traced
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import bump_claims, drawing
+from stickslip.paper.bump_claims import Pair, Tried
 from stickslip.paper.result import Columns, Result, Setting
 
 TRACK = Track.bump()
@@ -31,27 +31,6 @@ FROM, TO = 1.5, 8.0
 FRICTION = 0.8
 BATCH = 8
 """Postures evaluated in one call."""
-
-Pair = tuple[float, float]
-"""Angles of the rear and the front leg [degrees]."""
-
-
-class Tried(NamedTuple):
-    """Pairs of leg angles held over the bump. x: of the front wheel [K, m]. wheelbase: of each
-    [pairs, m]. stations: [pairs, K]. radius: of the wheels [m]. overlapping: how many more pairs
-    let them overlap."""
-
-    pairs: Sequence[Pair]
-    x: np.ndarray
-    wheelbase: np.ndarray
-    stations: Station
-    radius: float
-    overlapping: int
-
-    @property
-    def largest(self) -> np.ndarray:
-        """Largest torque of each pair, whichever way it turns [pairs, N m]."""
-        return np.max(np.abs(self.stations.torque), axis=1)
 
 
 def along_bump(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,26 @@ from stickslip.dynamics.status import Status
 from stickslip.optim import Station
 from stickslip.paper.result import NOT_STATED, Claim, by_construction, share_of
 
-if TYPE_CHECKING:
-    from stickslip.paper.bump import Pair, Tried
+Pair = tuple[float, float]
+"""Angles of the rear and the front leg [degrees]."""
+
+
+class Tried(NamedTuple):
+    """Pairs of leg angles held over the bump. x: of the front wheel [K, m]. wheelbase: of each
+    [pairs, m]. stations: [pairs, K]. radius: of the wheels [m]. overlapping: how many more pairs
+    let them overlap."""
+
+    pairs: Sequence[Pair]
+    x: np.ndarray
+    wheelbase: np.ndarray
+    stations: Station
+    radius: float
+    overlapping: int
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest torque of each pair, whichever way it turns [pairs, N m]."""
+        return np.max(np.abs(self.stations.torque), axis=1)
 
 
 def name_of(pair: Pair) -> str:

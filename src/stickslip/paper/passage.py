@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, solve
-from stickslip.optim import Result as Solved
+from stickslip.optim import PostureResult as Solved
 from stickslip.optimise.picture import FRONT, REAR
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import drawing, passage_claims

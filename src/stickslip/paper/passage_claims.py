@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import Result as Solved
+from stickslip.optim import PostureResult as Solved
 from stickslip.optim import Station
 from stickslip.paper.result import NOT_STATED, Claim, by_construction, share_of, verdict_of
 

@@ -1,0 +1,300 @@
+"""What a drive is to be good at, all to be minimised: sums over its steps or worst stations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from numbers import Real
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_choice, require_number, shown
+from stickslip.dynamics.numeric import Numeric
+from stickslip.optim.posture.station import Station, turned
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+LEAST_NORMAL = 1e-3
+"""A wheel that carries less than this [N] is taken to carry it where friction is divided by it."""
+
+
+@jax.tree_util.register_static
+@dataclass(frozen=True)
+class Criterion:
+    """One criterion; static and hashable.
+
+    kind "sum": terms(a, b) gives [..., m] smooth terms of the step from station a to station b;
+    the value is the sum over steps and terms of outer(term), outer being "positive", max(0, t),
+    or "square", t^2. kind "max": terms(a) gives [..., m] smooth terms of one station; the value is
+    the largest over stations and terms. unit: of the value. pointwise(a, before): for sums, what
+    stands for it where each station is judged alone, `before` being the station chosen before it.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    about: str
+    terms: Callable[..., Array]
+    outer: str | None = None
+    pointwise: Callable[[Station, Station], Array] | None = None
+
+    @property
+    def additive(self) -> bool:
+        """Whether the value is a sum over steps."""
+        return self.kind == "sum"
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Weighted:
+    """A weighted sum of criteria: ((criterion or its name, weight >= 0), ...).
+
+    Weights carry the units' reciprocals; they are numbers under jit, so that another choice of
+    them compiles nothing.
+    """
+
+    parts: tuple[tuple[Criterion, Numeric], ...]
+
+    def __post_init__(self):
+        try:
+            parts = tuple((criterion_by_name(one), weight) for one, weight in self.parts)
+        except (TypeError, ValueError) as error:
+            if "criterion = " in str(error):
+                raise
+            raise ValueError(
+                f"parts = {shown(self.parts)}; accepted: pairs of a criterion or its name and "
+                "a weight"
+            ) from error
+        object.__setattr__(self, "parts", parts)
+        # Under jit they are traced, and in trees of other things anything.
+        weights = [_finite(weight) for _, weight in parts if isinstance(weight, Real)]
+        bad = [weight for weight in weights if not (np.isfinite(weight) and weight >= 0)]
+        if bad or not parts or (len(weights) == len(parts) and not any(weights)):
+            given = shown(bad[0] if bad else weights)
+            raise ValueError(f"weight = {given}; accepted: finite numbers >= 0, one of them > 0")
+        if any(isinstance(one, Weighted) for one, _ in parts):
+            raise ValueError("a Weighted inside a Weighted; accepted: single criteria")
+
+    def validate(self) -> Weighted:
+        """Return self, or raise ValueError for a weight that is no number >= 0; not in __init__,
+        which JAX calls with whatever a tree is made to hold."""
+        for one, weight in self.parts:
+            name, accepted = f"weight of {one.name}", "a finite number >= 0"
+            require_number(name, weight, low=0.0, accepted=accepted, dtype=np.float64)
+            if np.ndim(weight):
+                raise ValueError(f"{name} has shape {np.shape(weight)}; accepted: {accepted}")
+        return self
+
+    @property
+    def name(self) -> str:
+        """Its parts' names with their weights."""
+        return " + ".join(f"{weight:.4g} {one.name}" for one, weight in self.parts)
+
+    @property
+    def unit(self) -> str:
+        """Of the weighted sum: the weights make it what it is."""
+        return "-"
+
+    @property
+    def kind(self) -> str:
+        """ "sum" when all parts are sums over steps, else "mixed"."""
+        return "sum" if self.additive else "mixed"
+
+    @property
+    def additive(self) -> bool:
+        """Whether the value is a sum over steps."""
+        return all(one.additive for one, _ in self.parts)
+
+
+def _finite(weight: Real) -> float:
+    """A number as a float; one that is too large is infinite."""
+    try:
+        return float(weight)
+    except OverflowError:
+        return np.inf
+
+
+def _wheel_work(a: Station, b: Station) -> Array:
+    return ((a.torque + b.torque) / 2 * turned(a, b))[..., None]
+
+
+def _total_work(a: Station, b: Station) -> Array:
+    legs = (a.leg_torques + b.leg_torques) / 2 * (b.leg_angles - a.leg_angles)
+    return jnp.concatenate([_wheel_work(a, b), legs], -1)
+
+
+def _torque_slope(a: Station, b: Station) -> Array:
+    return ((b.torque - a.torque) / jnp.sqrt(b.x - a.x))[..., None]
+
+
+def _torque(a: Station) -> Array:
+    return jnp.stack([a.torque, -a.torque], -1)
+
+
+def _grip_missing(a: Station) -> Array:
+    wheels = ((a.F_rear, a.N_rear), (a.F_front, a.N_front))
+    return jnp.stack([sign * F - a.friction * N for F, N in wheels for sign in (1, -1)], -1)
+
+
+def _load(a: Station) -> Array:
+    return -jnp.stack([a.N_rear, a.N_front], -1)
+
+
+def _demand(a: Station) -> Array:
+    rear = a.F_rear / jnp.maximum(a.N_rear, LEAST_NORMAL)
+    front = a.F_front / jnp.maximum(a.N_front, LEAST_NORMAL)
+    return jnp.stack([rear, -rear, front, -front], -1)
+
+
+def _torque_size(a: Station, before: Station) -> Array:
+    return jnp.abs(a.torque)
+
+
+def _torque_change(a: Station, before: Station) -> Array:
+    return jnp.abs(a.torque - before.torque)
+
+
+CRITERIA: dict[str, Criterion] = {
+    one.name: one
+    for one in (
+        Criterion(
+            "wheel_energy", "sum", "J",
+            "work that the wheels' motors put in, none recovered; trapezoid rule over each step",
+            _wheel_work, "positive", _torque_size,
+        ),
+        Criterion(
+            "total_energy", "sum", "J",
+            "the same with both leg actuators: positive work of the motors and of each actuator",
+            _total_work, "positive", _torque_size,
+        ),
+        Criterion("peak_torque", "max", "N m", "largest |M| of all stations", _torque),
+        Criterion(
+            "torque_variation", "sum", "N^2 m",
+            "most constant torque: the integral of (dM/dx)^2, M straight between stations",
+            _torque_slope, "square", _torque_change,
+        ),
+        Criterion(
+            "grip", "max", "N", "minus the least mu N - |F| of both wheels", _grip_missing
+        ),
+        Criterion("normal_force", "max", "N", "minus the least normal force", _load),
+        Criterion("friction_demand", "max", "-", "largest |F| / N of both wheels", _demand),
+    )
+}  # fmt: skip
+"""All criteria by name."""
+
+
+def criterion_by_name(criterion: str | Criterion | Weighted) -> Criterion | Weighted:
+    """The criterion of that name, or the one given."""
+    if isinstance(criterion, Weighted):
+        return criterion.validate()
+    if isinstance(criterion, Criterion):
+        return criterion
+    require_choice("criterion", criterion, tuple(CRITERIA))
+    return CRITERIA[criterion]
+
+
+def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[Array, ...]:
+    """What the step from a to b adds to a sum; for criteria whose kind is "sum"."""
+    if isinstance(criterion, Weighted):
+        return _weighted(criterion, [step_cost(one, a, b) for one, _ in criterion.parts])
+    if criterion.kind != "sum":
+        raise ValueError(f"{criterion.name} has no cost of a step; accepted: sums")
+    terms = criterion.terms(a, b)
+    each = jnp.square(terms) if criterion.outer == "square" else larger(terms, 0)
+    return jnp.sum(each, -1)
+
+
+def station_cost(criterion: Criterion | Weighted, a: Station) -> Float[Array, ...]:
+    """The largest of a station's terms; for criteria whose kind is "max"."""
+    if isinstance(criterion, Weighted) or criterion.kind != "max":
+        raise ValueError(f"{criterion.name} has no cost of a station; accepted: worst stations")
+    return largest(criterion.terms(a), -1)
+
+
+def pointwise_cost(
+    criterion: Criterion | Weighted, a: Station, before: Station
+) -> Float[Array, ...]:
+    """A station judged alone: its cost, or what stands for it where the criterion is a sum."""
+    if isinstance(criterion, Weighted):
+        return _weighted(criterion, [pointwise_cost(one, a, before) for one, _ in criterion.parts])
+    return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
+
+
+def drive_cost(criterion: Criterion | Weighted, stations: Station) -> Float[Array, ...]:
+    """The value of a whole drive; waypoints along the stations' leading axis, [K, ...]."""
+    if isinstance(criterion, Weighted):
+        return _weighted(criterion, [drive_cost(one, stations) for one, _ in criterion.parts])
+    if criterion.kind == "max":
+        return largest(station_cost(criterion, stations), 0)
+    a, b = steps(stations)
+    return jnp.sum(step_cost(criterion, a, b), 0)
+
+
+def steps(stations: Station) -> tuple[Station, Station]:
+    """Where each step begins and where it ends, of stations [K, ...]: two of [K-1, ...]."""
+    return stations.map(lambda of: of[:-1]), stations.map(lambda of: of[1:])
+
+
+def nothing_yet(criterion: Criterion | Weighted, like: Float[Array, ...]) -> Float[Array, ...]:
+    """What `accumulate` starts from: zero, shaped like `like`; for a Weighted [parts, ...]."""
+    if isinstance(criterion, Weighted):
+        return jnp.stack([jnp.zeros_like(like)] * len(criterion.parts))
+    return jnp.zeros_like(like)
+
+
+def accumulate(
+    criterion: Criterion | Weighted,
+    so_far: Float[Array, ...],
+    a: Station,
+    b: Station,
+    first: Numeric,
+) -> Float[Array, ...]:
+    """The cost so far after the step from a to b; first: whether it is a drive's first step.
+
+    The increments add up to `drive_cost` exactly. For a Weighted the costs of its parts are kept,
+    [parts, ...]: `total` adds them up.
+    """
+    if isinstance(criterion, Weighted):
+        kept = [
+            accumulate(one, so_far[i], a, b, first) for i, (one, _) in enumerate(criterion.parts)
+        ]
+        return jnp.stack(kept)
+    if criterion.kind == "sum":
+        return so_far + step_cost(criterion, a, b)
+    begin, end = station_cost(criterion, a), station_cost(criterion, b)
+    return larger(jnp.where(first, begin, larger(so_far, begin)), end)
+
+
+def total(criterion: Criterion | Weighted, so_far: Float[Array, ...]) -> Float[Array, ...]:
+    """One number of what `accumulate` keeps."""
+    if isinstance(criterion, Weighted):
+        return _weighted(criterion, list(so_far))
+    return so_far
+
+
+def larger(a: Array, b: Numeric) -> Array:
+    """max(a, b) with the slope of the one it is.
+
+    That of jnp.maximum and jnp.max asks which operand equals the result, which fails under jit
+    where the operand is computed twice, rounded differently; then the slope is lost.
+    """
+    return jnp.where(a > b, a, b)
+
+
+def largest(terms: Array, axis: int) -> Array:
+    """The same along an axis: the largest entry with the slope of the first that is it."""
+    which = jnp.expand_dims(jnp.argmax(jax.lax.stop_gradient(terms), axis), axis)
+    return jnp.take_along_axis(terms, which, axis).squeeze(axis)
+
+
+def _weighted(criterion: Weighted, values: list[Array]) -> Array:
+    products = [
+        jnp.asarray(weight, value.dtype) * value
+        for (_, weight), value in zip(criterion.parts, values, strict=True)
+    ]
+    return reduce(jnp.add, products)

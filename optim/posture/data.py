@@ -1,0 +1,36 @@
+"""What a posture problem is given, which all that checks or measures it looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+
+if TYPE_CHECKING:
+    import numpy as np
+    from jaxtyping import Float
+
+
+@dataclass(frozen=True)
+class PostureData:
+    """The fields of PostureProblem, which says what they mean."""
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)

@@ -1,0 +1,115 @@
+"""The same drive looked at between its waypoints, the legs moving evenly from one to the next.
+
+A posture problem knows its waypoints alone: what a drive costs between them, and whether it meets
+the constraints there, is no part of it. This measures both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_integer
+from stickslip.optim.posture import traced
+from stickslip.optim.posture.criteria import (
+    Criterion,
+    Weighted,
+    largest,
+    station_cost,
+    step_cost,
+    steps,
+)
+from stickslip.optim.posture.missed import missed_by, tolerated
+from stickslip.optim.posture.station import Station
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.optim.posture.problem import PostureProblem
+
+FACTOR = 10
+"""How many times finer a drive is looked at."""
+LEAST_PAD, MOST = 1024, 2**17
+"""Stations are padded to a power of two, so that few sizes are compiled; no more than MOST are
+looked at, by a lower factor."""
+
+
+class Fine(NamedTuple):
+    """A drive on finer waypoints: the criterion's value, infinite where there are no forces; the
+    longest step [m]; whether the constraints hold, and by how much each is missed at worst."""
+
+    value: float
+    spacing: float
+    feasible: bool
+    residuals: dict[str, float]
+
+
+def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
+    """The problem with `factor` steps in place of each; friction runs straight between waypoints.
+
+    Its constraints hold at more places, so it is another problem, with an optimum of its own.
+    """
+    factor = require_integer("factor", factor)
+    x = _between(problem.x, factor)
+    friction = problem.friction
+    if np.ndim(friction):
+        friction = _between(np.asarray(friction, float), factor)
+    return replace(problem, x=x, friction=friction)
+
+
+def evaluate_finer(
+    problem: PostureProblem, x: Float[np.ndarray, "2K"], factor: int = FACTOR
+) -> Fine:
+    """A drive between its waypoints, `factor` times finer; less where that makes too many."""
+    factor = max(min(factor, MOST // len(problem.x)), 1)
+    fine = finer(problem, factor)
+    angles = _between(problem.angles(x), factor)
+    count = len(fine.x)
+    size = max(LEAST_PAD, 1 << (count - 1).bit_length())
+    with jax.enable_x64(True):
+        shared = replace(fine.posture, criterion=None, leg_rate=None)
+        shared = replace(shared, x=_padded(shared.x, size), friction=_padded(shared.friction, size))
+        found = traced.stations(shared, _padded(angles, size))
+        value = float(_value(fine.posture.criterion, found, np.int32(count)))
+        found = jax.tree.map(lambda of: np.asarray(of)[:count], found)
+    residuals = missed_by(fine, angles, found)
+    kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
+    return Fine(value, float(np.max(np.diff(fine.x))), kept, residuals)
+
+
+def _between(of: np.ndarray, factor: int) -> np.ndarray:
+    """Numbers at waypoints [K, ...] and evenly between them, [(K - 1) factor + 1, ...]."""
+    share = np.arange(factor).reshape(-1, *[1] * (of.ndim - 1)) / factor
+    inner = of[:-1, None] + share * (of[1:] - of[:-1])[:, None]
+    return np.concatenate([inner.reshape(-1, *of.shape[1:]), of[-1:]])
+
+
+def _padded(of: Any, size: int) -> np.ndarray:
+    """The last entry repeated up to that many."""
+    of = np.asarray(of)
+    return np.concatenate([of, np.broadcast_to(of[-1], (size - len(of), *of.shape[1:]))])
+
+
+@jax.jit
+def _value(
+    criterion: Criterion | Weighted, found: Station, count: Int[Array, ""]
+) -> Float[Array, ""]:
+    """The criterion's value over the first `count` stations, the last of which is repeated;
+    infinite where numbers are not finite."""
+
+    def of_one(one: Criterion) -> Array:
+        if one.kind == "max":
+            return largest(station_cost(one, found), 0)
+        cost = step_cost(one, *steps(found))
+        return jnp.sum(jnp.where(jnp.arange(len(cost), dtype=jnp.int32) < count - 1, cost, 0))
+
+    if isinstance(criterion, Weighted):
+        parts = [jnp.asarray(weight, float) * of_one(one) for one, weight in criterion.parts]
+        value = jnp.sum(jnp.stack(parts))
+    else:
+        value = of_one(criterion)
+    return jnp.where(jnp.all(found.finite) & jnp.isfinite(value), value, jnp.inf)

@@ -1,0 +1,47 @@
+"""By how much a drive misses its constraints, in their own units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.optim.problem import FEASIBLE
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.station import Station
+
+
+def missed_by(
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], held: Station
+) -> dict[str, float]:
+    """By how much each constraint is missed at worst, 0 where it is met: see
+    PostureProblem.residuals. held: the stations [K] at these angles."""
+    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
+    missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}
+    for name, at, given in (
+        ("start_angles", 0, problem.start_angles),
+        ("end_angles", -1, problem.end_angles),
+    ):
+        if given is not None:
+            missed[name] = [np.abs(angles[at] - given)]
+    if problem.leg_rate is not None:
+        rate = np.abs(np.diff(angles, axis=0)) / np.diff(problem.x)[:, None]
+        missed["leg_rate"] = [rate - problem.leg_rate]
+    missed["grip"] = [problem.min_grip - held.grip]
+    missed["normal"] = [problem.min_normal - held.N_rear, problem.min_normal - held.N_front]
+    if problem.solver.samples:
+        missed["clearance"] = [problem.min_clearance - held.clearance]
+    worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
+    worst["pose"] = float(np.sum(~np.asarray(held.placed)))
+    return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
+
+
+def tolerated(problem: PostureData, name: str) -> float:
+    """How much of a residual of that name is within FEASIBLE, once scaled as a constraint is."""
+    sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
+    sizes |= {"clearance": problem.params.leg_length, "leg_rate": problem.leg_rate}
+    return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)

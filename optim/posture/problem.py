@@ -1,0 +1,283 @@
+"""The UGV's posture problem: which leg angles to drive over a track with, as plain arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.optim.options import as_floats
+from stickslip.optim.posture import traced
+from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.posture.data import PostureData
+from stickslip.optim.posture.methods import METHODS
+from stickslip.optim.posture.missed import missed_by
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.sizes import STATION, require_jacobian, require_stations
+from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.traced import Posture
+from stickslip.optim.posture.waypoints import check_problem, longest_wheelbase, waypoints_along
+from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.result import Evaluation
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+
+@dataclass(frozen=True)
+class PostureProblem(PostureData, Problem[PostureResult]):
+    """Leg angles at each waypoint that are best by a criterion, under constraints.
+
+    params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
+    [m], increasing, two or more. criterion: a name of CRITERIA, a Criterion or a Weighted.
+    friction: mu [-], a number or one for each waypoint. leg_rate: how far each leg may turn for
+    each metre that the front wheel goes [rad/m]; None: any move. min_normal: least normal force of
+    each wheel [N]. min_grip: least mu N - |F| of each wheel [N]. min_clearance: of body and legs
+    above the ground [m]. start_angles, end_angles: the first and the last pair where they are
+    given, rear and front [rad]. solver: how poses are found.
+
+    The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
+    computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
+    legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
+    >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
+    """
+
+    def __post_init__(self):
+        object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
+        for name, value in check_problem(self).items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def along(
+        cls,
+        track: Track,
+        criterion: str | Criterion | Weighted = "wheel_energy",
+        params: UGVParams | None = None,
+        spacing: float = 0.1,
+        start: float | None = None,
+        end: float | None = None,
+        **options: Any,
+    ) -> PostureProblem:
+        """Waypoints along a track, evenly spaced by at most `spacing` [m].
+
+        start, end: the front wheel's first and last place [m]; by default the first one is so far
+        in that the rear wheel stays on the track in every posture, and the last one is the track's
+        end. options: the other fields. ValueError for a track that is too short.
+        """
+        known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
+        require_known(options, sorted(known))
+        params = UGVParams() if params is None else params
+        x = waypoints_along(track, params, spacing, start, end, STATION)
+        return cls(params, track, x, criterion, **options)
+
+    methods = METHODS
+    result_kind = PostureResult
+    default_method = "dp"
+
+    @property
+    def structure(self) -> frozenset[Structure]:
+        """A row of stations, each of smooth functions of its own pair."""
+        return frozenset({Structure.SMOOTH, Structure.ADDITIVE, Structure.COMPOSITE})
+
+    @property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Least and greatest angles [rad]; the same where an end is given."""
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        low = np.full(self.n, self.params.leg_angle_min, dtype=float)
+        high = np.full(self.n, self.params.leg_angle_max, dtype=float)
+        if self.start_angles is not None:
+            low[:2] = high[:2] = self.start_angles
+        if self.end_angles is not None:
+            low[-2:] = high[-2:] = self.end_angles
+        return low, high
+
+    @cached_property
+    def posture(self) -> Posture:
+        """The same problem as a pytree of float64 numbers, for functions that are traced."""
+        first = float(self.x[0]) - longest_wheelbase(self.params)
+        first -= 2 * float(self.params.wheel_radius)
+        with jax.enable_x64(True):
+            track = jax.tree.map(_number, self.track)
+            odometer = Odometer.along(track, first, float(self.x[-1]))
+            return Posture(
+                params=jax.tree.map(_number, self.params),
+                odometer=jax.tree.map(_number, odometer),
+                x=_number(self.x),
+                friction=_number(np.broadcast_to(self.friction, self.x.shape)),
+                leg_rate=None if self.leg_rate is None else _number(self.leg_rate),
+                min_normal=_number(self.min_normal),
+                min_grip=_number(self.min_grip),
+                min_clearance=_number(self.min_clearance),
+                criterion=jax.tree.map(_number, self.criterion),
+                solver=self.solver,
+            )
+
+    @cached_property
+    def _shared(self) -> Posture:
+        """The posture for what is the same by every criterion, so that all share one program."""
+        return replace(self.posture, criterion=None)
+
+    def objective_of(self, angles):
+        """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
+        return self.posture.objective(angles)
+
+    def constraints_of(self, angles):
+        """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
+        return self.posture.constraints(self.posture.stations(angles), angles)
+
+    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+        """See Problem: the stations are computed once."""
+        angles = self.angles(x)
+        with jax.enable_x64(True):
+            held = traced.stations(self._shared, angles)
+            value = float(traced.value(self.posture.criterion, held))
+            margins = traced.constraints(self._shared, held, angles)
+            held, margins = jax.tree.map(np.asarray, (held, margins))
+        flat = self._flat(margins)
+        feasible = self.meets(angles.reshape(-1), flat)
+        return Evaluation(value, flat, feasible, missed_by(self, angles, held))
+
+    def sample(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """See Problem; compiled once for each power of two that B rounds up to."""
+        angles, count = self._padded(X)
+        if count == 0:
+            return np.zeros(0), np.zeros(0)
+        with jax.enable_x64(True):
+            found = traced.stations(self._shared, angles)
+            value = traced.values(self.posture.criterion, found)
+            missed = traced.shortfall(self._shared, found, angles)
+        return np.array(value)[:count], np.array(missed)[:count]
+
+    def objective(self, x: Float[np.ndarray, "n"]) -> float:
+        """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
+        with jax.enable_x64(True):
+            found = traced.stations(self._shared, self.angles(x))
+            return float(traced.value(self.posture.criterion, found))
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
+        with jax.enable_x64(True):
+            found = traced.stations_and_slopes(self._shared, self.angles(x))
+            return np.array(traced.gradient(self.posture.criterion, *found)).reshape(-1)
+
+    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """The values of a batch; compiled once for each power of two that B rounds up to."""
+        angles, count = self._padded(X)
+        if count == 0:
+            return np.zeros(0)
+        with jax.enable_x64(True):
+            found = traced.stations(self._shared, angles)
+            return np.array(traced.values(self.posture.criterion, found))[:count]
+
+    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+        """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
+        angles = self.angles(x)
+        with jax.enable_x64(True):
+            held = traced.stations(self._shared, angles)
+            found = jax.tree.map(np.asarray, traced.constraints(self._shared, held, angles))
+        return self._flat(found)
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
+        require_jacobian(self)
+        with jax.enable_x64(True):
+            held = traced.stations_and_slopes(self._shared, self.angles(x))
+            found = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, *held))
+        rows = np.zeros((sum(self._sizes.values()), self.n))
+        K, groups = len(self.x), self.constraint_groups
+        for name, of in found.items():
+            m = of.shape[1]
+            block = rows[groups[name]].reshape(K, m, K, 2)
+            block[np.arange(K), :, np.arange(K)] = of
+        if self.leg_rate is not None:
+            block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, self.n)
+            per_angle = 1 / (self.leg_rate * np.diff(self.x))
+            for step in range(K - 1):
+                for leg in range(2):
+                    for row, sign in enumerate((-1, 1)):
+                        block[step, row, leg, 2 * step + leg] = -sign * per_angle[step]
+                        block[step, row, leg, 2 * step + 2 + leg] = sign * per_angle[step]
+        return rows
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The groups of `constraints`, in their order; Posture.margins says what they are."""
+        return tuple(self._sizes)
+
+    @cached_property
+    def constraint_groups(self) -> dict[str, slice]:
+        """Where each group lies in `constraints`."""
+        ends = np.cumsum(list(self._sizes.values()))
+        return {
+            name: slice(int(end) - size, int(end))
+            for (name, size), end in zip(self._sizes.items(), ends, strict=True)
+        }
+
+    @cached_property
+    def _sizes(self) -> dict[str, int]:
+        K = len(self.x)
+        sizes = {"grip": 4 * K, "normal": 2 * K}
+        sizes |= {"clearance": K} if self.solver.samples else {}
+        sizes |= {"pose": K}
+        return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
+
+    def residuals(self, x: Float[np.ndarray, "n"]) -> dict[str, float]:
+        """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
+
+        leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
+        [m], pose: how many waypoints have no pose. Infinite where numbers are not finite.
+        """
+        return missed_by(self, self.angles(x), self.stations(x))
+
+    def stations(self, x: Float[np.ndarray, "n"]) -> Station:
+        """The stations of a drive, as NumPy arrays [K]."""
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, traced.stations(self._shared, self.angles(x)))
+
+    def angles(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "K 2"]:
+        """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
+        return self._batch(self._numbers(x)[None])[0]
+
+    def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
+        """See Problem."""
+        return self._batch(X).reshape(-1, self.n)
+
+    def _flat(self, margins: dict[str, np.ndarray]) -> Float[np.ndarray, "m"]:
+        return np.concatenate([margins[name].reshape(-1) for name in self.constraint_names])
+
+    def _padded(self, X) -> tuple[Float[np.ndarray, "P K 2"], int]:
+        """A batch as angles, repeated up to a power of two, and how many drives it has."""
+        drives = len(X) if np.ndim(X) else 0
+        size = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
+        require_stations(f"X of {drives} drives", float(size) * len(self.x))
+        angles = self._batch(X)
+        more = size - len(angles) if len(angles) else 0
+        last = np.broadcast_to(angles[-1:], (more, *angles.shape[1:]))
+        return np.concatenate([angles, last]), len(angles)
+
+    def _numbers(self, x: Any) -> np.ndarray:
+        if isinstance(x, np.ndarray) and x.size == 0 and x.dtype == float:
+            return x
+        return as_floats("x", x, f"{self.n} finite numbers, two for each waypoint [rad]")
+
+    def _batch(self, X) -> np.ndarray:
+        array = self._numbers(X)
+        if array.ndim != 2 or array.shape[1] != self.n:
+            shape = array.shape[1:]
+            raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")
+        return array.reshape(-1, len(self.x), 2)
+
+
+def _number(value: Any) -> Any:
+    """A leaf in double precision."""
+    return np.asarray(value, dtype=np.float64)

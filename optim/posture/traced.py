@@ -1,0 +1,214 @@
+"""The traced side of a posture problem: its functions of the leg angles, for jit and vmap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
+from stickslip.optim.posture.station import Station, station
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Posture:
+    """A posture problem as a pytree of numbers: problems of one structure share compiled programs.
+
+    Fields as in PostureProblem; x and friction are [K]. Arrays of angles are [K, 2], rear and front
+    leg at each waypoint [rad]; they may lie outside the range.
+    """
+
+    params: UGVParams
+    odometer: Odometer
+    """The track, and the arc length along it."""
+    x: Float[Array, "K"]
+    friction: Float[Array, "K"]
+    leg_rate: Numeric
+    """[rad/m], or None: any."""
+    min_normal: Numeric
+    min_grip: Numeric
+    min_clearance: Numeric
+    criterion: Any
+    """Criterion or Weighted; None where it does not matter, so that all share one program."""
+    solver: PoseSolver = field(metadata={"static": True})
+
+    @property
+    def track(self) -> Track:
+        """The ground."""
+        return self.odometer.track
+
+    def stations_at(
+        self,
+        x: Float[Array, ...],
+        friction: Float[Array, ...],
+        angles: Float[Array, "... 2"],
+    ) -> Station:
+        """Any stations on the problem's track."""
+        return station(self.params, self.track, self.odometer, x, angles, friction, self.solver)
+
+    def stations(self, angles: Float[Array, "K 2"]) -> Station:
+        """The stations of the waypoints, [K]."""
+        return self.stations_at(self.x, self.friction, angles)
+
+    def objective(self, angles: Float[Array, "K 2"]) -> Float[Array, ""]:
+        """The criterion's value, infinite where a station's numbers are not finite; never NaN."""
+        return finite_cost(self.criterion, self.stations(angles))
+
+    def terms(self, angles: Float[Array, "K 2"]):
+        """The criterion's smooth terms: [K-1, m] of a sum, [K, m] of a maximum.
+
+        For a Weighted: a list with those of each part.
+        """
+        found = self.stations(angles)
+        a, b = steps(found)
+
+        def of(one: Criterion):
+            return one.terms(a, b) if one.kind == "sum" else one.terms(found)
+
+        if isinstance(self.criterion, Weighted):
+            return [of(one) for one, _ in self.criterion.parts]
+        return of(self.criterion)
+
+    def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
+        """What is left of each constraint of a station, by name, scaled; satisfied where >= 0.
+
+        grip: mu N - |F| - min_grip, as two smooth terms for each wheel, over the weight. normal:
+        N - min_normal of both wheels, over the weight. clearance: less min_clearance, over the leg
+        length (left out where the solver looks at no samples). pose: 1 where the vehicle has a
+        place on the track, else -1. Numbers that are not finite count as -1.
+        """
+        wheels = ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
+        grip = jnp.stack([at.friction * N - s * F for F, N in wheels for s in (1, -1)], -1)
+        normal = jnp.stack([at.N_rear, at.N_front], -1)
+        W = self.params.weight
+        found = {
+            "grip": (grip - self.min_grip) / W,
+            "normal": (normal - self.min_normal) / W,
+        }
+        if self.solver.samples:
+            low = (at.clearance - self.min_clearance) / self.params.leg_length
+            found["clearance"] = low[..., None]
+        one = jnp.ones_like(at.torque)
+        found["pose"] = jnp.where(at.placed, one, -one)[..., None]
+        return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}
+
+    def rate_margins(self, angles: Float[Array, "K 2"]) -> Float[Array, "K-1 4"]:
+        """1 -+ each leg's move over what the rate allows; satisfied where >= 0."""
+        share = jnp.diff(angles, axis=0) / (self.leg_rate * jnp.diff(self.x))[:, None]
+        return jnp.concatenate([1 - share, 1 + share], -1)
+
+    def constraints(
+        self, found: Station, angles: Float[Array, "K 2"]
+    ) -> dict[str, Float[Array, "... m"]]:
+        """All margins of stations [K] at these angles: `margins`, and leg_rate if it is limited."""
+        kept = self.margins(found)
+        return kept if self.leg_rate is None else kept | {"leg_rate": self.rate_margins(angles)}
+
+
+@jax.jit
+def stations(posture: Posture, angles: Float[Array, "... K 2"]) -> Station:
+    """`Posture.stations`, compiled; any batch of drives."""
+    return posture.stations(angles)
+
+
+@jax.jit
+def stations_and_slopes(posture: Posture, angles: Float[Array, "K 2"]) -> tuple[Station, Station]:
+    """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
+
+    def of_one(x, friction, pair):
+        found = posture.stations_at(x, friction, pair)
+        return found._replace(status=jnp.zeros_like(found.torque)), found.status
+
+    def with_slopes(x, friction, pair):
+        slopes, status = jax.jacfwd(of_one, argnums=2, has_aux=True)(x, friction, pair)
+        return slopes, status
+
+    found = posture.stations(angles)
+    slopes, _ = jax.vmap(with_slopes)(posture.x, posture.friction, angles)
+    return found, slopes
+
+
+@jax.jit
+def value(criterion: Criterion | Weighted, found: Station) -> Float[Array, ""]:
+    """The criterion's value of stations [K]."""
+    return finite_cost(criterion, found)
+
+
+@jax.jit
+def values(criterion: Criterion | Weighted, found: Station) -> Float[Array, "B"]:
+    """The same of a batch of drives, stations [B, K]."""
+    return jax.vmap(lambda one: finite_cost(criterion, one))(found)
+
+
+@jax.jit
+def shortfall(posture: Posture, found: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
+    """The scaled margins that a batch of drives misses, summed; found: their stations [B, K]."""
+
+    def of_one(one, pairs):
+        margins = posture.constraints(one, pairs).values()
+        return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
+
+    return jax.vmap(of_one)(found, angles)
+
+
+@jax.jit
+def gradient(
+    criterion: Criterion | Weighted, found: Station, slopes: Station
+) -> Float[Array, "K 2"]:
+    """Slope of the value in every angle; 0 where it is not finite."""
+    *numbers, status = found
+
+    def cost(numbers):
+        return finite_cost(criterion, Station._make([*numbers, status]))
+
+    by_field = zip(jax.grad(cost)(numbers), slopes[:-1], strict=True)
+    parts = [_contract(weight, slope) for weight, slope in by_field]
+    whole = reduce(jnp.add, parts)
+    return jnp.where(jnp.isfinite(whole), whole, 0)
+
+
+def _contract(weight: Array, slope: Array) -> Array:
+    """Slope of the value in the angles [K, 2] through one field, [K] or [K, 2]."""
+    product = weight[..., None] * slope
+    return product if weight.ndim == 1 else jnp.sum(product, 1)
+
+
+@jax.jit
+def constraints(
+    posture: Posture, found: Station, angles: Float[Array, "K 2"]
+) -> dict[str, Float[Array, "... m"]]:
+    """`Posture.constraints` of stations [K] at these angles."""
+    return posture.constraints(found, angles)
+
+
+@jax.jit
+def margin_slopes(
+    posture: Posture, found: Station, slopes: Station
+) -> dict[str, Float[Array, "K m 2"]]:
+    """Slopes of each station's margins in its own two angles; 0 where not finite."""
+    *numbers, status = found
+
+    def margins(*numbers):
+        return posture.margins(Station._make([*numbers, status]))
+
+    each = []
+    for angle in range(2):
+        along = [slope[..., angle] for slope in slopes[:-1]]
+        each.append(jax.jvp(margins, tuple(numbers), tuple(along))[1])
+    both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), *each)
+    return {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}
+
+
+def finite_cost(criterion: Criterion | Weighted, found: Station) -> Float[Array, ""]:
+    """The criterion's value, infinite where a station's numbers are not finite; never NaN."""
+    cost = drive_cost(criterion, found)
+    return jnp.where(jnp.all(found.finite) & jnp.isfinite(cost), cost, jnp.inf)

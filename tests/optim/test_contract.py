@@ -1,0 +1,138 @@
+"""`solve` and its results are for every problem; each offers the methods that it fits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import Track
+from stickslip.optim import (
+    METHODS,
+    OptimStatus,
+    PostureProblem,
+    PostureResult,
+    Problem,
+    Result,
+    Structure,
+    methods_of,
+    solve,
+)
+from stickslip.optim.solve import GENERAL
+from tests.optim.toy import Nearest, Steps
+
+TARGET = np.array([3.0, 4.0])
+
+
+@pytest.fixture(params=["gradient", "cma"])
+def method(request) -> str:
+    if request.param == "cma":
+        pytest.importorskip("cma")
+    return request.param
+
+
+def test_methods_find_the_nearest_point_of_a_disc(method):
+    problem = Nearest(TARGET, 1.5)
+    found = solve(problem, method, start=[0.5, -0.5])
+    assert type(found) is Result
+    assert found.status is OptimStatus.FEASIBLE
+    assert found.method == method
+    assert found.feasible
+    near = 1e-6 if method == "gradient" else 1e-3
+    np.testing.assert_allclose(found.x, TARGET / 5 * 1.5, atol=near)
+    assert found.value == pytest.approx(3.5**2, rel=near)
+    assert found.lower_bound is None
+    assert found.residuals["disc"] <= 1e-6
+    assert found.seconds > 0
+
+
+def test_a_given_number_stays(method):
+    problem = Nearest(TARGET, 1.5, given=0.9)
+    found = solve(problem, method)
+    np.testing.assert_allclose(found.x, [0.9, 1.2], atol=1e-4)
+    view = solve(problem.free, method)
+    np.testing.assert_allclose(view.x, [1.2], atol=1e-4)
+    assert view.value == pytest.approx(found.value, rel=1e-3)
+
+
+def test_a_point_is_evaluated_once_for_a_result():
+    problem = Nearest(TARGET, 1.5)
+    found = problem.result([3.0, 0.0], method="by hand", status=OptimStatus.OPTIMAL, began=0.0)
+    assert problem.looked_at == 1
+    assert found.status is OptimStatus.VIOLATED
+    assert found.residuals == {"disc": 1.5}
+
+
+def test_a_problem_is_offered_what_it_fits():
+    assert set(methods_of(Nearest(TARGET, 1))) == {"gradient", "cma"}
+    assert set(methods_of(Steps(TARGET, 1))) == {"cma"}
+    with pytest.raises(ValueError, match=r"method = 'gradient' is unknown; accepted: 'cma'"):
+        solve(Steps(TARGET, 1), "gradient")
+    with pytest.raises(ValueError, match="problem = 3"):
+        solve(3)  # type: ignore[arg-type]
+
+
+def test_values_alone_will_do_with_holes_in_them():
+    pytest.importorskip("cma")
+    found = solve(Steps([-1.0, 1.0], 1.5), "cma", start=[1.0, 0.0], seed=2)
+    np.testing.assert_allclose(found.x, [0.0, 1.0], atol=1e-3)
+    none = solve(Steps([1.0, 1.0], 1.5), "cma", start=[-1.0, 0.0])
+    assert none.status is OptimStatus.FAILED
+    assert "no value" in none.message
+
+
+def test_batches_and_samples_are_the_points_one_by_one():
+    problem = Nearest(TARGET, 1.5)
+    X = np.random.default_rng(0).uniform(-2, 2, (7, 2))
+    values, missed = problem.sample(X)
+    np.testing.assert_array_equal(values, [problem.objective(x) for x in X])
+    np.testing.assert_array_equal(values, problem.objectives(X))
+    short = [max(-problem.constraints(x)[0], 0) for x in X]
+    np.testing.assert_array_equal(missed, short)
+    assert [problem.is_feasible(x) for x in X] == [of < 1e-6 for of in short]
+
+
+def test_slopes_are_said_to_be_missing_where_there_are_none():
+    class Bare(Problem[Result]):
+        n = 1
+        bounds = np.zeros(1), np.ones(1)
+        evaluate = Nearest.evaluate
+
+    for function in (Bare().gradient, Bare().jacobian):
+        with pytest.raises(NotImplementedError, match="Bare has no slopes"):
+            function(np.zeros(1))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"start": [1.0]}, r"start has shape \(1,\)"),
+        ({"start": [np.nan, 0]}, "start"),
+        ({"iterations": 0}, "iterations = 0"),
+        ({"tolerance": -1.0}, "tolerance = -1.0"),
+        ({"angles": 3}, "'angles' is no option of 'gradient'; accepted: start, iterations"),
+    ],
+)
+def test_bad_options_are_refused_by_name(options, said):
+    with pytest.raises(ValueError, match=said):
+        solve(Nearest(TARGET, 1), "gradient", **options)
+
+
+def test_a_posture_problem_is_one_of_them():
+    problem = PostureProblem.along(Track.bump(), spacing=1.0)
+    assert isinstance(problem, Problem)
+    assert list(METHODS) == list(methods_of(problem))
+    assert not set(GENERAL) - set(METHODS)
+    assert {Structure.ADDITIVE, Structure.SMOOTH} <= problem.structure
+    found = solve(problem, angles=5, polish=False)
+    assert isinstance(found, PostureResult)
+    assert found.method == "dp"
+    assert found.leg_angles is not None
+    evaluation = problem.evaluate(found.x)
+    assert evaluation.value == found.value == problem.objective(found.x)
+    np.testing.assert_array_equal(evaluation.margins, problem.constraints(found.x))
+    assert evaluation.residuals == problem.residuals(found.x) == found.residuals
+    X = np.stack([found.x, problem.bounds[0], problem.bounds[1]])
+    values, missed = problem.sample(X)
+    np.testing.assert_array_equal(values, problem.objectives(X))
+    kept = [problem.is_feasible(x, 1e-12) for x in X]
+    assert [bool(of <= 1e-12) for of in missed] == kept
