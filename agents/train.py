@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.config_fields import Configuration
 
-PACKAGES = ("stable_baselines3", "tensorboard", "tqdm")
+PACKAGES = ("stable_baselines3", "tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed to train at all."""
 
 
