@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.checkpoint import foreign_to, list_checkpoints, read_state
-from stickslip.agents.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.agents.foreign import RefusedError, read_text, refusing
 from stickslip.agents.machines import read_configuration
+from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 CONFIG, VERSIONS = "config.json", "versions.json"
 FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
-"""An animation that was being written."""
+"""How earlier versions named an animation that was being written."""
 LOGS = "events.out.tfevents"
 """How TensorBoard's files begin."""
 PACKAGES = (

@@ -16,12 +16,12 @@ import pytest
 from stickslip.agents import statistics
 from stickslip.agents.controllers import ComputedTorque, ConstantTorque
 from stickslip.agents.evaluate import MIN_DISTANCE, evaluate
-from stickslip.agents.files import write_whole
 from stickslip.agents.mlp import MLPPolicy
 from stickslip.agents.rollout import episode_key, rollout
 from stickslip.agents.scenes import SCENES, scene_by_name
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymEnv, Randomisation
+from stickslip.records.files import write_whole
 
 ENV = BipedEnv()
 STARTS = Randomisation(
