@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
-from stickslip.agents.config_fields import Configuration, entry
+from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room
+from stickslip.agents.config_fields import Configuration, entry, group
+from stickslip.agents.config_groups import PPOSettings, require_whole_batches
 from stickslip.optim.criteria import CRITERIA
 
 OBSERVATION = 9
@@ -24,7 +25,8 @@ class UGVTrainConfig(Configuration):
     """How a policy of the UGV is trained, with PPO. The defaults take minutes on two cores.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
-    from them. Bad values raise ValueError naming the field, what was given and what is accepted.
+    from them; groups as in TrainConfig. Bad values raise ValueError naming the field, what was
+    given and what is accepted.
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
@@ -71,14 +73,7 @@ class UGVTrainConfig(Configuration):
     hidden: int = _same("hidden", 64)
     layers: int = _same("layers", 2)
     threads: int = _same("threads", 1)
-    rollout_steps: int = _same("rollout_steps", 128)
-    epochs: int = _same("epochs", 10)
-    gae_lambda: float = _same("gae_lambda", 0.95)
-    clip_range: float = _same("clip_range", 0.2)
-    noise: float = entry(
-        1.0, float, "standard deviation of exploration, in leg rates", low=0, strict=True
-    )
-    final_noise: float = entry(0.2, float, "the same at the end", low=0, strict=True)
+    ppo: PPOSettings = group(PPOSettings(epochs=10, noise=1.0, final_noise=0.2))
 
     checkpoint_interval: int = _same("checkpoint_interval", 65_536)
     keep_checkpoints: int = _same("keep_checkpoints", 2)

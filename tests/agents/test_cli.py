@@ -5,14 +5,13 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.config import TrainConfig, every_field
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.cli import INTERRUPTED, OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
@@ -201,7 +200,7 @@ def test_help_names_every_field_of_the_configuration(capsys):
         main(["train", "--help"])
     assert left.value.code == OK
     shown = capsys.readouterr().out
-    for name in (one.name for one in fields(TrainConfig)):
+    for name in (one.name for one in every_field(TrainConfig)):
         assert f"--{name.replace('_', '-')}" in shown
 
 
