@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents import config_fields
-from stickslip.agents.arrays_file import LARGEST
 from stickslip.agents.config_fields import Configuration, entry, rule_of
 from stickslip.agents.foreign import LARGEST_TEXT
-from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.plain_checks import require_memory
 
 if TYPE_CHECKING:
     import argparse
@@ -146,6 +145,8 @@ def require_room(config: Any, observation: int) -> None:
 
     observation: about how many numbers an observation has.
     """
+    from stickslip.agents.arrays_file import LARGEST
+
     widths = [observation, *[config.hidden] * config.layers, 2]
     size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
     if size > LARGEST - 2 * LARGEST_TEXT:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents.foreign import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.rules import Rule
-from stickslip.dynamics.checks import require_known, shown
+from stickslip.dynamics.plain_checks import require_known, shown
 
 if TYPE_CHECKING:
     import argparse

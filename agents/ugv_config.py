@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
 from stickslip.agents.config_fields import Configuration, entry
-from stickslip.optim.criteria import CRITERIA
+from stickslip.optim.names import CRITERIA_IN_WORDS
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
@@ -31,7 +31,9 @@ class UGVTrainConfig(Configuration):
     seed: int = _same("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
-    criterion: str = entry("wheel_energy", str, "what is to be small", choices=tuple(CRITERIA))
+    criterion: str = entry(
+        "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
+    )
     tracks: str = entry("random-bump", str, "ground, by name; random-... is drawn at each start")
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = entry(
