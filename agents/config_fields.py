@@ -37,6 +37,8 @@ class Configuration:
     """
 
     machine: ClassVar[str] = BIPED
+    GROUPS: ClassVar[dict[str, str]] = {}
+    """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
     """Pairs of fields of which at most one is given, and what both of them decide."""
 
@@ -117,21 +119,34 @@ def content_of(text: str) -> dict[str, Any]:
 
 
 def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> None:
-    """One flag for each field; only those given appear in the parsed arguments."""
+    """One flag for each field, in groups; only those given appear in the parsed arguments."""
     import argparse
 
+    group: Any = parser
     for one in _fields(kind):
+        if one.name in kind.GROUPS:
+            group = parser.add_argument_group(kind.GROUPS[one.name])
         rule = rule_of(one)
         options: dict[str, Any] = {"default": argparse.SUPPRESS, "dest": one.name}
-        shown = "none" if one.default is None else one.default
-        options["help"] = f"{rule.about} (default: {shown})".replace("%", "%%")
+        options["help"] = _help_of(one, kind).replace("%", "%%")
         if rule.kind is bool:
             options["action"] = argparse.BooleanOptionalAction
         elif rule.kind == "range":
             options |= {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
         else:
             options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
-        parser.add_argument("--" + one.name.replace("_", "-"), **options)
+        group.add_argument("--" + one.name.replace("_", "-"), **options)
+
+
+def _help_of(one: Any, kind: type[Configuration]) -> str:
+    """What a field is, what it may be where that is a name, and its defaults."""
+    rule = rule_of(one)
+    choices = f": {', '.join(rule.choices)}" if rule.choices else ""
+    defaults = "none" if one.default is None else f"{one.default}"
+    for algorithm in next(rule_of(of).choices for of in _fields(kind) if of.name == "algorithm"):
+        other = kind._defaults(algorithm).get(one.name, one.default)
+        defaults += f"; {algorithm}: {other}" if other != one.default else ""
+    return f"{rule.about}{choices} (default: {defaults})"
 
 
 def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:

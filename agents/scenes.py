@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics import Scene
 
 
+SCENE = "slippery"
+"""The floor where none is named."""
 SCENES: Built[Scene] = Built(
     {
         "slippery": lambda: dynamics.Scene.uniform(0.06, 0.05),

@@ -34,6 +34,10 @@ RANDOM: Built[RandomTrack] = Built(
         "random-mixed": lambda: envs.RandomTrack((0.0, 0.15), roughness=(CLASS_A, CLASS_C)),
     }
 )
+GROUND = "random-bump"
+"""The ground where none is named."""
+VIEWED = "bump"
+"""The ground that a baseline alone is viewed on, where none is named."""
 TRACK_NAMES = (*RANDOM, *FIXED)
 """random-bump: bumps of 2 to 20 cm; random-rough: classes A to D of ISO 8608; random-mixed: bumps
 up to 15 cm on classes A to C. The others are named tracks with their defaults."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         ground_forces,
         leg_torques,
     )
+    from stickslip.dynamics.ugv.names import TRACKS
     from stickslip.dynamics.ugv.odometer import Odometer
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.pose import Pose, place, pose
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
     from stickslip.dynamics.ugv.rolling import wheel_turns
     from stickslip.dynamics.ugv.settings import Setting
-    from stickslip.dynamics.ugv.track import TRACKS, Track
+    from stickslip.dynamics.ugv.track import Track
     from stickslip.dynamics.ugv.wheel import Contact
 else:
     __getattr__, __dir__ = loaded_when_used(
@@ -41,6 +42,7 @@ else:
                 "ground_forces",
                 "leg_torques",
             ),
+            "names": ("TRACKS",),
             "odometer": ("Odometer",),
             "params": ("UGVParams",),
             "pose": ("Pose", "place", "pose"),
@@ -48,7 +50,7 @@ else:
             "recommendation": ("Recommendation", "recommend"),
             "rolling": ("wheel_turns",),
             "settings": ("Setting",),
-            "track": ("TRACKS", "Track"),
+            "track": ("Track",),
             "wheel": ("Contact",),
         },
     )
