@@ -7,19 +7,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents import config_fields
-from stickslip.agents.arrays_file import LARGEST
 from stickslip.agents.config_fields import Configuration, entry, every_field, group, rule_of
 from stickslip.agents.config_groups import PPOSettings, SACSettings, require_whole_batches
 from stickslip.agents.foreign import LARGEST_TEXT
-from stickslip.dynamics.checks import require_memory
+from stickslip.agents.scenes import SCENE, SCENES
+from stickslip.dynamics.plain_checks import require_memory
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
-SCENE = "slippery"
-"""The floor where none is named."""
 
 MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
@@ -55,7 +53,7 @@ class TrainConfig(Configuration):
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
-    scene: str = entry(SCENE, str, "floor, by name")
+    scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
@@ -103,6 +101,15 @@ class TrainConfig(Configuration):
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
 
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "scene": "task",
+        "random_friction": "training episodes and their reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "buffer_size": "SAC",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
     EXCLUSIVE: ClassVar = {
         ("scene", "mu_static"): "floor",
         ("payload", "random_payload"): "payload",
@@ -137,6 +144,8 @@ def require_room(config: Any, observation: int) -> None:
 
     observation: about how many numbers an observation has.
     """
+    from stickslip.agents.arrays_file import LARGEST
+
     widths = [observation, *[config.hidden] * config.layers, 2]
     size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
     if size > LARGEST - 2 * LARGEST_TEXT:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from stickslip.agents.foreign import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.rules import Rule
-from stickslip.dynamics.checks import require_kind, require_known, shown
+from stickslip.dynamics.plain_checks import require_kind, require_known, shown
 
 if TYPE_CHECKING:
     import argparse
@@ -83,6 +83,8 @@ class Configuration(Settings):
     """
 
     machine: ClassVar[str] = BIPED
+    GROUPS: ClassVar[dict[str, str]] = {}
+    """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
     """Pairs of fields of which at most one is given, and what both of them decide."""
 
@@ -177,21 +179,35 @@ def content_of(text: str) -> dict[str, Any]:
 
 
 def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> None:
-    """One flag for each field; only those given appear in the parsed arguments."""
+    """One flag for each field, in groups; only those given appear in the parsed arguments."""
     import argparse
 
+    under: Any = parser
     for one in every_field(kind):
+        if one.name in kind.GROUPS:
+            under = parser.add_argument_group(kind.GROUPS[one.name])
         rule = rule_of(one)
         options: dict[str, Any] = {"default": argparse.SUPPRESS, "dest": one.name}
-        shown = "none" if one.default is None else one.default
-        options["help"] = f"{rule.about} (default: {shown})".replace("%", "%%")
+        options["help"] = _help_of(one, kind).replace("%", "%%")
         if rule.kind is bool:
             options["action"] = argparse.BooleanOptionalAction
         elif rule.kind == "range":
             options |= {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
         else:
             options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
-        parser.add_argument("--" + one.name.replace("_", "-"), **options)
+        under.add_argument("--" + one.name.replace("_", "-"), **options)
+
+
+def _help_of(one: Any, kind: type[Configuration]) -> str:
+    """What a field is, what it may be where that is a name, and its defaults."""
+    rule = rule_of(one)
+    choices = f": {', '.join(rule.choices)}" if rule.choices else ""
+    defaults = "none" if one.default is None else f"{one.default}"
+    rules = {of.name: rule_of(of) for of in every_field(kind)}
+    for algorithm in rules["algorithm"].choices:
+        other = kind._defaults(algorithm).get(one.name, one.default)
+        defaults += f"; {algorithm}: {other}" if other != one.default else ""
+    return f"{rule.about}{choices} (default: {defaults})"
 
 
 def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room
 from stickslip.agents.config_fields import Configuration, entry, group
 from stickslip.agents.config_groups import PPOSettings, require_whole_batches
-from stickslip.optim.criteria import CRITERIA
+from stickslip.agents.ugv_tracks import FIXED, GROUND, RANDOM
+from stickslip.optim.names import CRITERIA_IN_WORDS
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
@@ -33,8 +34,14 @@ class UGVTrainConfig(Configuration):
     seed: int = _same("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
-    criterion: str = entry("wheel_energy", str, "what is to be small", choices=tuple(CRITERIA))
-    tracks: str = entry("random-bump", str, "ground, by name; random-... is drawn at each start")
+    criterion: str = entry(
+        "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
+    )
+    tracks: str = entry(
+        GROUND,
+        str,
+        f"ground, drawn at each start: {', '.join(RANDOM)}; or {', '.join(FIXED)}; or a file",
+    )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = entry(
         None, "range", "friction drawn at each start instead", low=0, optional=True
@@ -80,6 +87,15 @@ class UGVTrainConfig(Configuration):
     evaluation_episodes: int = _same("evaluation_episodes", 32)
 
     machine = "ugv"
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "criterion": "task",
+        "preview": "what is observed of the ground",
+        "reward_scale": "training reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     def _check_together(self) -> None:

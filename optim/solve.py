@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known
+from stickslip.optim.names import METHODS
 from stickslip.optim.polish import ON_GRID, polished, require_room
 from stickslip.optim.problem import PostureProblem
 
@@ -15,15 +16,7 @@ if TYPE_CHECKING:
 
     from stickslip.optim.result import Result
 
-METHODS: dict[str, str] = {
-    "grid": "every pair of angles at each waypoint, the best one chosen point by point",
-    "dp": "dynamic programming over the grid: the best path of all, proved",
-    "lp": "the same as a flow in cvxpy: its dual certifies the value",
-    "scp": "sequential convex programming in cvxpy, from a feasible path",
-    "gradient": "nonlinear programming by scipy on exact derivatives",
-    "cma": "evolution by the package cma, where it is installed",
-}
-"""The methods by name. Each is the function solve_<name> of the module stickslip.optim.<name>."""
+__all__ = ["METHODS", "accepted_options", "solve"]
 
 
 def solve(

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.config import TrainConfig, every_field
+from stickslip.agents.config import TrainConfig
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.cli import INTERRUPTED, OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
@@ -193,15 +193,6 @@ def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("stickslip.agents.commands.view_command", interrupt)
     assert main(["view", "computed-torque"]) == INTERRUPTED
     assert "interrupted" in capsys.readouterr().err
-
-
-def test_help_names_every_field_of_the_configuration(capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["train", "--help"])
-    assert left.value.code == OK
-    shown = capsys.readouterr().out
-    for name in (one.name for one in every_field(TrainConfig)):
-        assert f"--{name.replace('_', '-')}" in shown
 
 
 def test_the_program_runs_as_a_module():
