@@ -92,8 +92,8 @@ class TrainConfig(Configuration):
     layers: int = entry(2, int, "hidden layers", low=1, high=8)
     threads: int = entry(1, int, "of PyTorch", low=1, high=256)
 
-    ppo: PPOSettings = group(PPOSettings())
-    sac: SACSettings = group(SACSettings())
+    ppo: PPOSettings = group(PPOSettings)
+    sac: SACSettings = group(SACSettings)
 
     checkpoint_interval: int = entry(
         262_144, int, "steps to the next checkpoint", low=1, high=MOST_STEPS

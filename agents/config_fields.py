@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, field, fields, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from stickslip.agents.foreign import RefusedError, parse_json, require_entries, require_head
@@ -27,9 +28,13 @@ def entry(default: Any, kind: Any, about: str, **rule: Any) -> Any:
     return field(default=default, metadata={"rule": Rule(kind, about, **rule)})
 
 
-def group(default: Settings) -> Any:
-    """A field of a configuration that holds several. Their names are unlike all others."""
-    return field(default=default, metadata={"group": type(default)})
+def group(kind: type[Settings], **defaults: Any) -> Any:
+    """A field of a configuration that holds several, whose names are unlike all others.
+
+    defaults: where they differ from the fields' own. Nothing is built before a configuration is.
+    """
+    about = {"group": kind, "defaults": defaults}
+    return field(default_factory=partial(kind, **defaults), metadata=about)
 
 
 class Field(NamedTuple):
@@ -53,7 +58,7 @@ def every_field(kind: Any) -> list[Field]:
             continue
         for inner in fields(one.metadata["group"]):
             rule = replace(rule_of(inner), about=f"{one.name}: {rule_of(inner).about}")
-            default = getattr(one.default, inner.name)
+            default = one.metadata["defaults"].get(inner.name, inner.default)
             found.append(Field(inner.name, default, {"rule": rule}, one.name))
     return found
 
@@ -141,8 +146,9 @@ class Configuration(Settings):
         left, groups = dict(given), {}
         for one in _fields(cls):
             if "group" in one.metadata:
-                inner = [each.name for each in fields(one.metadata["group"]) if each.name in left]
-                groups[one.name] = replace(one.default, **{name: left.pop(name) for name in inner})
+                kind, values = one.metadata["group"], dict(one.metadata["defaults"])
+                inner = [each.name for each in fields(kind) if each.name in left]
+                groups[one.name] = kind(**values | {name: left.pop(name) for name in inner})
         return cls(**left, **groups)
 
     def to_json(self) -> str:

@@ -80,7 +80,7 @@ class UGVTrainConfig(Configuration):
     hidden: int = _same("hidden", 64)
     layers: int = _same("layers", 2)
     threads: int = _same("threads", 1)
-    ppo: PPOSettings = group(PPOSettings(epochs=10, noise=1.0, final_noise=0.2))
+    ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
 
     checkpoint_interval: int = _same("checkpoint_interval", 65_536)
     keep_checkpoints: int = _same("keep_checkpoints", 2)
