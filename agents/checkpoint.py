@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.agents.foreign import (
     RefusedError,
     parse_json,
@@ -27,6 +26,7 @@ from stickslip.agents.foreign import (
 from stickslip.agents.rules import Rule
 from stickslip.agents.tensors_file import pack, unpack
 from stickslip.dynamics.checks import memory_limit
+from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents import config_fields
-from stickslip.agents.arrays_file import LARGEST
-from stickslip.agents.config_fields import Configuration, entry, rule_of
+from stickslip.agents.config_fields import Configuration, entry, every_field, group, rule_of
+from stickslip.agents.config_groups import PPOSettings, SACSettings, require_whole_batches
 from stickslip.agents.foreign import LARGEST_TEXT
-from stickslip.dynamics.checks import require_memory
+from stickslip.agents.scenes import SCENE, SCENES
+from stickslip.dynamics.plain_checks import require_memory
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
-SCENE = "slippery"
-"""The floor where none is named."""
 
 MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
@@ -45,7 +44,8 @@ class TrainConfig(Configuration):
     """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
-    made from them. Bad values raise ValueError naming the field, what was given and what is
+    made from them; those of one algorithm stand in a group, `config.ppo.epochs`, and `of` takes all
+    of them by their names. Bad values raise ValueError naming the field, what was given and what is
     accepted.
     """
 
@@ -53,7 +53,7 @@ class TrainConfig(Configuration):
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
-    scene: str = entry(SCENE, str, "floor, by name")
+    scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
@@ -92,19 +92,8 @@ class TrainConfig(Configuration):
     layers: int = entry(2, int, "hidden layers", low=1, high=8)
     threads: int = entry(1, int, "of PyTorch", low=1, high=256)
 
-    rollout_steps: int = entry(128, int, "ppo: steps of each environment an update", low=2)
-    epochs: int = entry(6, int, "ppo: passes over a rollout", low=1)
-    gae_lambda: float = entry(0.95, float, "ppo: of the advantage estimate", low=0, high=1)
-    clip_range: float = entry(0.2, float, "ppo: of the probability ratio", low=0, strict=True)
-    noise: float = entry(
-        0.22, float, "ppo: standard deviation of exploration, in torque limits", low=0, strict=True
-    )
-    final_noise: float = entry(0.03, float, "ppo: the same at the end", low=0, strict=True)
-
-    buffer_size: int = entry(300_000, int, "sac: transitions remembered", low=1)
-    learning_starts: int = entry(10_000, int, "sac: random steps beforehand", low=0)
-    gradient_steps: int = entry(8, int, "sac: gradient steps a step of all", low=1)
-    soft_update: float = entry(0.005, float, "sac: tau of the target network", low=0, high=1)
+    ppo: PPOSettings = group(PPOSettings)
+    sac: SACSettings = group(SACSettings)
 
     checkpoint_interval: int = entry(
         262_144, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
@@ -112,6 +101,15 @@ class TrainConfig(Configuration):
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
 
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "scene": "task",
+        "random_friction": "training episodes and their reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "buffer_size": "SAC",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
     EXCLUSIVE: ClassVar = {
         ("scene", "mu_static"): "floor",
         ("payload", "random_payload"): "payload",
@@ -146,6 +144,8 @@ def require_room(config: Any, observation: int) -> None:
 
     observation: about how many numbers an observation has.
     """
+    from stickslip.agents.arrays_file import LARGEST
+
     widths = [observation, *[config.hidden] * config.layers, 2]
     size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
     if size > LARGEST - 2 * LARGEST_TEXT:
@@ -154,21 +154,12 @@ def require_room(config: Any, observation: int) -> None:
             f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
         )
     if config.algorithm == "sac":
-        given, samples = f"buffer_size = {config.buffer_size}", config.buffer_size
+        given, samples = f"buffer_size = {config.sac.buffer_size}", config.sac.buffer_size
     else:
-        given = f"num_envs = {config.num_envs} with rollout_steps = {config.rollout_steps}"
-        samples = config.num_envs * config.rollout_steps
+        steps = config.ppo.rollout_steps
+        given = f"num_envs = {config.num_envs} with rollout_steps = {steps}"
+        samples = config.num_envs * steps
     require_memory(given, "samples", samples, 8 * (observation + 8))
-
-
-def require_whole_batches(config: Any) -> None:
-    """Raise ValueError unless PPO's batches divide a rollout of the configuration."""
-    rollout = config.num_envs * config.rollout_steps
-    if config.batch_size > rollout or rollout % config.batch_size:
-        raise ValueError(
-            f"batch_size = {config.batch_size} is not accepted; accepted: a divisor of "
-            f"num_envs x rollout_steps = {rollout}"
-        )
 
 
 def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration] = TrainConfig) -> None:
@@ -191,9 +182,13 @@ def flags_given(
 __all__ = [
     "ALGORITHMS",
     "DEFAULTS",
+    "PPOSettings",
+    "SACSettings",
     "TrainConfig",
     "add_flags",
+    "every_field",
     "flags_given",
     "from_flags",
+    "require_whole_batches",
     "rule_of",
 ]

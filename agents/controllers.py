@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.biped_names import BIPED_BASELINES
 from stickslip.agents.computed_torque import ComputedTorque
 from stickslip.agents.protocol import Controller, Memoryless, action_of
 from stickslip.dynamics.biped.contact import sticking
@@ -123,11 +124,9 @@ class CrankSpeedPI:
         return after, action_of(torque, env_params, env_state)
 
 
-CONTROLLERS: dict[str, Any] = {
-    "constant-torque": ConstantTorque,
-    "crank-speed-pi": CrankSpeedPI,
-    "computed-torque": ComputedTorque,
-}
+CONTROLLERS: dict[str, Any] = dict(
+    zip(BIPED_BASELINES, (ConstantTorque, CrankSpeedPI, ComputedTorque), strict=True)
+)
 """The baselines by the names that the command line knows."""
 
 

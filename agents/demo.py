@@ -18,7 +18,6 @@ from stickslip.agents.checkpoint import list_checkpoints
 from stickslip.agents.config import TrainConfig
 from stickslip.agents.controllers import CONTROLLERS
 from stickslip.agents.evaluate import evaluate
-from stickslip.agents.files import write_whole
 from stickslip.agents.film import plot_comparison
 from stickslip.agents.policy import load_policy
 from stickslip.agents.rollout import rollout
@@ -27,6 +26,7 @@ from stickslip.agents.train_products import write_products
 from stickslip.agents.train_run import read_config
 from stickslip.agents.train_task import make_task
 from stickslip.dynamics.checks import require_number
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.files import write_whole
 from stickslip.agents.rollout import Rollout, episode_key, horizon, rollout
 from stickslip.agents.statistics import (
     Interval,
@@ -18,10 +17,13 @@ from stickslip.agents.statistics import (
     mean_interval,
     ratio_interval,
 )
-from stickslip.agents.tables import Column, csv_text, json_text, markdown, plain_text
+from stickslip.agents.tables import Column
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped_draw import drawn_robot
+from stickslip.records import table
+from stickslip.records.files import write_whole
+from stickslip.records.table import Table, json_text, undefined
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -133,15 +135,25 @@ class Evaluation:
 
     def to_markdown(self) -> str:
         """A GitHub table."""
-        return markdown(*self._cells())
+        return self._shown().markdown()
 
     def to_text(self) -> str:
         """The same for a terminal: aligned, with a note on the intervals."""
-        return plain_text(*self._cells())
+        return self._shown().terminal(grouped=True)
 
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""
-        return write_whole(path, csv_text(self._records()))
+        flat = [
+            {name: value for name, value in record.items() if name != "metrics"}
+            | {
+                f"{name}{end}": ends[which]
+                for name, ends in record["metrics"].items()
+                for end, which in (("", "value"), ("_low", "low"), ("_high", "high"))
+            }
+            for record in self._records()
+        ]
+        cells = [[None if undefined(value) else value for value in row.values()] for row in flat]
+        return write_whole(path, Table([table.Column(name) for name in flat[0]], cells).csv())
 
     def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
@@ -163,15 +175,15 @@ class Evaluation:
             for row in self.rows
         ]
 
-    def _cells(self) -> tuple[list[str], list[list[str]]]:
-        columns = {name: column for name, (column, _) in self.columns.items()}
-        head = ["scene", "controller", "episodes", *(c.title for c in columns.values())]
-        body = [
-            [row.scene, row.controller, str(row.count)]
-            + [columns[name].show(value) for name, value in row.metrics.items()]
+    def _shown(self) -> Table:
+        metrics = {name: column for name, (column, _) in self.columns.items()}
+        words = (table.Column(name, words=True) for name in ("scene", "controller"))
+        rows = [
+            [row.scene, row.controller, row.count]
+            + [metrics[name].show(value) for name, value in row.metrics.items()]
             for row in self.rows
         ]
-        return head, body
+        return Table([*words, table.Column("episodes"), *metrics.values()], rows)
 
 
 def evaluate(

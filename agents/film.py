@@ -9,9 +9,10 @@ import jax
 from stickslip.agents.plots import plot_comparison, plot_episode
 from stickslip.agents.rollout import Rollout, rollout
 from stickslip.envs.rendering import save_animation
+from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     import numpy as np
@@ -54,26 +55,18 @@ def pictures(
     last = int(played.length) - 1
     yield renderer.draw(env.picture(played.start_state, {}, params))
     shown = 0
-    for index in _counted(range(last + 1), progress):
-        state, info = _row((played.state, played.info), index)
-        frame = env.picture(state, info, params)
-        if (index + 1) * fps / rate >= shown + 1 - 1e-9 or index == last:
-            shown += 1
-            yield renderer.draw(frame)
+    with Bar("drawing", last + 1, "step", progress) as bar:
+        for index in range(last + 1):
+            state, info = _row((played.state, played.info), index)
+            frame = env.picture(state, info, params)
+            if (index + 1) * fps / rate >= shown + 1 - 1e-9 or index == last:
+                shown += 1
+                yield renderer.draw(frame)
+            bar.advance()
 
 
 def _row(tree: Any, index: int) -> Any:
     return jax.tree.map(lambda leaf: leaf[index], tree)
-
-
-def _counted(items: Iterable[int], progress: bool) -> Iterable[int]:
-    if not progress:
-        return items
-    try:
-        from tqdm import tqdm
-    except ModuleNotFoundError:
-        return items
-    return tqdm(items, desc="drawing", unit="step", leave=False)
 
 
 __all__ = ["film", "pictures", "plot_comparison", "plot_episode"]

@@ -16,9 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-import numpy as np
-
-from stickslip.dynamics.checks import require_known, shown
+from stickslip.dynamics.plain_checks import require_known, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -114,6 +112,8 @@ def parse_json(text: str, what: str) -> Any:
 
 def depth_of(raw: bytes) -> int:
     """How deep lists and objects of a JSON text lie in one another, brackets in strings aside."""
+    import numpy as np  # help reads configurations without it
+
     marks = np.frombuffer(STRINGS.sub(b"", raw), np.uint8)
     opened = np.isin(marks, tuple(b"[{")).astype(np.int32) - np.isin(marks, tuple(b"]}"))
     return int(np.max(np.cumsum(opened), initial=0))

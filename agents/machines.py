@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from stickslip.agents.config_fields import BIPED, Configuration, content_of
 from stickslip.agents.foreign import RefusedError
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.plain_checks import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -8,9 +8,10 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from stickslip.agents.files import write_whole
 from stickslip.agents.foreign import LARGEST_TABLE, RefusedError, read_text, refusing
 from stickslip.dynamics.checks import shown
+from stickslip.records.files import write_whole
+from stickslip.records.table import cell_text, csv_line
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,13 +41,13 @@ class MetricsFile:
                     f"run, {', '.join(self.columns)}"
                 )
             lines += [tuple(row.values()) for row in rows if int(row[KEY]) <= upto]
-        write_whole(path, "".join(map(_line, lines)))
+        write_whole(path, "".join(map(csv_line, lines)))
 
     def append(self, timesteps: int, values: Mapping[str, float]) -> None:
         """Add a row; columns without a value stay empty."""
         row = [values.get(name, math.nan) for name in self.columns[1:]]
         with self.path.open("a", encoding="utf-8", newline="") as file:
-            file.write(_line([timesteps, *(_number(value) for value in row)]))
+            file.write(csv_line([timesteps, *(_number(value) for value in row)]))
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -84,11 +85,4 @@ def _require_numbers(rows: list[dict[str, str]]) -> None:
 
 
 def _number(value: float) -> str:
-    value = float(value)
-    return f"{value:.7g}" if math.isfinite(value) else ""
-
-
-def _line(cells) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(cells)
-    return text.getvalue()
+    return cell_text(float(value), 7) if math.isfinite(value) else ""

@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.arrays_file import LARGEST, arrays_in
-from stickslip.agents.files import write_whole
 from stickslip.agents.foreign import (
     LARGEST_TEXT,
     RefusedError,
@@ -24,6 +23,7 @@ from stickslip.agents.foreign import (
 )
 from stickslip.agents.mlp import MLPPolicy
 from stickslip.dynamics.checks import require_number, shown
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

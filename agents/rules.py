@@ -6,12 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_integer,
-    require_kind,
-    require_number,
-)
+from stickslip.dynamics.plain_checks import require_choice, require_kind
 
 MOST = 2**53
 """Whole numbers are at most this, where a rule says no less: each of them is a float, too."""
@@ -53,6 +48,8 @@ class Rule:
         elif self.kind is bool or self.kind is str:
             require_kind(name, value, self.kind, self.accepted)
         elif self.kind is int:
+            from stickslip.dynamics.checks import require_integer  # rules are read without JAX
+
             low, high = int(max(self.low, -MOST)), int(min(self.high, MOST))
             return require_integer(name, value, low=low, high=high, accepted=self.accepted)
         elif self.kind == "range":
@@ -62,6 +59,8 @@ class Rule:
         return value
 
     def _require_one(self, name: str, value: Any) -> float:
+        from stickslip.dynamics.checks import require_number
+
         require_kind(name, value, (int, float), self.accepted)
         require_number(
             name,

@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
-from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.scene import Scene
+from stickslip import dynamics
+from stickslip.agents.built import Built
+from stickslip.dynamics.plain_checks import require_choice
 
-
-class Scenes(Mapping[str, Scene]):
-    """A mapping from name to Scene. A scene is built when it is asked for, so that its numbers have
-    the precision that is then switched on."""
-
-    def __init__(self, builders: dict[str, Callable[[], Scene]]):
-        self._builders = builders
-
-    def __getitem__(self, name: str) -> Scene:
-        return self._builders[name]()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._builders)
-
-    def __len__(self) -> int:
-        return len(self._builders)
+if TYPE_CHECKING:
+    from stickslip.dynamics import Scene
 
 
-SCENES = Scenes(
+SCENE = "slippery"
+"""The floor where none is named."""
+SCENES: Built[Scene] = Built(
     {
-        "slippery": lambda: Scene.uniform(0.06, 0.05),
-        "grip": Scene.grip,
-        "firm": lambda: Scene.uniform(0.5, 0.4),
-        "wet": lambda: Scene.uniform(0.2, 0.15),
-        "ice-patch": lambda: Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5], [0.4, 0.04, 0.4]),
+        "slippery": lambda: dynamics.Scene.uniform(0.06, 0.05),
+        "grip": lambda: dynamics.Scene.grip(),
+        "firm": lambda: dynamics.Scene.uniform(0.5, 0.4),
+        "wet": lambda: dynamics.Scene.uniform(0.2, 0.15),
+        "ice-patch": lambda: dynamics.Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5], [0.4, 0.04, 0.4]),
     }
 )
 """slippery: 0.06 static, 0.05 kinetic, the default of BipedEnv, on which a constant crank rate of

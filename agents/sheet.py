@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.files import write_whole
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from pathlib import Path

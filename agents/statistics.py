@@ -41,13 +41,14 @@ def ratio_interval(above: np.ndarray, below: np.ndarray, least: float) -> Interv
 def fraction_interval(happened: np.ndarray) -> Interval:
     """Share of episodes in which something happened, with Wilson's score interval."""
     happened = np.asarray(happened, bool)
-    n, p = happened.size, float(happened.mean())
-    if n < 2:
-        return Interval(p)
-    z = _normal_quantile()
-    middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    return Interval(p, min(p, max(0.0, float(middle - half))), max(p, min(1.0, middle + half)))
+    share = float(happened.mean())
+    if happened.size < 2:
+        return Interval(share)
+    from scipy.stats import binomtest
+
+    test = binomtest(int(happened.sum()), happened.size)
+    low, high = test.proportion_ci(CONFIDENCE, "wilson")
+    return Interval(share, float(low), float(high))
 
 
 def _student(value: float, residuals: np.ndarray) -> Interval:
@@ -59,9 +60,3 @@ def _student(value: float, residuals: np.ndarray) -> Interval:
     spread = np.sqrt(float(np.sum(residuals**2)) / (n - 1) / n)
     half = float(stdtrit(n - 1, (1 + CONFIDENCE) / 2)) * spread
     return Interval(value, value - half, value + half)
-
-
-def _normal_quantile() -> float:
-    from scipy.special import ndtri
-
-    return float(ndtri((1 + CONFIDENCE) / 2))

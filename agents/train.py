@@ -28,19 +28,19 @@ from stickslip.agents.checkpoint import (
     write_checkpoint,
 )
 from stickslip.agents.evaluate import INTERVALS
-from stickslip.agents.files import write_whole
 from stickslip.agents.machines import Machine, machine_of
 from stickslip.agents.metrics import MetricsFile, read_columns
 from stickslip.agents.policy import from_sb3, save_policy
 from stickslip.agents.train_progress import Progress
 from stickslip.agents.train_run import Run, only_writer, open_run, read_config
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.config_fields import Configuration
 
-PACKAGES = ("stable_baselines3", "tensorboard", "tqdm")
+PACKAGES = ("stable_baselines3", "tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed to train at all."""
 
 

@@ -62,10 +62,10 @@ def make_model(config: TrainConfig, envs: VecEnv, course: Course) -> PPO | SAC:
         model: Any = SAC(
             "MlpPolicy",
             envs,
-            buffer_size=config.buffer_size,
-            learning_starts=config.learning_starts,
-            gradient_steps=config.gradient_steps,
-            tau=config.soft_update,
+            buffer_size=config.sac.buffer_size,
+            learning_starts=config.sac.learning_starts,
+            gradient_steps=config.sac.gradient_steps,
+            tau=config.sac.soft_update,
             train_freq=1,
             policy_kwargs=network,
             **common,
@@ -74,11 +74,11 @@ def make_model(config: TrainConfig, envs: VecEnv, course: Course) -> PPO | SAC:
         model = PPO(
             "MlpPolicy",
             envs,
-            n_steps=config.rollout_steps,
-            n_epochs=config.epochs,
-            gae_lambda=config.gae_lambda,
-            clip_range=config.clip_range,
-            policy_kwargs=network | {"log_std_init": math.log(config.noise)},
+            n_steps=config.ppo.rollout_steps,
+            n_epochs=config.ppo.epochs,
+            gae_lambda=config.ppo.gae_lambda,
+            clip_range=config.ppo.clip_range,
+            policy_kwargs=network | {"log_std_init": math.log(config.ppo.noise)},
             **common,
         )
         model.policy.log_std.requires_grad_(False)
@@ -94,7 +94,7 @@ def set_noise(model: PPO | SAC, config: TrainConfig, course: Course) -> float:
     """
     if not isinstance(model, PPO):
         return math.nan
-    logarithm = course.between(math.log(config.noise), math.log(config.final_noise))
+    logarithm = course.between(math.log(config.ppo.noise), math.log(config.ppo.final_noise))
     model.policy.log_std.data.fill_(logarithm)
     return math.exp(logarithm)
 

@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING, TextIO
 
 from stickslip.agents.remaining import Remaining
+from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,32 +32,19 @@ class Progress:
         machine: Machine,
         after: float = 0.0,
     ):
-        from tqdm import tqdm
-
         self._to = sys.stderr if to is None else to
         self._silent, self._machine = bar is False, machine
         on_terminal = self._to.isatty() if bar is None else bar
         self._at = at
         self._begun = time.monotonic()
         self._remaining = Remaining(total, after)
-        self._bar = tqdm(
-            total=total,
-            initial=at,
-            disable=not on_terminal,
-            file=self._to,
-            unit="step",
-            unit_scale=True,
-            dynamic_ncols=True,
-            desc="training",
-            leave=False,
-        )
+        self._bar = Bar("training", total, "step", on_terminal, at=at, to=self._to, large=True)
 
     def show(self, timesteps: int, row: Mapping[str, float]) -> None:
         """Move the bar; beside it how training episodes go."""
-        self._bar.update(timesteps - self._at)
+        self._bar.advance(timesteps - self._at, self._machine.beside_bar(row))
         self._at = timesteps
         self._remaining.update(self._passed(), timesteps)
-        self._bar.set_postfix_str(self._machine.beside_bar(row))
 
     def tell(self, timesteps: int, row: Mapping[str, float]) -> None:
         """A line for an evaluation."""
@@ -67,8 +55,7 @@ class Progress:
         left = self._remaining.seconds()
         to_go = f", about {_clock(left)} to go" if math.isfinite(left) else ""
         text = f"{timesteps:>10,} steps  {self._machine.line(row)}  {_clock(passed)} gone{to_go}"
-        self._bar.write(text.replace("nan", "  -"), file=self._to)
-        self._to.flush()
+        self._bar.say(text.replace("nan", "  -"))
 
     def _passed(self) -> float:
         return time.monotonic() - self._begun

@@ -6,15 +6,16 @@ import json
 import os
 import platform
 import re
+import sys
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.checkpoint import foreign_to, list_checkpoints, read_state
-from stickslip.agents.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.agents.foreign import RefusedError, read_text, refusing
 from stickslip.agents.machines import read_configuration
+from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 CONFIG, VERSIONS = "config.json", "versions.json"
 FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
-"""An animation that was being written."""
+"""How earlier versions named an animation that was being written."""
 LOGS = "events.out.tfevents"
 """How TensorBoard's files begin."""
 PACKAGES = (
@@ -126,25 +127,24 @@ def versions() -> dict[str, str]:
 def only_writer(path: Path) -> Iterator[None]:
     """Hold the run's lock, or raise ValueError while another process holds it.
 
-    The system lets go of it when the process ends, however it ends. Without such locks (Windows)
-    nothing is checked. Makes the directory if there is none.
+    It lies on the directory itself: no file is left behind, and the system lets go of it when the
+    process ends, however it ends. Windows cannot lock directories; there nothing is checked. Makes
+    the directory if there is none.
     """
     if path.exists() and not path.is_dir():
         raise ValueError(f"{path} is a file; accepted: a directory for the run")
     path.mkdir(parents=True, exist_ok=True)
-    try:
-        import fcntl
-    except ModuleNotFoundError:
+    if sys.platform == "win32":
         yield
         return
+    from filelock import lock_descriptor
+
     handle = os.open(path, os.O_RDONLY)
     try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_descriptor(handle, blocking=False):
             raise ValueError(
                 f"{path}: another process is training there; accepted: another directory"
-            ) from None
+            )
         yield
     finally:
         os.close(handle)

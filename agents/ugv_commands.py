@@ -9,14 +9,13 @@ from stickslip.agents.evaluate import Evaluation, joined
 from stickslip.agents.places import Named, Place, named_controller, places_of, same_unit
 from stickslip.agents.rollout import episode_key, rollout
 from stickslip.agents.ugv_evaluate import evaluate_ugv, first_state
+from stickslip.agents.ugv_tracks import VIEWED
 from stickslip.agents.view_files import require_writable, show_window, view_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 KIND: Any = ugv_parts
-VIEWED = "bump"
-"""The ground of a baseline alone, where none is named."""
 
 
 def evaluation(

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
-from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room, require_whole_batches
-from stickslip.agents.config_fields import Configuration, entry
-from stickslip.optim.posture.criteria import CRITERIA
+from stickslip.agents.config import MOST_STEPS, TrainConfig, require_room
+from stickslip.agents.config_fields import Configuration, entry, group
+from stickslip.agents.config_groups import PPOSettings, require_whole_batches
+from stickslip.agents.ugv_tracks import FIXED, GROUND, RANDOM
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
@@ -24,15 +26,22 @@ class UGVTrainConfig(Configuration):
     """How a policy of the UGV is trained, with PPO. The defaults take minutes on two cores.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
-    from them. Bad values raise ValueError naming the field, what was given and what is accepted.
+    from them; groups as in TrainConfig. Bad values raise ValueError naming the field, what was
+    given and what is accepted.
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
     seed: int = _same("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
-    criterion: str = entry("wheel_energy", str, "what is to be small", choices=tuple(CRITERIA))
-    tracks: str = entry("random-bump", str, "ground, by name; random-... is drawn at each start")
+    criterion: str = entry(
+        "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
+    )
+    tracks: str = entry(
+        GROUND,
+        str,
+        f"ground, drawn at each start: {', '.join(RANDOM)}; or {', '.join(FIXED)}; or a file",
+    )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = entry(
         None, "range", "friction drawn at each start instead", low=0, optional=True
@@ -71,20 +80,22 @@ class UGVTrainConfig(Configuration):
     hidden: int = _same("hidden", 64)
     layers: int = _same("layers", 2)
     threads: int = _same("threads", 1)
-    rollout_steps: int = _same("rollout_steps", 128)
-    epochs: int = _same("epochs", 10)
-    gae_lambda: float = _same("gae_lambda", 0.95)
-    clip_range: float = _same("clip_range", 0.2)
-    noise: float = entry(
-        1.0, float, "standard deviation of exploration, in leg rates", low=0, strict=True
-    )
-    final_noise: float = entry(0.2, float, "the same at the end", low=0, strict=True)
+    ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
 
     checkpoint_interval: int = _same("checkpoint_interval", 65_536)
     keep_checkpoints: int = _same("keep_checkpoints", 2)
     evaluation_episodes: int = _same("evaluation_episodes", 32)
 
     machine = "ugv"
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "criterion": "task",
+        "preview": "what is observed of the ground",
+        "reward_scale": "training reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     def _check_together(self) -> None:

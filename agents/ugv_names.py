@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.policy_file import policy_path, read_metadata
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.plain_checks import require_choice
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +17,8 @@ ENVIRONMENT = "UGVEnv"
 
 def is_ugv(who: Sequence[str]) -> bool:
     """Whether the first name that is a baseline or a readable policy is one of the UGV."""
+    from stickslip.agents.policy_file import policy_path, read_metadata
+
     for name in who:
         if name in UGV_BASELINES:
             return True

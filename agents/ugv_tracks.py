@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from stickslip.dynamics.checks import nearest, shown
-from stickslip.dynamics.ugv import Track
-from stickslip.envs.ugv_randomisation import RandomTrack
+from stickslip import envs
+from stickslip.agents.built import Built
+from stickslip.dynamics import ugv
+from stickslip.dynamics.plain_checks import nearest, shown
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.ugv import Track
+    from stickslip.envs import RandomTrack
 
 
 @dataclass(frozen=True)
@@ -21,11 +27,17 @@ class Ground:
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""
 FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
-RANDOM = {
-    "random-bump": RandomTrack((0.02, 0.2)),
-    "random-rough": RandomTrack(roughness=(CLASS_A, CLASS_D)),
-    "random-mixed": RandomTrack((0.0, 0.15), roughness=(CLASS_A, CLASS_C)),
-}
+RANDOM: Built[RandomTrack] = Built(
+    {
+        "random-bump": lambda: envs.RandomTrack((0.02, 0.2)),
+        "random-rough": lambda: envs.RandomTrack(roughness=(CLASS_A, CLASS_D)),
+        "random-mixed": lambda: envs.RandomTrack((0.0, 0.15), roughness=(CLASS_A, CLASS_C)),
+    }
+)
+GROUND = "random-bump"
+"""The ground where none is named."""
+VIEWED = "bump"
+"""The ground that a baseline alone is viewed on, where none is named."""
 TRACK_NAMES = (*RANDOM, *FIXED)
 """random-bump: bumps of 2 to 20 cm; random-rough: classes A to D of ISO 8608; random-mixed: bumps
 up to 15 cm on classes A to C. The others are named tracks with their defaults."""
@@ -34,9 +46,9 @@ up to 15 cm on classes A to C. The others are named tracks with their defaults."
 def ground_by_name(name: str) -> Ground:
     """The ground of that name, or from the file of that name. ValueError listing the names."""
     if name in RANDOM:
-        return Ground(Track.flat(), RANDOM[name])
+        return Ground(ugv.Track.flat(), RANDOM[name])
     if name in FIXED:
-        return Ground(Track.named(name))
+        return Ground(ugv.Track.named(name))
     path = Path(name)
     if path.suffix and path.is_file():
         from stickslip.optim.posture.track_file import read_track

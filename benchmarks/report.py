@@ -15,7 +15,8 @@ from typing import Any
 
 import jax
 
-from stickslip.agents.files import write_whole
+from stickslip.records.files import write_whole
+from stickslip.records.table import Table, json_text
 
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
 RESULTS = Path("benchmarks/results")
@@ -55,28 +56,12 @@ def provenance() -> dict[str, Any]:
 
 def markdown(rows: list[dict[str, Any]]) -> str:
     """A Markdown table with the first row's keys as its head; numbers to the right."""
-    head = list(rows[0])
-    cells = [[str(row[name]) for name in head] for row in rows]
-    width = [max(len(line[i]) for line in [head, *cells]) for i in range(len(head))]
-    numeric = [all(line[i][:1].isdigit() for line in cells) for i in range(len(head))]
-
-    def line(words: list[str]) -> str:
-        shown = (
-            word.rjust(size) if right else word.ljust(size)
-            for word, size, right in zip(words, width, numeric, strict=True)
-        )
-        return "| " + " | ".join(shown) + " |"
-
-    rule = [
-        "-" * (size - 1) + ":" if right else "-" * size
-        for size, right in zip(width, numeric, strict=True)
-    ]
-    return "\n".join([line(head), line(rule), *map(line, cells)])
+    return Table.of_rows(rows).markdown(aligned=True).rstrip("\n")
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write the file whole or not at all."""
-    write_whole(path, json.dumps(content, indent=1) + "\n")
+    write_whole(path, json_text(content))
 
 
 def read_json(path: Path) -> dict[str, Any]:

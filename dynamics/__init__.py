@@ -1,10 +1,26 @@
 """The two machines: kinematics, dynamics, friction and scenes. JAX only, pure functions."""
 
-from stickslip.dynamics.biped.setting import Setting
-from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
-from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
-from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
-from stickslip.dynamics.status import EventKind, Status
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
+    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+    from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
+    from stickslip.dynamics.status import EventKind, Status
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "biped.setting": ("Setting",),
+            "biped.settings": ("PRESETS", "Recommendation", "recommend"),
+            "biped.walk_check": ("WalkCheck", "check_walk"),
+            "scene": ("Grip", "Patches", "Scene", "Smoothed", "Uniform"),
+            "status": ("EventKind", "Status"),
+        },
+    )
 
 __all__ = [
     "PRESETS",

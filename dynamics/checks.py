@@ -8,43 +8,47 @@ and says what is accepted.
 
 from __future__ import annotations
 
-import difflib
-import os
-import reprlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+from stickslip.dynamics.plain_checks import (
+    DEFAULT_MEMORY_LIMIT,
+    MEMORY_LIMIT,
+    SMALL_SIZES,
+    memory_limit,
+    nearest,
+    require_choice,
+    require_kind,
+    require_known,
+    require_memory,
+    shown,
+)
 
-MEMORY_LIMIT = "STICKSLIP_MEMORY_LIMIT"
-"""The environment variable that holds the most bytes that one request may need."""
-DEFAULT_MEMORY_LIMIT = 4 * 2**30
-"""Bytes, where the variable is not set."""
-SMALL_SIZES = 10**6
-"""Whole numbers beyond this are shown by their magnitude."""
-
-_short = reprlib.Repr()
-_short.maxstring = _short.maxother = _short.maxlong = 60
-_short.maxlist = _short.maxtuple = _short.maxdict = _short.maxarray = 6
+__all__ = [
+    "DEFAULT_MEMORY_LIMIT",
+    "MEMORY_LIMIT",
+    "SMALL_SIZES",
+    "as_number",
+    "is_concrete",
+    "memory_limit",
+    "nearest",
+    "require_choice",
+    "require_integer",
+    "require_kind",
+    "require_known",
+    "require_memory",
+    "require_number",
+    "shown",
+]
 
 
 def is_concrete(*values: object) -> bool:
     """True when none of the leaves is an abstract value inside a JAX transformation."""
     return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(values))
-
-
-def shown(value: object) -> str:
-    """The value for a message: its repr on one line, shortened where it is long."""
-    try:
-        text = " ".join(_short.repr(value).split())
-    except Exception as error:  # noqa: BLE001, a repr of a user's own class may raise anything
-        text = f"a {type(value).__name__} without a repr ({type(error).__name__})"
-    return text if len(text) <= 120 else f"{text[:100]} ... ({len(text)} characters)"
 
 
 def require_number(
@@ -100,77 +104,6 @@ def require_integer(
     if not whole or value < low or (high is not None and value > high):
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
     return int(value)
-
-
-def require_choice(name: str, value: Any, choices: Iterable[str], *, also: str = "") -> None:
-    """Raise ValueError unless `value` is one of `choices`, with the nearest of them.
-
-    also: what else the caller accepts, for the message.
-    """
-    known = tuple(choices)
-    if not isinstance(value, str) or value not in known:
-        raise ValueError(
-            f"{name} = {shown(value)} is unknown; accepted: "
-            f"{', '.join([*([also] if also else []), *map(repr, known)])}{nearest(value, known)}"
-        )
-
-
-def require_known(names: Iterable[str], known: Iterable[str], what: str = "field") -> None:
-    """Raise ValueError for the first name that is not known: all that are, and the nearest."""
-    known = tuple(known)
-    for name in names:
-        if name not in known:
-            raise ValueError(
-                f"{shown(name)} is no {what}; accepted: {', '.join(known) or 'none'}"
-                f"{nearest(name, known)}"
-            )
-
-
-def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted: str) -> None:
-    """Raise ValueError unless `value` is an instance of one of the classes."""
-    if not isinstance(value, kinds):
-        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
-
-
-def nearest(value: object, known: Iterable[str]) -> str:
-    """' (did you mean ...?)' for a name that looks like one of the known ones, else ''."""
-    if not isinstance(value, str):
-        return ""
-    near = difflib.get_close_matches(value[:200].lower(), tuple(known), n=1)
-    return f" (did you mean {near[0]}?)" if near else ""
-
-
-def memory_limit() -> float:
-    """The most bytes that one request may need: MEMORY_LIMIT, or the default."""
-    given = os.environ.get(MEMORY_LIMIT)
-    if given is None:
-        return DEFAULT_MEMORY_LIMIT
-    try:
-        limit = float(given)
-    except ValueError:
-        limit = np.nan
-    if not limit > 0:
-        raise ValueError(f"{MEMORY_LIMIT} = {shown(given)}; accepted: a number of bytes > 0")
-    return limit
-
-
-def require_memory(given: str, what: str, count: float, bytes_each: float) -> None:
-    """Raise ValueError where `count` things of so many bytes would not fit the memory limit.
-
-    Call it before anything of that size exists. given: the argument at fault with its value, as
-    "spacing = 1e-09"; what: the things, as "waypoints". count: a float may be infinite.
-    """
-    try:
-        needed = float(count) * float(bytes_each)
-    except OverflowError:  # an integer that no float holds
-        count = needed = float("inf")
-    limit = memory_limit()
-    if not needed <= limit:
-        number = f"{int(count):,}" if count <= SMALL_SIZES else f"{count:.3g}"
-        raise ValueError(
-            f"{given} makes {number} {what}, about {needed:.2g} bytes; accepted: what fits "
-            f"{limit:.3g} bytes (set the environment variable {MEMORY_LIMIT} for more)"
-        )
 
 
 def _as_real(name: str, value: Any, accepted: str) -> np.ndarray:

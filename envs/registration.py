@@ -1,17 +1,17 @@
-"""The Gymnasium ids and what their keyword arguments mean."""
+"""The Gymnasium ids and what their keyword arguments mean.
+
+Registering needs the ids only: the environments are imported when the first one is made.
+"""
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import gymnasium
+from stickslip import envs
 
-from stickslip.dynamics.checks import require_known
-from stickslip.envs.biped import BipedEnv
-from stickslip.envs.gym import GymEnv
-from stickslip.envs.ugv import UGVEnv
-from stickslip.envs.vector import GymVectorEnv
+if TYPE_CHECKING:
+    from stickslip.envs.gym import GymEnv
+    from stickslip.envs.vector import GymVectorEnv
 
 BIPED_ID = "stickslip/Biped-v0"
 UGV_ID = "stickslip/UGV-v0"
@@ -20,7 +20,7 @@ UGV_ID = "stickslip/UGV-v0"
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single biped. Options: static choices of BipedEnv (setting, see_patch, ...)
     and entries of BipedEnv.make_params (scene, biped, randomisation, commanded_rate, ...)."""
-    return _single(BipedEnv, options, render_mode)
+    return _single(envs.BipedEnv, options, render_mode)
 
 
 def make_biped_vec(
@@ -31,13 +31,13 @@ def make_biped_vec(
     **options: Any,
 ) -> GymVectorEnv:
     """n bipeds in one compiled call; options as for the single one."""
-    return _vector(BipedEnv, options, num_envs, autoreset_mode, render_mode)
+    return _vector(envs.BipedEnv, options, num_envs, autoreset_mode, render_mode)
 
 
 def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single UGV. Options: static choices of UGVEnv (criterion, preview, ...) and entries of
     UGVEnv.make_params (track, friction, randomisation, leg_rate, ...)."""
-    return _single(UGVEnv, options, render_mode)
+    return _single(envs.UGVEnv, options, render_mode)
 
 
 def make_ugv_vec(
@@ -48,12 +48,12 @@ def make_ugv_vec(
     **options: Any,
 ) -> GymVectorEnv:
     """n UGVs in one compiled call; options as for the single one."""
-    return _vector(UGVEnv, options, num_envs, autoreset_mode, render_mode)
+    return _vector(envs.UGVEnv, options, num_envs, autoreset_mode, render_mode)
 
 
 def _single(kind: Any, options: dict[str, Any], render_mode: str | None) -> GymEnv:
     """One environment, without autoreset unless asked for."""
-    return GymEnv(*split_options(kind, {"autoreset": "disabled"} | options), render_mode)
+    return envs.GymEnv(*split_options(kind, {"autoreset": "disabled"} | options), render_mode)
 
 
 def _vector(
@@ -62,12 +62,16 @@ def _vector(
     """Several environments; how they reset is autoreset_mode alone, else ValueError."""
     if "autoreset" in options:
         raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")
-    return GymVectorEnv(*split_options(kind, options), num_envs, autoreset_mode, render_mode)
+    return envs.GymVectorEnv(*split_options(kind, options), num_envs, autoreset_mode, render_mode)
 
 
 def split_options(kind: Any, options: dict[str, Any]) -> tuple[Any, Any]:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
+    from dataclasses import fields
+
+    from stickslip.dynamics.plain_checks import require_known
+
     static = tuple(field.name for field in fields(kind))
     require_known(options, static + kind.parameter_names(), f"option of {kind.__name__}")
     env = kind(**{name: value for name, value in options.items() if name in static})
@@ -76,6 +80,8 @@ def split_options(kind: Any, options: dict[str, Any]) -> tuple[Any, Any]:
 
 def register() -> None:
     """Tell Gymnasium of the environments; done by `import stickslip`, safe to repeat."""
+    import gymnasium
+
     for name, maker in ((BIPED_ID, "make_biped"), (UGV_ID, "make_ugv")):
         if name not in gymnasium.registry:
             gymnasium.register(

@@ -5,16 +5,33 @@ UGV's: which leg angles to drive over a track with (`PostureProblem`), by which 
 Nothing here imports a solver: each method's module is imported when that method is asked for.
 """
 
-from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
-from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.station import Station, station
-from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
-from stickslip.optim.result import Evaluation, OptimStatus, Result
-from stickslip.optim.solve import methods_of, solve
+from typing import TYPE_CHECKING
 
-METHODS: dict[str, str] = {name: one.what for name, one in PostureProblem.methods.items()}
-"""The methods of a posture problem by name; `methods_of` tells those of any problem."""
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
+    from stickslip.optim.posture.names import METHODS
+    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.result import PostureResult
+    from stickslip.optim.posture.station import Station, station
+    from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
+    from stickslip.optim.result import Evaluation, OptimStatus, Result
+    from stickslip.optim.solve import methods_of, solve
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
+            "posture.names": ("METHODS",),
+            "posture.problem": ("PostureProblem",),
+            "posture.result": ("PostureResult",),
+            "posture.station": ("Station", "station"),
+            "problem": ("FreeProblem", "Method", "Problem", "Structure"),
+            "result": ("Evaluation", "OptimStatus", "Result"),
+            "solve": ("methods_of", "solve"),
+        },
+    )
 
 __all__ = [
     "CRITERIA",

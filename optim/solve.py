@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known
+from stickslip.optim.names import IN_WORDS
 from stickslip.optim.problem import Method, Problem, R, Structure
 
 if TYPE_CHECKING:
@@ -16,13 +17,11 @@ if TYPE_CHECKING:
 
 GENERAL: dict[str, Method] = {
     "gradient": Method(
-        "nonlinear programming by scipy on exact derivatives",
+        IN_WORDS["gradient"],
         "stickslip.optim.gradient:solve_gradient",
         frozenset({Structure.SMOOTH}),
     ),
-    "cma": Method(
-        "evolution by the package cma, where it is installed", "stickslip.optim.cma:solve_cma"
-    ),
+    "cma": Method(IN_WORDS["cma"], "stickslip.optim.cma:solve_cma"),
 }
 """The methods for every problem that has what they need."""
 

@@ -23,7 +23,7 @@ from benchmarks.report import kept_parts, options, provenance, put_between, read
 from benchmarks.tradeoff import measure, module, picture, promises, tables
 from benchmarks.tradeoff.points import COSTS, promises_of, short
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
-from stickslip.agents.files import write_whole
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -26,7 +26,7 @@ from benchmarks.ugv.methods import methods
 from benchmarks.ugv.promise import promises
 from benchmarks.ugv.throughput import throughput
 from benchmarks.ugv.trade import trade
-from stickslip.agents.files import write_whole
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable

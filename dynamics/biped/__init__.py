@@ -1,47 +1,95 @@
 """PASIBOT: a planar biped with one motor, whose supporting foot sticks or slips."""
 
-from stickslip.dynamics.biped.fidelity import FIDELITIES, Joint, Paper, Reduced
-from stickslip.dynamics.biped.forces import (
-    ForwardDynamics,
-    InverseDynamics,
-    forward_dynamics,
-    inverse_dynamics,
-)
-from stickslip.dynamics.biped.inertia import (
-    GroundMoment,
-    ReducedInertia,
-    ground_moment,
-    reduced_inertia,
-)
-from stickslip.dynamics.biped.integrators import (
-    INTEGRATORS,
-    RK4,
-    Euler,
-    EventExact,
-    RK4Split,
-    SemiImplicitEuler,
-)
-from stickslip.dynamics.biped.joints import JOINT_FORCES
-from stickslip.dynamics.biped.kinematics import (
-    BODIES,
-    SUPPORT_END,
-    SUPPORT_START,
-    Kinematics,
-    LegPins,
-    exchange_mismatch,
-    kinematics,
-    step_length,
-)
-from stickslip.dynamics.biped.model import BipedModel, prepare
-from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
-from stickslip.dynamics.biped.params import LINKS, BipedParams
-from stickslip.dynamics.biped.series import Chebyshev
-from stickslip.dynamics.biped.setting import Setting, own_time
-from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
-from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
-from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
-from stickslip.dynamics.biped.table import Table
-from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.fidelity import FIDELITIES, Joint, Paper, Reduced
+    from stickslip.dynamics.biped.forces import (
+        ForwardDynamics,
+        InverseDynamics,
+        forward_dynamics,
+        inverse_dynamics,
+    )
+    from stickslip.dynamics.biped.inertia import (
+        GroundMoment,
+        ReducedInertia,
+        ground_moment,
+        reduced_inertia,
+    )
+    from stickslip.dynamics.biped.integrators import (
+        INTEGRATORS,
+        RK4,
+        Euler,
+        EventExact,
+        RK4Split,
+        SemiImplicitEuler,
+    )
+    from stickslip.dynamics.biped.joints import JOINT_FORCES
+    from stickslip.dynamics.biped.kinematics import (
+        BODIES,
+        SUPPORT_END,
+        SUPPORT_START,
+        Kinematics,
+        LegPins,
+        exchange_mismatch,
+        kinematics,
+        step_length,
+    )
+    from stickslip.dynamics.biped.model import BipedModel, prepare
+    from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
+    from stickslip.dynamics.biped.params import LINKS, BipedParams
+    from stickslip.dynamics.biped.series import Chebyshev
+    from stickslip.dynamics.biped.setting import Setting, own_time
+    from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
+    from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
+    from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
+    from stickslip.dynamics.biped.table import Table
+    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "fidelity": ("FIDELITIES", "Joint", "Paper", "Reduced"),
+            "forces": (
+                "ForwardDynamics",
+                "InverseDynamics",
+                "forward_dynamics",
+                "inverse_dynamics",
+            ),
+            "inertia": ("GroundMoment", "ReducedInertia", "ground_moment", "reduced_inertia"),
+            "integrators": (
+                "INTEGRATORS",
+                "RK4",
+                "Euler",
+                "EventExact",
+                "RK4Split",
+                "SemiImplicitEuler",
+            ),
+            "joints": ("JOINT_FORCES",),
+            "kinematics": (
+                "BODIES",
+                "SUPPORT_END",
+                "SUPPORT_START",
+                "Kinematics",
+                "LegPins",
+                "exchange_mismatch",
+                "kinematics",
+                "step_length",
+            ),
+            "model": ("BipedModel", "prepare"),
+            "newton_euler": ("NewtonEuler", "condition_number", "newton_euler"),
+            "params": ("LINKS", "BipedParams"),
+            "series": ("Chebyshev",),
+            "setting": ("Setting", "own_time"),
+            "settings": ("PRESETS", "Recommendation", "recommend"),
+            "simulate": ("Trajectory", "simulate", "simulate_inverse", "step"),
+            "state": ("BipedState", "Contact", "Events", "floor_position"),
+            "table": ("Table",),
+            "walk_check": ("WalkCheck", "check_walk"),
+        },
+    )
 
 __all__ = [
     "BODIES",

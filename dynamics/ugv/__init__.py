@@ -5,24 +5,55 @@ body. Leg angles [rad]: 90 degrees is straight down, more is outwards. All funct
 any shape, and jit, vmap and differentiate.
 """
 
-from stickslip.dynamics.ugv.checking import SettingCheck, check_poses
-from stickslip.dynamics.ugv.equilibrium import (
-    Equilibrium,
-    Forces,
-    balance,
-    equilibrium,
-    ground_forces,
-    leg_torques,
-)
-from stickslip.dynamics.ugv.odometer import Odometer
-from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose, place, pose
-from stickslip.dynamics.ugv.pose_solver import PoseSolver
-from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
-from stickslip.dynamics.ugv.rolling import wheel_turns
-from stickslip.dynamics.ugv.settings import Setting
-from stickslip.dynamics.ugv.track import TRACKS, Track
-from stickslip.dynamics.ugv.wheel import Contact
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.ugv.checking import SettingCheck, check_poses
+    from stickslip.dynamics.ugv.equilibrium import (
+        Equilibrium,
+        Forces,
+        balance,
+        equilibrium,
+        ground_forces,
+        leg_torques,
+    )
+    from stickslip.dynamics.ugv.names import TRACKS
+    from stickslip.dynamics.ugv.odometer import Odometer
+    from stickslip.dynamics.ugv.params import UGVParams
+    from stickslip.dynamics.ugv.pose import Pose, place, pose
+    from stickslip.dynamics.ugv.pose_solver import PoseSolver
+    from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
+    from stickslip.dynamics.ugv.rolling import wheel_turns
+    from stickslip.dynamics.ugv.settings import Setting
+    from stickslip.dynamics.ugv.track import Track
+    from stickslip.dynamics.ugv.wheel import Contact
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "checking": ("SettingCheck", "check_poses"),
+            "equilibrium": (
+                "Equilibrium",
+                "Forces",
+                "balance",
+                "equilibrium",
+                "ground_forces",
+                "leg_torques",
+            ),
+            "names": ("TRACKS",),
+            "odometer": ("Odometer",),
+            "params": ("UGVParams",),
+            "pose": ("Pose", "place", "pose"),
+            "pose_solver": ("PoseSolver",),
+            "recommendation": ("Recommendation", "recommend"),
+            "rolling": ("wheel_turns",),
+            "settings": ("Setting",),
+            "track": ("Track",),
+            "wheel": ("Contact",),
+        },
+    )
 
 __all__ = [
     "TRACKS",

@@ -20,6 +20,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.dynamics.ugv.near import Near, seen_from
 from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
 from stickslip.dynamics.ugv.shapes import (
@@ -41,11 +42,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.ugv.shapes import Profile
-
-TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
-"""The named tracks: each is a constructor of Track, also reached by Track.named."""
-
-ROUGH_OPTIONS = ("band", "waves", "pieces")
 
 
 @jax.tree_util.register_dataclass

@@ -1,11 +1,28 @@
 """Pictures, windows and animations. matplotlib, pygame and Pillow are imported at first use."""
 
-from stickslip.envs.rendering.animation import save_animation
-from stickslip.envs.rendering.biped import BipedRenderer
-from stickslip.envs.rendering.frame import BipedFrame
-from stickslip.envs.rendering.ugv import UGVRenderer
-from stickslip.envs.rendering.ugv_frame import UGVFrame, WheelFrame
-from stickslip.envs.rendering.window import Window
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.envs.rendering.animation import save_animation
+    from stickslip.envs.rendering.biped import BipedRenderer
+    from stickslip.envs.rendering.frame import BipedFrame
+    from stickslip.envs.rendering.ugv import UGVRenderer
+    from stickslip.envs.rendering.ugv_frame import UGVFrame, WheelFrame
+    from stickslip.envs.rendering.window import Window
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "animation": ("save_animation",),
+            "biped": ("BipedRenderer",),
+            "frame": ("BipedFrame",),
+            "ugv": ("UGVRenderer",),
+            "ugv_frame": ("UGVFrame", "WheelFrame"),
+            "window": ("Window",),
+        },
+    )
 
 __all__ = [
     "BipedFrame",

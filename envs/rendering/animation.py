@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import zlib
-from contextlib import suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -14,6 +12,7 @@ import numpy as np
 from stickslip.envs.rendering.containers import write_apng, write_gif, write_webp
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.palette import PaletteCount
+from stickslip.records.files import writing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -46,16 +45,8 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
             reel.add(frame)
         if not len(reel):
             raise ValueError("frames is empty; accepted: at least one picture")
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=suffix)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                _write(reel, file, suffix, fps)
-            os.chmod(name, 0o666 & ~_umask())
-            os.replace(name, path)
-        except BaseException:
-            with suppress(FileNotFoundError):
-                os.unlink(name)
-            raise
+        with writing(path) as file:
+            _write(reel, file, suffix, fps)
     return path
 
 
@@ -102,10 +93,3 @@ class _Reel:
         for size in self._sizes:
             raw = zlib.decompress(self._spool.read(size))
             yield np.frombuffer(raw, np.uint8).reshape(self._shape)
-
-
-def _umask() -> int:
-    """The process's file mode mask, which can only be read by setting it."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask

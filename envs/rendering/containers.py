@@ -1,7 +1,8 @@
 """Animation files written one picture at a time.
 
-Pillow's own animation writers hold every picture until the last and drop those that repeat the one
-before, so that a file has fewer pictures than were given; here each has its place.
+Pillow compresses GIF's pictures and WebP's. Its own writers of GIF and PNG hold every picture until
+the last and drop those that repeat the one before, so that memory grows with the film and the file
+has fewer pictures than were given; here each has its place. docs/design.md has the measurement.
 """
 
 from __future__ import annotations
@@ -58,6 +59,7 @@ def write_apng(
     file: IO[bytes], frames: Iterable[np.ndarray], palette: np.ndarray, count: int, fps: float
 ) -> None:
     """A PNG with animation chunks that repeats for ever; other viewers show its first picture."""
+    chunk = require("PIL.PngImagePlugin").putchunk
     colours = palette.tobytes().ljust(768, b"\0")
     opaque = b"\xff" * TRANSPARENT + b"\0"
     number = 0
@@ -67,22 +69,22 @@ def write_apng(
         height, width = change.entries.shape
         if not index:
             file.write(b"\x89PNG\r\n\x1a\n")
-            _chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0))
-            _chunk(file, b"acTL", struct.pack(">II", count, 0))
-            _chunk(file, b"PLTE", colours)
-            _chunk(file, b"tRNS", opaque)
+            chunk(file, b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0))
+            chunk(file, b"acTL", struct.pack(">II", count, 0))
+            chunk(file, b"PLTE", colours)
+            chunk(file, b"tRNS", opaque)
         place = struct.pack(">IIIII", number, width, height, change.left, change.top)
         # leave the picture, blend over it
-        _chunk(file, b"fcTL", place + struct.pack(">HHBB", delay, 1000, 0, 1))
+        chunk(file, b"fcTL", place + struct.pack(">HHBB", delay, 1000, 0, 1))
         number += 1
         lines = np.pad(change.entries, ((0, 0), (1, 0)))  # filter 0 before each line
         packed = zlib.compress(lines.tobytes(), level=9)
         if index:
-            _chunk(file, b"fdAT", struct.pack(">I", number) + packed)
+            chunk(file, b"fdAT", struct.pack(">I", number) + packed)
             number += 1
         else:
-            _chunk(file, b"IDAT", packed)
-    _chunk(file, b"IEND", b"")
+            chunk(file, b"IDAT", packed)
+    chunk(file, b"IEND", b"")
 
 
 def write_webp(file: IO[bytes], frames: Iterable[np.ndarray], count: int, fps: float) -> None:
@@ -142,8 +144,3 @@ def _changes(frames: Iterable[np.ndarray], palette: np.ndarray) -> Iterator[Chan
 def _durations(count: int, fps: float, ticks: int) -> list[int]:
     """How long each picture stands, in 1 / ticks [s], rounded so that the whole keeps its pace."""
     return np.diff(np.round(np.arange(count + 1) * ticks / fps)).astype(int).tolist()
-
-
-def _chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
-    check = zlib.crc32(kind + data)
-    file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_number, shown
 from stickslip.dynamics.numeric import Numeric
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optim.posture.station import Station, turned
 
 if TYPE_CHECKING:
@@ -159,32 +160,23 @@ def _torque_change(a: Station, before: Station) -> Array:
     return jnp.abs(a.torque - before.torque)
 
 
+def _in_words(name: str, kind: str, unit: str, *terms: Any) -> Criterion:
+    """The criterion with the words that are kept beside its name."""
+    return Criterion(name, kind, unit, CRITERIA_IN_WORDS[name], *terms)
+
+
 CRITERIA: dict[str, Criterion] = {
     one.name: one
     for one in (
-        Criterion(
-            "wheel_energy", "sum", "J",
-            "work that the wheels' motors put in, none recovered; trapezoid rule over each step",
-            _wheel_work, "positive", _torque_size,
-        ),
-        Criterion(
-            "total_energy", "sum", "J",
-            "the same with both leg actuators: positive work of the motors and of each actuator",
-            _total_work, "positive", _torque_size,
-        ),
-        Criterion("peak_torque", "max", "N m", "largest |M| of all stations", _torque),
-        Criterion(
-            "torque_variation", "sum", "N^2 m",
-            "most constant torque: the integral of (dM/dx)^2, M straight between stations",
-            _torque_slope, "square", _torque_change,
-        ),
-        Criterion(
-            "grip", "max", "N", "minus the least mu N - |F| of both wheels", _grip_missing
-        ),
-        Criterion("normal_force", "max", "N", "minus the least normal force", _load),
-        Criterion("friction_demand", "max", "-", "largest |F| / N of both wheels", _demand),
+        _in_words("wheel_energy", "sum", "J", _wheel_work, "positive", _torque_size),
+        _in_words("total_energy", "sum", "J", _total_work, "positive", _torque_size),
+        _in_words("peak_torque", "max", "N m", _torque),
+        _in_words("torque_variation", "sum", "N^2 m", _torque_slope, "square", _torque_change),
+        _in_words("grip", "max", "N", _grip_missing),
+        _in_words("normal_force", "max", "N", _load),
+        _in_words("friction_demand", "max", "-", _demand),
     )
-}  # fmt: skip
+}
 """All criteria by name."""
 
 

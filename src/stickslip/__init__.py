@@ -1,12 +1,22 @@
 """Two machines from one paper as reinforcement-learning environments and optimisation problems.
 
-Importing this registers the Gymnasium environments.
+Importing this registers the Gymnasium environments. It imports neither JAX nor Gymnasium: the parts
+are loaded when they are used.
 """
 
-from importlib.metadata import version
+from typing import TYPE_CHECKING
 
+from stickslip.dynamics.lazily import loaded_when_used
+from stickslip.envs.on_import import when_imported
 from stickslip.envs.registration import register
 
-__version__ = version("stickslip")
+if TYPE_CHECKING:
+    from stickslip import agents as agents
+    from stickslip import dynamics as dynamics
+    from stickslip import envs as envs
+    from stickslip import optim as optim
+    from stickslip.version import __version__ as __version__
+else:
+    __getattr__, __dir__ = loaded_when_used(__name__, {"version": ("__version__",)})
 
-register()
+when_imported("gymnasium", register)

@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -194,15 +193,6 @@ def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("stickslip.agents.commands.view_command", interrupt)
     assert main(["view", "computed-torque"]) == INTERRUPTED
     assert "interrupted" in capsys.readouterr().err
-
-
-def test_help_names_every_field_of_the_configuration(capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["train", "--help"])
-    assert left.value.code == OK
-    shown = capsys.readouterr().out
-    for name in (one.name for one in fields(TrainConfig)):
-        assert f"--{name.replace('_', '-')}" in shown
 
 
 def test_the_program_runs_as_a_module():

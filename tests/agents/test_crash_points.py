@@ -1,7 +1,6 @@
 """A run's directory after a kill at every file operation: resumed or begun anew, nothing lost."""
 
 import os
-import tempfile
 from pathlib import Path
 from typing import ClassVar
 
@@ -15,13 +14,14 @@ from stickslip.agents.checkpoint import (
     write_checkpoint,
 )
 from stickslip.agents.config import TrainConfig
-from stickslip.agents.files import write_whole
 from stickslip.agents.metrics import MetricsFile, read_columns
 from stickslip.agents.train_run import open_run, read_config
+from stickslip.records import files
+from stickslip.records.files import write_whole
 
 CONFIG = TrainConfig.of(timesteps=200, num_envs=4, rollout_steps=32, batch_size=64)
 OTHER = TrainConfig.of(timesteps=100, num_envs=4, rollout_steps=32, batch_size=64)
-OPERATIONS = ("replace", "link", "unlink", "rmdir", "mkdir", "fsync", "chmod", "rename")
+OPERATIONS = ("replace", "link", "unlink", "rmdir", "mkdir", "fsync", "rename")
 
 
 class Killed(BaseException):
@@ -36,15 +36,17 @@ class Disk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, allowed: int, after: bool):
         self.allowed, self.after = allowed, after
-        for module, names in ((os, OPERATIONS), (tempfile, ("mkstemp",))):
-            for name in names:
-                monkeypatch.setattr(module, name, self.guarded(getattr(module, name)))
+        for name in OPERATIONS:
+            monkeypatch.setattr(os, name, self.guarded(getattr(os, name)))
+        monkeypatch.setattr(files, "open", self.guarded(open), raising=False)
 
     def guarded(self, operation):
         def run(*arguments, **options):
             self.allowed -= 1
             if self.allowed == 0 and self.after:
-                operation(*arguments, **options)
+                done = operation(*arguments, **options)
+                if hasattr(done, "close"):
+                    done.close()
             if self.allowed <= 0:
                 raise Killed
             return operation(*arguments, **options)

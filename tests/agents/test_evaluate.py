@@ -6,6 +6,7 @@ import csv
 import json
 import os
 from dataclasses import replace
+from statistics import NormalDist
 
 import jax
 import jax.numpy as jnp
@@ -15,12 +16,12 @@ import pytest
 from stickslip.agents import statistics
 from stickslip.agents.controllers import ComputedTorque, ConstantTorque
 from stickslip.agents.evaluate import MIN_DISTANCE, evaluate
-from stickslip.agents.files import write_whole
 from stickslip.agents.mlp import MLPPolicy
 from stickslip.agents.rollout import episode_key, rollout
 from stickslip.agents.scenes import SCENES, scene_by_name
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymEnv, Randomisation
+from stickslip.records.files import write_whole
 
 ENV = BipedEnv()
 STARTS = Randomisation(
@@ -171,8 +172,21 @@ def test_intervals_cover_about_95_percent():
     assert 0.935 < np.mean([i.low <= 3 <= i.high for i in means]) < 0.965
     slopes = [statistics.ratio_interval(a * b, b, 0.1) for a, b in zip(above, below, strict=True)]
     assert 0.91 < np.mean([i.low <= 3 <= i.high for i in slopes]) < 0.97
-    falls = [statistics.fraction_interval(row) for row in rng.uniform(size=(trials, 20)) < 0.1]
-    assert np.mean([i.low <= 0.1 <= i.high for i in falls]) > 0.93
+    fell = (rng.uniform(size=(trials, 20)) < 0.1).sum(axis=1)
+    of_20 = [statistics.fraction_interval(np.arange(20) < count) for count in range(21)]
+    assert np.mean([of_20[count].low <= 0.1 <= of_20[count].high for count in fell]) > 0.93
+
+
+@pytest.mark.parametrize("episodes", [2, 3, 8, 64, 65536])
+def test_a_share_lies_where_its_ends_are_a_normal_quantile_of_their_own_spread_away(episodes):
+    z = NormalDist().inv_cdf(0.975)
+    for count in {0, 1, episodes // 3, episodes - 1, episodes}:
+        share, low, high = statistics.fraction_interval(np.arange(episodes) < count)
+        assert share == count / episodes
+        assert 0 <= low <= share <= high <= 1
+        for end in (low, high):
+            spread = np.sqrt(end * (1 - end) / episodes)
+            np.testing.assert_allclose(abs(share - end), z * spread, rtol=1e-9, atol=1e-12)
 
 
 def test_intervals_of_few_or_equal_episodes():

@@ -214,7 +214,7 @@ def test_view_shows_a_policy_on_its_own_task(capsys):
         ("view computed-torque --scene slippery --mu-static 0.05", "both say which floor"),
         ("evaluate computed-torque --mu-kinetic 0.05", "without mu_static"),
         ("evaluate computed-torque --payload 1 --payload 2", "--payload is given twice"),
-        ("evaluate computed-torque --scene wet --scene firm", "--scene is given twice"),
+        ("view computed-torque --scene wet --scene firm", "--scene is given twice"),
         ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
         ("train --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("train --scene slippery --mu-static 0.05", "both say which floor"),

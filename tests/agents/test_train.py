@@ -18,6 +18,7 @@ from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.metrics import read_columns
 from stickslip.agents.policy import read_metadata
 from stickslip.agents.train import Trained, best_evaluation, train
+from stickslip.agents.train_run import only_writer
 from tests.agents.runs import assert_same_run
 
 pytest.importorskip("stable_baselines3")
@@ -186,6 +187,34 @@ def test_two_processes_do_not_train_in_one_directory(copy: Path):
             train(None, copy, resume=True)
     finally:
         os.close(handle)
+
+
+HOLDS = """
+import fcntl, os, sys, time
+fcntl.flock(os.open(sys.argv[1], os.O_RDONLY), fcntl.LOCK_EX)
+print("held", flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="directories cannot be locked here")
+def test_the_lock_goes_with_a_process_that_is_killed_and_leaves_no_file(tmp_path: Path):
+    holder = [sys.executable, "-c", HOLDS, str(tmp_path)]
+    with subprocess.Popen(holder, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        with (
+            pytest.raises(ValueError, match="another process is training there"),
+            only_writer(tmp_path),
+        ):
+            pytest.fail("both hold it")
+        process.kill()
+    with only_writer(tmp_path):
+        assert not list(tmp_path.iterdir())
+        with pytest.raises(ValueError, match="another process"), only_writer(tmp_path):
+            pytest.fail("both hold it")
+    with only_writer(tmp_path):
+        assert not list(tmp_path.iterdir())
 
 
 class Trap:

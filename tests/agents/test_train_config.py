@@ -3,14 +3,25 @@
 import argparse
 import json
 import math
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from stickslip.agents.config import DEFAULTS, TrainConfig, add_flags, from_flags, rule_of
+from stickslip.agents.config import (
+    DEFAULTS,
+    PPOSettings,
+    TrainConfig,
+    add_flags,
+    every_field,
+    from_flags,
+    rule_of,
+)
+from stickslip.agents.config_fields import Configuration
+from stickslip.agents.machines import read_configuration
 from stickslip.agents.metrics import MetricsFile, read_columns, read_rows
+from stickslip.agents.ugv_config import UGVTrainConfig
 
 
 @pytest.mark.parametrize(
@@ -59,6 +70,63 @@ def test_a_configuration_survives_its_json(algorithm: str):
     assert TrainConfig.of(algorithm=algorithm).digest != config.digest
 
 
+EARLIER = Path(__file__).parents[1] / "reference" / "configurations"
+"""As training wrote them when every field stood by its name, without groups."""
+
+
+@pytest.mark.parametrize(
+    ("name", "digest", "expected"),
+    [
+        ("biped_ppo", "96623cee458007e2", TrainConfig.of()),
+        (
+            "biped_sac",
+            "66fbb1cea21e9f97",
+            TrainConfig.of(algorithm="sac", random_friction=(0.8, 1.2)),
+        ),
+        ("ugv", "0ff36dfe9b57330e", UGVTrainConfig.of(epochs=3)),
+    ],
+)
+def test_configurations_of_earlier_runs_are_read_and_their_checkpoints_still_belong_to_them(
+    name: str, digest: str, expected: Configuration
+):
+    text = (EARLIER / f"{name}.json").read_text(encoding="utf-8")
+    assert "ppo" not in json.loads(text)
+    found = read_configuration(text)
+    assert found == expected
+    assert found.digest == expected.digest == digest
+    assert read_configuration(found.to_json()) == found
+
+
+def test_the_settings_of_an_algorithm_are_a_group_that_machines_share():
+    for config in (TrainConfig.of(epochs=3, noise=0.5), UGVTrainConfig.of(epochs=3, noise=0.5)):
+        assert isinstance(config.ppo, PPOSettings)
+        assert (config.ppo.epochs, config.ppo.noise) == (3, 0.5)
+        assert json.loads(config.to_json())["ppo"]["epochs"] == 3
+    steps = replace(TrainConfig.of(), ppo=PPOSettings(rollout_steps=32))
+    assert steps == TrainConfig.of(rollout_steps=32)
+    assert steps.digest != TrainConfig.of().digest
+    with pytest.raises(ValueError, match=r"^ppo = 3; accepted: a PPOSettings"):
+        replace(TrainConfig.of(), ppo=3)
+    with pytest.raises(ValueError, match=r"^epochs = 0; accepted: an integer, >= 1"):
+        PPOSettings(epochs=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"ppo": 3}, "ppo = 3 is no group"),
+        ({"ppo": {"epochs": 3}}, "lacks rollout_steps"),
+        ({"ppo": {"buffer_size": 3}}, "'buffer_size' is no field of ppo"),
+        ({"epochs": 3}, "it has epochs twice"),
+        ({"sac": {}}, "lacks buffer_size"),
+    ],
+)
+def test_a_group_that_is_not_whole_is_refused(change: dict, reason: str):
+    content = {**json.loads(TrainConfig.of().to_json()), **change}
+    with pytest.raises(ValueError, match=reason):
+        TrainConfig.from_json(json.dumps(content))
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -86,7 +154,7 @@ def test_every_field_has_a_flag():
     assert from_flags(vars(parser.parse_args([]))) == TrainConfig.of()
     flags: list[str] = []
     expected: dict[str, Any] = {}
-    for one in fields(TrainConfig):
+    for one in every_field(TrainConfig):
         rule = rule_of(one)
         drawn = ("random_payload", "random_commanded_rate", "scene")
         if one.name in drawn or rule.about.startswith("sac: "):
@@ -96,7 +164,7 @@ def test_every_field_has_a_flag():
         words = {bool: (), "range": value}.get(rule.kind, (value,))
         flags += ["--" + one.name.replace("_", "-"), *map(str, words)]
         expected[one.name] = value
-    assert from_flags(vars(parser.parse_args(flags))) == TrainConfig(**expected)
+    assert from_flags(vars(parser.parse_args(flags))) == TrainConfig.of(**expected)
     assert from_flags(vars(parser.parse_args(["--algorithm", "sac"]))) == TrainConfig.of(
         algorithm="sac"
     )

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import fields
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from stickslip import envs, optim
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.config import TrainConfig, every_field
 from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Status, Uniform, biped, ugv
 from stickslip.dynamics.biped.boundary import require_kinds
 
@@ -339,7 +338,7 @@ def plans() -> dict[str, Plan]:
 def others() -> dict[str, Plan]:
     """Grounds, pose solvers, problems and configurations."""
     bump = {**GROUND, "height": REAL, "width": ABOVE, "centre": REAL}
-    config = dict.fromkeys((one.name for one in fields(TrainConfig)), ANYTHING)
+    config = dict.fromkeys((one.name for one in every_field(TrainConfig)), ANYTHING)
     problem = optim.PostureProblem
     return {
         "Track.bump": Plan(ugv.Track.bump, bump),

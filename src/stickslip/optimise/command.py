@@ -8,12 +8,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from stickslip.agents.files import write_whole
 from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
+from stickslip.records.files import write_whole
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
 NO_LIMIT = "none"

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 
+from stickslip.dynamics.ugv.names import TRACKS
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
+from stickslip.optimise.track_options import track_options
+from stickslip.parser import add_tables
+
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
-    """The problem's flags, the method's and those of the files."""
+    """The problem's flags, the method's and those of the files; what names mean stands below."""
     _add_problem(parser.add_argument_group("problem"))
     _add_method(parser.add_argument_group("method"))
     parser.add_argument(
@@ -16,6 +21,11 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-pictures", dest="pictures", action="store_false", help="no plot of the drive"
     )
+    options = {name: ", ".join(words) for name, words in track_options().items()}
+    options["a file"] = "interpolation"
+    add_tables(
+        parser, {"track options": options, "criteria": CRITERIA_IN_WORDS, "methods": METHODS}
+    )
 
 
 def _add_problem(group: argparse._ArgumentGroup) -> None:
@@ -23,8 +33,7 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         "--track",
         default="bump",
         metavar="NAME_OR_FILE",
-        help="flat, incline, bump (default), sinusoid, ramp, step, ditch, rough, or a file of x "
-        "and y or GPX",
+        help=f"{', '.join(TRACKS)}, or a file of x and y or GPX (default: %(default)s)",
     )
     group.add_argument(
         "--track-option",
@@ -32,24 +41,34 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="of the track, as often as needed: height=0.2",
+        help="of the track, as often as needed: height=0.2; see below",
     )
     group.add_argument(
         "--criterion",
         default="wheel_energy",
         metavar="NAME",
-        help="wheel_energy (default), total_energy, peak_torque, torque_variation, grip, "
-        "normal_force, friction_demand",
+        help="what is to be small, see below (default: %(default)s)",
     )
     group.add_argument(
         "--leg-rate",
         default="1.0",
         metavar="RATE",
-        help="what a leg may turn for each metre [rad/m] (default: 1), or none for no limit",
+        help="what a leg may turn for each metre [rad/m], or none for no limit "
+        "(default: %(default)s)",
     )
-    group.add_argument("--friction", type=float, default=0.8, metavar="MU", help="(default: 0.8)")
     group.add_argument(
-        "--spacing", type=float, default=0.1, metavar="M", help="of waypoints (default: 0.1)"
+        "--friction",
+        type=float,
+        default=0.8,
+        metavar="MU",
+        help="between wheels and ground [-] (default: %(default)s)",
+    )
+    group.add_argument(
+        "--spacing",
+        type=float,
+        default=0.1,
+        metavar="M",
+        help="of waypoints [m] (default: %(default)s)",
     )
     for name, which in (("start", "first"), ("end", "last")):
         group.add_argument(
@@ -66,7 +85,7 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
 
 def _add_method(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
-        "--method", default="dp", metavar="NAME", help="grid, dp (default), lp, scp, gradient, cma"
+        "--method", default="dp", metavar="NAME", help="see below (default: %(default)s)"
     )
     group.add_argument(
         "--angles",

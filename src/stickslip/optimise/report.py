@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.agents.tables import json_text
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
 from stickslip.optim import PostureProblem, PostureResult
-from stickslip.paper.text import csv_text
+from stickslip.records.table import Column, Table, json_text
 
 ENERGIES = {
     "wheel_energy": "work of the wheels' motors",
@@ -135,8 +134,8 @@ def _overlap(problem: PostureProblem, result: PostureResult) -> str:
 
 def table(lines: list[tuple[str, str]]) -> str:
     """Rows for a terminal, the names aligned."""
-    width = max(len(name) for name, _ in lines)
-    return "".join(f"{name.ljust(width)}  {value}\n" for name, value in lines if value)
+    columns = [Column("name", words=True), Column("value", words=True)]
+    return Table(columns, [line for line in lines if line[1]]).terminal(head=False)
 
 
 def stations_csv(problem: PostureProblem, result: PostureResult) -> str:
@@ -158,7 +157,7 @@ def stations_csv(problem: PostureProblem, result: PostureResult) -> str:
         "clearance [m]": found.clearance,
         "status": [Status(int(code)).name for code in np.asarray(found.status)],
     }
-    return csv_text(columns)
+    return Table.of_columns(columns).csv(digits=10)
 
 
 def result_json(

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.files import write_whole
 from stickslip.envs.rendering.extras import require
 from stickslip.paper.drawing import png
 from stickslip.paper.registry import Figure, figures_of
 from stickslip.paper.result import Claim, Setting
 from stickslip.paper.text import claims_text, csv_text
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from typing import TextIO

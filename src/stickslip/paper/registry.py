@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
+from typing import TYPE_CHECKING
 
-from stickslip.dynamics.checks import nearest
-from stickslip.paper.result import Result, Setting
+from stickslip.dynamics.plain_checks import nearest
+
+if TYPE_CHECKING:
+    from stickslip.paper.result import Result, Setting
 
 
 @dataclass(frozen=True)

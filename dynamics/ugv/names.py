@@ -1,0 +1,7 @@
+"""Names of the ground and of what a rough one takes: known without JAX."""
+
+TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
+"""The named tracks: each is a constructor of Track, also reached by Track.named."""
+
+ROUGH_OPTIONS = ("band", "waves", "pieces")
+"""What a rough track takes beside its constructor's own arguments."""

@@ -1,0 +1,149 @@
+"""Rows with units as text: for a terminal, as Markdown, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+BAR = "&#124;"
+"""What stands for | in a cell of Markdown."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the cells of a column are. unit: "-" for none. words: they stand to the left."""
+
+    name: str
+    unit: str = "-"
+    words: bool = field(default=False, kw_only=True)
+
+    @property
+    def title(self) -> str:
+        """Name and unit."""
+        return self.name if self.unit == "-" else f"{self.name} [{self.unit}]"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows with a cell for each column; ValueError for one of another length.
+
+    Cells are numbers, words, or None where there is nothing to say.
+    """
+
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Any]]
+
+    def __post_init__(self):
+        for index, row in enumerate(self.rows):
+            if len(row) != len(self.columns):
+                raise ValueError(
+                    f"row {index} has {len(row)} cells; accepted: one for each of the "
+                    f"{len(self.columns)} columns"
+                )
+
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Iterable[Any]]) -> Table:
+        """From equally long columns by their titles."""
+        rows = list(zip(*columns.values(), strict=True))
+        return cls([Column(title) for title in columns], rows)
+
+    @classmethod
+    def of_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
+        """From rows by the titles of the first one. A column whose every cell begins with a digit
+        holds numbers, another one words."""
+        head = list(rows[0])
+        words = [not all(str(row[name])[:1].isdigit() for row in rows) for name in head]
+        columns = [Column(name, words=word) for name, word in zip(head, words, strict=True)]
+        return cls(columns, [[row[name] for name in head] for row in rows])
+
+    def markdown(self, *, aligned: bool = False) -> str:
+        """A GitHub table, numbers to the right. aligned: in the text, too."""
+        head, *body = [[cell.replace("|", BAR) for cell in line] for line in self._shown()]
+        widths = self._widths([head, *body]) if aligned else [3] * len(head)
+        rule = []
+        for column, width in zip(self.columns, widths, strict=True):
+            dashes = width - 1 if aligned and not column.words else width
+            rule.append("-" * dashes + ("" if column.words else ":"))
+        lines = (self._aligned(line, widths) if aligned else line for line in (head, rule, *body))
+        return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+    def terminal(self, *, head: bool = True, grouped: bool = False) -> str:
+        """Aligned columns. grouped: the first is shown where it changes, after a blank line."""
+        shown = self._shown()
+        widths = self._widths(shown if head else shown[1:])
+        lines = [shown[0], ["─" * width for width in widths]] if head else []
+        before = None
+        for line in shown[1:]:
+            if grouped and before not in (None, line[0]):
+                lines.append([""] * len(line))
+            lines.append(["" if grouped and line[0] == before else line[0], *line[1:]])
+            before = line[0]
+        return "".join("  ".join(self._aligned(line, widths)).rstrip() + "\n" for line in lines)
+
+    def csv(self, digits: int | None = None) -> str:
+        """A head and a line a row; see `cell_text`."""
+        lines = [[column.title for column in self.columns]]
+        lines += [[cell_text(value, digits) for value in row] for row in self.rows]
+        return "".join(map(csv_line, lines))
+
+    def _shown(self) -> list[list[str]]:
+        head = [column.title for column in self.columns]
+        return [head, *([str(value) for value in row] for row in self.rows)]
+
+    def _widths(self, lines: Sequence[Sequence[str]]) -> list[int]:
+        return [max(len(line[i]) for line in lines) for i in range(len(self.columns))]
+
+    def _aligned(self, line: Sequence[str], widths: Sequence[int]) -> list[str]:
+        return [
+            text.ljust(width) if column.words else text.rjust(width)
+            for text, width, column in zip(line, widths, self.columns, strict=True)
+        ]
+
+
+def cell_text(value: Any, digits: int | None = None) -> str:
+    """A value in CSV: words as they are, numbers with so many digits or all, NaN and None empty.
+
+    TypeError for anything else.
+    """
+    if value is None or value != value:
+        return ""
+    if isinstance(value, Integral | str):
+        return str(value)
+    if isinstance(value, Real):
+        return str(value) if digits is None else f"{float(value):.{digits}g}"
+    raise TypeError(f"{type(value).__name__} in a column; accepted: numbers and words")
+
+
+def csv_line(cells: Iterable[Any]) -> str:
+    """One line of CSV, with its end."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """JSON by the letter: null instead of NaN and infinities, arrays as lists."""
+    return json.dumps(_jsonable(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def undefined(value: Any) -> bool:
+    """Whether a value is a float that is not finite."""
+    return isinstance(value, float) and not isfinite(value)
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(name): _jsonable(entry) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_jsonable(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic) or hasattr(value, "dtype"):
+        return _jsonable(np.asarray(value).tolist())
+    return None if undefined(value) else value

@@ -1,0 +1,122 @@
+"""Importing stickslip and reading help load neither JAX nor NumPy nor Gymnasium.
+
+Which modules are loaded is asked of a new interpreter; how long that takes is not measured.
+"""
+
+import argparse
+import ast
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import FunctionType, ModuleType
+
+import pytest
+
+from stickslip.cli import COMMANDS, make_parser
+
+ROOT = Path(__file__).parents[2]
+HEAVY = ("jax", "jaxlib", "numpy", "scipy", "gymnasium", "cvxpy", "torch", "matplotlib")
+LAYERS = ("dynamics", "dynamics.biped", "dynamics.ugv", "optim", "envs", "envs.rendering")
+
+
+def answer(code: str) -> list:
+    """What a new interpreter prints last, as JSON; it finds what this one finds."""
+    paths = os.pathsep.join(filter(None, sys.path))
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"PYTHONPATH": paths},
+    )
+    return json.loads(ran.stdout.splitlines()[-1])
+
+
+def loaded_after(code: str) -> list[str]:
+    """Which of HEAVY a new interpreter has loaded after running the code."""
+    asked = f"print('\\n' + json.dumps([one for one in {HEAVY} if one in sys.modules]))"
+    return answer(f"import json, sys\n{code}\n{asked}")
+
+
+def commands() -> list[str]:
+    """Every command, with each machine that it is given; a new one is among them by itself."""
+    (of_commands,) = (
+        one
+        for one in make_parser(list(COMMANDS))._actions
+        if isinstance(one, argparse._SubParsersAction)
+    )
+    found = [""]
+    for name, parser in of_commands.choices.items():
+        found.append(name)
+        machines = next((one.choices for one in parser._actions if one.dest == "machine"), None)
+        found += [f"{name} {machine}" for machine in machines or ()]
+    return found
+
+
+@pytest.mark.parametrize("command", commands())
+def test_help_loads_nothing_heavy(command: str):
+    arguments = [*command.split(), "--help"]
+    code = f"from stickslip.cli import main\ntry: main({arguments})\nexcept SystemExit: pass"
+    assert loaded_after(code) == []
+
+
+def test_importing_and_listing_packages_loads_nothing_heavy():
+    lines = [f"dir(stickslip.{name})" for name in (*LAYERS, "agents", "paper", "optimise")]
+    assert loaded_after("\n".join(["import stickslip", "stickslip.__version__", *lines])) == []
+
+
+def test_an_environment_asked_for_by_the_package_and_its_name_loads_what_it_needs():
+    made = "gymnasium.make('stickslip:stickslip/Biped-v0', height=1)"
+    code = (
+        f"import gymnasium\ntry: {made}\nexcept ValueError as error: assert 'height' in str(error)"
+    )
+    assert {"jax", "numpy", "gymnasium"} <= set(loaded_after(code))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import stickslip, gymnasium",
+        "import gymnasium, stickslip",
+        "import stickslip, importlib.util; importlib.util.find_spec('gymnasium'); import gymnasium",
+    ],
+)
+def test_the_environments_are_registered_in_either_order_of_imports(code: str):
+    listed = "[one for one in gymnasium.registry if one.startswith('stickslip/')]"
+    rest = "[type(one).__name__ for one in sys.meta_path if '_Watch' in type(one).__name__]"
+    ids, watching = answer(f"import json, sys\n{code}\nprint(json.dumps([{listed}, {rest}]))")
+    assert ids == ["stickslip/Biped-v0", "stickslip/UGV-v0"]
+    assert watching == []
+
+
+def declared(layer: str) -> Iterator[tuple[str, str]]:
+    """Module and name of each import that a package's __init__ makes for type checkers."""
+    folder = ROOT.joinpath(*layer.split("."))
+    for node in ast.walk(ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module != "typing":
+            yield from ((str(node.module), one.name) for one in node.names)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_what_a_package_names_is_what_type_checkers_see(layer: str):
+    package = import_module(f"stickslip.{layer}")
+    homes = {name: home for home, name in declared(layer) if name != "loaded_when_used"}
+    assert sorted(homes) == sorted(package.__all__)
+    assert set(homes) <= set(dir(package))
+    for name, home in homes.items():
+        assert getattr(package, name) is getattr(import_module(home), name)
+
+
+def test_a_module_does_not_take_the_place_of_the_function_of_its_name():
+    names = ("optim.solve", "optim.posture.station", "dynamics.ugv.pose")
+    for name in (*names, "dynamics.biped.kinematics"):
+        module = import_module(f"stickslip.{name}")
+        layer, _, function = name.rpartition(".")
+        assert isinstance(module, ModuleType)
+        assert isinstance(getattr(import_module(f"stickslip.{layer}"), function), FunctionType)
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        import_module("stickslip.optim").nonsense  # noqa: B018

@@ -1,0 +1,65 @@
+"""Files appear whole or not at all, with the rights that any new file has."""
+
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents import files as earlier
+from stickslip.records import files
+from stickslip.records.files import is_remains, write_whole, writing
+
+
+def test_what_fails_on_the_way_leaves_the_old_file_alone(tmp_path: Path):
+    path = write_whole(tmp_path / "a" / "film.gif", "old")
+
+    def fail() -> None:
+        with writing(path) as file:
+            file.write(b"new")
+            (left,) = (one.name for one in path.parent.iterdir() if one != path)
+            assert is_remains(left, {"film.gif"})
+            raise RuntimeError("no more")
+
+    with pytest.raises(RuntimeError, match="no more"):
+        fail()
+    assert path.read_text() == "old"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_of_many_that_do_not_overwrite_one_writes(tmp_path: Path):
+    path, refused, start = tmp_path / "one", [], threading.Barrier(8)
+
+    def work(number: int) -> None:
+        start.wait()
+        try:
+            write_whole(path, f"{number}" * 1000, overwrite=False)
+        except ValueError as error:
+            refused.append(str(error))
+
+    threads = [threading.Thread(target=work, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(refused) == 7
+    assert all("exists; accepted: a new path" in words for words in refused)
+    assert len(set(path.read_text())) == 1
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such rights here")
+@pytest.mark.parametrize("mask", [0o022, 0o077])
+def test_a_file_may_be_read_by_whom_a_new_file_may_be(tmp_path: Path, mask: int):
+    before = os.umask(mask)
+    try:
+        (tmp_path / "plain").touch()
+        write_whole(tmp_path / "whole", b"")
+    finally:
+        os.umask(before)
+    modes = {(tmp_path / name).stat().st_mode for name in ("plain", "whole")}
+    assert len(modes) == 1
+
+
+def test_the_path_where_the_writer_was_still_leads_to_it():
+    assert all(getattr(earlier, name) is getattr(files, name) for name in earlier.__all__)

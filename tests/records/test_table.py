@@ -1,0 +1,130 @@
+"""Tables and JSON as text, letter by letter."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.report import markdown
+from stickslip.agents.evaluate import Evaluation, Row
+from stickslip.agents.statistics import Interval
+from stickslip.agents.tables import Column as Metric
+from stickslip.optimise.report import table
+from stickslip.paper.result import Claim
+from stickslip.paper.text import claims_text, csv_text
+from stickslip.records.table import Column, Table, cell_text, csv_line, json_text
+
+RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
+
+
+class Played:
+    """Two episodes."""
+
+    reward = (1.0, 2.0)
+
+
+@pytest.fixture
+def evaluation() -> Evaluation:
+    speed, falls = Metric("speed", "m/s", 3), Metric("falls", "%", 0, percent=True)
+    columns = {"speed": (speed, None), "falls": (falls, None)}
+    shares = Interval(0.25, 0.125, 0.5), Interval(math.nan)
+    speeds = Interval(-1.25, -1.5, -1.0), Interval(2.0), Interval(math.inf)
+    given = [("grip", "pi", speeds[0], shares[0]), ("grip", "a | b", speeds[1], shares[1])]
+    given.append(("ice", "pi", speeds[2], shares[1]))
+    rows = tuple(
+        Row(scene, who, {"speed": one, "falls": other}, Played())
+        for scene, who, one, other in given
+    )
+    return Evaluation(rows, (0, 1), columns)
+
+
+def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluation, tmp_path):
+    assert evaluation.to_markdown() == (
+        "| scene | controller | episodes | speed [m/s] | falls [%] |\n"
+        "| --- | --- | ---: | ---: | ---: |\n"
+        "| grip | pi | 2 | −1.250 ± 0.250 | 25 (12 to 50) |\n"
+        "| grip | a &#124; b | 2 | 2.000 | - |\n"
+        "| ice | pi | 2 | - | - |\n"
+    )
+    assert evaluation.to_text() == (
+        "scene  controller  episodes     speed [m/s]      falls [%]\n"
+        "─────  ──────────  ────────  ──────────────  ─────────────\n"
+        "grip   pi                 2  −1.250 ± 0.250  25 (12 to 50)\n"
+        "       a | b              2           2.000              -\n"
+        "\n"
+        "ice    pi                 2               -              -\n"
+    )
+    assert evaluation.write_csv(tmp_path / "table.csv").read_text(encoding="utf-8") == (
+        "scene,controller,episodes,speed,speed_low,speed_high,falls,falls_low,falls_high\n"
+        "grip,pi,2,-1.25,-1.5,-1.0,0.25,0.125,0.5\n"
+        "grip,a | b,2,2.0,,,,,\n"
+        "ice,pi,2,,,,,,\n"
+    )
+
+
+def test_claims_are_a_table_of_words():
+    claim = Claim("|f| <= N", "1", "agrees", "because")
+    assert claims_text({"fig1": [claim]}) == (
+        "| figure | the chapter states | measured here | verdict | why |\n"
+        "| --- | --- | --- | --- | --- |\n"
+        "| fig1 | &#124;f&#124; <= N | 1 | agrees | because |\n"
+    )
+
+
+def test_a_benchmarks_table_is_aligned_with_what_begins_with_a_digit_to_the_right():
+    rows = [{"case": "grip", "error": "1e-3", "flops": 12}, {"case": "μ", "error": "-", "flops": 9}]
+    assert markdown(rows) == (
+        "| case | error | flops |\n"
+        "| ---- | ----- | ----: |\n"
+        "| grip | 1e-3  |    12 |\n"
+        "| μ    | -     |     9 |"
+    )
+
+
+def test_what_has_no_value_is_left_out_of_a_solved_problems_rows():
+    lines = [("value", "3.5 J"), ("message", ""), ("lower bound", "none proved")]
+    assert table(lines) == "value        3.5 J\nlower bound  none proved\n"
+
+
+def test_columns_are_csv_with_ten_digits():
+    columns = {"a [m]": np.asarray([1 / 3, np.nan, np.inf], "f8"), "b": ["x, y", 'a "b"', 7]}
+    assert csv_text(columns) == 'a [m],b\n0.3333333333,"x, y"\n,"a ""b"""\ninf,7\n'
+    assert csv_line([1, "", "é"]) == "1,,é\n"
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (None, None, ""),
+        (math.nan, 3, ""),
+        (1 / 3, None, "0.3333333333333333"),
+        (np.float32(0.1), None, "0.1"),
+        (np.float32(0.1), 10, "0.1000000015"),
+        (np.int64(-4), 3, "-4"),
+        (123456, 3, "123456"),
+        ("1/3", 3, "1/3"),
+    ],
+)
+def test_a_cell_is_as_it_is_or_has_the_digits_asked_for(value, digits, text):
+    assert cell_text(value, digits) == text
+
+
+def test_a_row_that_does_not_fit_and_a_cell_that_is_none_are_refused():
+    with pytest.raises(ValueError, match="row 1 has 1 cells; accepted: one for each of the 2 col"):
+        Table([Column("a"), Column("b", "m")], [[1, 2], [3]])
+    with pytest.raises(TypeError, match="list in a column; accepted: numbers and words"):
+        Table([Column("a")], [[[1]]]).csv()
+
+
+def test_json_has_null_for_what_is_not_finite_and_keeps_every_letter():
+    content = {"μ": [math.nan, np.float32(0.5)], "of": {1: np.arange(2)}, "none": None}
+    expected = {"μ": [None, 0.5], "of": {"1": [0, 1]}, "none": None}
+    assert json_text(content) == json.dumps(expected, indent=1, ensure_ascii=False) + "\n"
+
+
+@pytest.mark.parametrize("path", sorted(RESULTS.glob("*.json")), ids=lambda path: path.stem)
+def test_a_measurement_is_written_as_it_stands(path: Path):
+    text = path.read_text(encoding="utf-8")
+    assert json_text(json.loads(text)) == text

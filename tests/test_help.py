@@ -1,0 +1,117 @@
+"""What the command line's help says, and how scenes are told from policies."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents.config import DEFAULTS, TrainConfig, every_field
+from stickslip.agents.controllers import CONTROLLERS
+from stickslip.agents.scenes import SCENES
+from stickslip.agents.ugv_config import UGVTrainConfig
+from stickslip.agents.ugv_names import UGV_BASELINES
+from stickslip.agents.ugv_tracks import TRACK_NAMES
+from stickslip.cli import OK, WRONG_INPUT, main, make_parser
+from stickslip.dynamics.ugv import TRACKS, Track
+from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
+from stickslip.optim import CRITERIA, METHODS
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+from stickslip.optimise.track_options import track_options
+from stickslip.paper.registry import FIGURES
+
+
+def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
+    """What a command prints of itself, on one line."""
+    with pytest.raises(SystemExit) as left:
+        main([*command, "--help"])
+    assert left.value.code == OK
+    return " ".join(capsys.readouterr().out.split())
+
+
+def test_help_names_every_field_of_the_configuration(capsys):
+    shown = help_of(capsys, "train")
+    for name in (one.name for one in every_field(TrainConfig)):
+        assert f"--{name.replace('_', '-')}" in shown
+
+
+def test_help_names_what_may_be_named(capsys):
+    for command in ("evaluate", "view"):
+        shown = help_of(capsys, command)
+        for names in (CONTROLLERS, UGV_BASELINES, SCENES, TRACK_NAMES, CRITERIA):
+            assert all(name in shown for name in names)
+    assert ", ".join(SCENES) in help_of(capsys, "train", "biped")
+    shown = help_of(capsys, "train", "ugv")
+    assert all(name in shown for name in (*TRACK_NAMES, *CRITERIA))
+    shown = help_of(capsys, "optimise", "ugv")
+    assert all(f" {name} {about}" in shown for name, about in METHODS.items())
+    assert all(f" {name} {one.about}" in shown for name, one in CRITERIA.items())
+    shown = help_of(capsys, "reproduce")
+    assert all(f" {name} {figure.title}" in shown for name, figure in FIGURES.items())
+
+
+def test_words_are_kept_for_every_criterion_in_its_order():
+    assert {name: one.about for name, one in CRITERIA.items()} == CRITERIA_IN_WORDS
+    assert list(CRITERIA) == list(CRITERIA_IN_WORDS)
+
+
+def test_help_gives_every_track_the_options_and_defaults_of_its_constructor(capsys):
+    options = track_options()
+    assert tuple(options) == TRACKS
+    shown = help_of(capsys, "optimise", "ugv")
+    for name, words in options.items():
+        parameters = inspect.signature(getattr(Track, name)).parameters.values()
+        own = [f"{p.name}={p.default}" for p in parameters if p.kind is not p.VAR_KEYWORD]
+        assert list(words) == own + (list(ROUGH_OPTIONS) if len(parameters) > len(own) else [])
+        assert f" {name} {', '.join(words)}" in shown
+
+
+def test_help_does_without_the_source_of_the_tracks(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("stickslip.optimise.track_options.find_spec", lambda name: None)
+    assert track_options() == dict.fromkeys(TRACKS, ())
+    assert ", ".join(TRACKS) in help_of(capsys, "optimise", "ugv")
+
+
+@pytest.mark.parametrize("kind", [TrainConfig, UGVTrainConfig])
+def test_flags_of_training_stand_in_groups_with_the_defaults_of_each_algorithm(capsys, kind):
+    shown = help_of(capsys, "train", kind.machine)
+    names = [one.name for one in every_field(kind)]
+    assert next(iter(kind.GROUPS)) == names[0]
+    for first, title in kind.GROUPS.items():
+        assert f" {title}: --{first.replace('_', '-')} " in shown
+    if kind is TrainConfig:
+        assert f"(default: 6000000; sac: {DEFAULTS['sac']['timesteps']})" in shown
+
+
+def scenes_and_who(*words: str) -> tuple[list[str] | None, list[str]]:
+    """What `evaluate` takes for scenes and for policies."""
+    arguments = ["evaluate", *words]
+    given = make_parser(arguments).parse_args(arguments)
+    return given.scenes, given.who
+
+
+@pytest.mark.parametrize(
+    ("words", "scenes", "who"),
+    [
+        ("--scene wet firm run optimum", ["wet", "firm"], ["run", "optimum"]),
+        ("run --scene wet firm", ["wet", "firm"], ["run"]),
+        ("--scene wet run", ["wet"], ["run"]),
+        ("run --scene wet other --episodes 3", ["wet"], ["run", "other"]),
+        ("--scene wet --scene firm run", ["wet", "firm"], ["run"]),
+        ("--scene a.csv --scene bump b.csv", ["a.csv", "bump"], ["b.csv"]),
+        ("--scene=wet firm", ["wet"], ["firm"]),
+        ("--scene wet -- firm", ["wet"], ["firm"]),
+        ("run", None, ["run"]),
+    ],
+)
+def test_a_scene_does_not_swallow_a_policy(words: str, scenes: list[str] | None, who: list[str]):
+    assert scenes_and_who(*words.split()) == (scenes, who)
+
+
+def test_no_baseline_is_taken_for_a_misspelt_scene(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    every = [*CONTROLLERS, *UGV_BASELINES]
+    assert scenes_and_who("--scene", "wet", *every) == (["wet"], every)
+    assert main(["evaluate", "run", "--scene", "wet", "frm"]) == WRONG_INPUT
+    assert "'frm' is unknown (did you mean firm?)" in capsys.readouterr().err
+    Path("frm").mkdir()
+    assert scenes_and_who("--scene", "wet", "frm") == (["wet"], ["frm"])
