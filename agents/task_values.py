@@ -37,7 +37,7 @@ MODULES = (
     "envs.biped",
     "envs.biped_params",
     "envs.ugv",
-    "envs.ugv_draw",
+    "envs.ugv_randomisation",
 )
 CALLED = "Function"
 """The shape of a track that holds a function of the user's, which no file can keep."""

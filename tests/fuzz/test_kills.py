@@ -32,6 +32,9 @@ SIDE_BY_SIDE = 2
 AGAIN = 0.25
 """Share of the trainings whose resumption is killed, too."""
 REFUSED = 3
+MOST_CHECKPOINTS = 8
+A_CHECKPOINT = 0.3
+"""About how long a training is from one to the next [s]: half of the kills fall between them."""
 ROOT = Path(__file__).parents[2]
 
 
@@ -55,9 +58,11 @@ class Server:
             cwd=ROOT,
         )
 
-    def start(self, path: Path, kill_after: float | None = None, **how: bool) -> None:
+    def start(
+        self, path: Path, kill_after: float | None = None, kill_from: int = 0, **how: bool
+    ) -> None:
         assert self.process.stdin is not None
-        asked = {"path": str(path), "how": how, "kill_after": kill_after}
+        asked = {"path": str(path), "how": how, "kill_after": kill_after, "kill_from": kill_from}
         self.process.stdin.write(json.dumps(asked) + "\n")
         self.process.stdin.flush()
 
@@ -65,8 +70,10 @@ class Server:
         assert self.process.stdout is not None
         return int(self.process.stdout.readline())
 
-    def train(self, path: Path, kill_after: float | None = None, **how: bool) -> int:
-        self.start(path, kill_after, **how)
+    def train(
+        self, path: Path, kill_after: float | None = None, kill_from: int = 0, **how: bool
+    ) -> int:
+        self.start(path, kill_after, kill_from, **how)
         return self.wait()
 
     def close(self) -> None:
@@ -111,7 +118,11 @@ def trial(server: Server, path: Path, seed: int, duration: float) -> str:
     """Kill a training, perhaps its resumption, and let it come to its end; where it was killed."""
     rng, how, place = np.random.default_rng(seed), {}, ""
     while True:
-        status = server.train(path, rng.uniform(0, duration), **how)
+        if rng.random() < 0.5:  # most of the time goes by before the first checkpoint
+            status = server.train(path, rng.uniform(0, duration), **how)
+        else:
+            from_, after = int(rng.integers(1, MOST_CHECKPOINTS)), rng.uniform(0, A_CHECKPOINT)
+            status = server.train(path, after, from_, **how)
         if status == 0:
             return place or "had ended"
         assert status == -signal.SIGKILL, said(path)

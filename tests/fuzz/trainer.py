@@ -1,7 +1,8 @@
 """A process that has imported all that training needs, and forks a child for each training.
 
-Lines on stdin: {"path": directory, "how": {"resume": true, ...}, "kill_after": seconds or null}.
-For each of them a line on stdout with the child's exit status when it has ended, or was killed.
+Lines on stdin: {"path": directory, "how": {"resume": true, ...}, "kill_after": seconds or null,
+"kill_from": checkpoints}. The seconds count from when there are so many checkpoints more than there
+were. For each of them a line on stdout with the child's exit status when it has ended, or was killed.
 """
 
 import json
@@ -44,9 +45,23 @@ def main() -> None:
             finally:
                 os._exit(status)
         if asked["kill_after"] is not None:
+            wait_for(child, Path(asked["path"], "checkpoints"), asked["kill_from"])
             time.sleep(asked["kill_after"])
             os.kill(child, signal.SIGKILL)  # a child that has ended is there until it is waited for
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+
+
+def wait_for(child: int, folder: Path, more: int) -> None:
+    """Until there are so many checkpoints more, or the child has ended."""
+    enough = count_of(folder) + more
+    while more and count_of(folder) < enough:
+        if os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
+            return
+        time.sleep(0.002)
+
+
+def count_of(folder: Path) -> int:
+    return len(list(folder.iterdir())) if folder.is_dir() else 0
 
 
 def run(path: str, how: dict) -> int:
