@@ -86,10 +86,11 @@ def _handles() -> list:
 
 def _growth(axis, rows: list[dict[str, Any]]) -> None:
     """Seconds of dp's two parts against the grid."""
-    axis.set_title("dynamic programming, 40 waypoints", loc="left")
     chosen = [row for row in rows if row["varied"] == "angles"]
     if not chosen:
         return
+    waypoints = chosen[0]["waypoints"]
+    axis.set_title(f"dynamic programming, {waypoints} waypoints", loc="left")
     for part, colour in (("stations", "#0b6e4f"), ("recursion", "#4b2e83")):
         axis.plot([row["angles"] for row in chosen], [row[part] for row in chosen], "o-",
                   color=colour, label=part)  # fmt: skip

@@ -2,7 +2,7 @@
 
 Lines on stdin: {"path": directory, "how": {"resume": true, ...}, "kill_after": seconds or null,
 "kill_from": checkpoints}. The seconds count from when there are so many checkpoints more than there
-were. For each of them a line on stdout with the child's exit status when it has ended, or was killed.
+were. For each of them a line on stdout with the exit status of the child, ended or killed.
 """
 
 import json
