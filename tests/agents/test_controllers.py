@@ -101,6 +101,7 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
     assert 0.06 < np.max(need) < 0.1, "constant speed needs about 0.08 at 3 rad/s"
 
 
+@pytest.mark.long
 def test_constant_torque_stalls_or_runs_into_a_fall():
     params = ENV.make_params(scene=Scene.uniform(0.5, 0.4))
     count = horizon(params)

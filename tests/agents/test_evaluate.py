@@ -86,6 +86,7 @@ def test_a_seed_is_the_same_episode_as_in_the_gymnasium_adapter(policy, params):
     np.testing.assert_array_equal(obs, played.start_obs)
 
 
+@pytest.mark.long
 def test_rows_stand_still_after_the_end(params):
     played = rollout(ENV, ConstantTorque(-3.9), params, 3, 75)
     end = int(played.length)
@@ -117,6 +118,7 @@ def test_computed_torque_recovers_from_any_start(params):
     np.testing.assert_allclose(metrics["mean_crank_rate"].value, 3.0, atol=0.2)
 
 
+@pytest.mark.long
 def test_without_randomness_one_episode_says_all(policy):
     params = ENV.make_params(time_limit=0.2)
     table = evaluate(ENV, {"rest": ConstantTorque(0.0)}, {"slippery": params}, episodes=8)

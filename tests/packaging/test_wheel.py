@@ -65,6 +65,7 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_installed_wheel_steps_every_environment(scripts: Path, tmp_path: Path):
     shown = run(scripts / "python", "-I", "-W", "error", CHECKS, cwd=tmp_path)
     assert "stickslip/Biped-v0" in shown
@@ -72,3 +73,8 @@ def test_installed_wheel_steps_every_environment(scripts: Path, tmp_path: Path):
 
 def test_installed_command_tells_its_version(scripts: Path, tmp_path: Path):
     assert VERSION in run(scripts / "stickslip", "--version", cwd=tmp_path)
+
+
+def test_installed_wheel_has_every_layer(scripts: Path, tmp_path: Path):
+    code = "import stickslip as s; s.envs.BipedEnv, s.optim.PostureProblem, s.dynamics.Scene"
+    run(scripts / "python", "-I", "-W", "error", "-c", code, cwd=tmp_path)
