@@ -40,9 +40,7 @@ def member(tree, index):
     return jax.tree.map(lambda leaf: leaf[index], tree)
 
 
-@pytest.mark.parametrize(
-    "dtype", [pytest.param("float32", marks=pytest.mark.long), "float64"], indirect=True
-)
+@pytest.mark.long
 def test_a_batch_is_a_loop_of_single_walks(dtype):
     model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
     states, torques, scenes = batch(dtype.name)
@@ -70,6 +68,7 @@ def test_a_bad_member_leaves_the_others_bit_for_bit(dtype, bad):
         np.testing.assert_array_equal(before[3], after[3])  # the last state inside the model
 
 
+@pytest.mark.long
 def test_a_compiled_step_is_the_step_as_written(float64):
     model, size = default_model(), jnp.asarray(0.02)
     states, torques, scenes = batch()

@@ -62,6 +62,7 @@ def onset_time(size) -> float:
             return float(contact.events.times[0])
 
 
+@pytest.mark.long
 def test_slip_onset_is_located_to_fourth_order(float64):
     truth = onset_time(0.0002)
     sizes = np.array([0.016, 0.008, 0.004, 0.002])
@@ -82,6 +83,7 @@ def test_coarse_steps_meet_every_event_of_the_reference(float64, reference, inde
         assert abs(time - want) < 0.04 * last
 
 
+@pytest.mark.long
 def test_a_step_splits_like_its_parts(float64):
     """Two half steps in one call (substeps) are two calls of half a step."""
     model, scene = default_model(), Scene.uniform(jnp.asarray(0.15), jnp.asarray(0.12))

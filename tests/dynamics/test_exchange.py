@@ -122,6 +122,7 @@ def test_walking_on_with_an_impact_is_refused(float64):
         simulate(uneven(), Scene.grip(), state_of(), 1.0, 1.0, 0.01)
 
 
+@pytest.mark.long
 def test_one_step_works_with_an_asymmetric_linkage(float64):
     scene = Scene.grip(steps="one", outputs="state")
     model, torque = model_of(uneven()), jnp.full(200, 1.0)

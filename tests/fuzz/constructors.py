@@ -378,5 +378,5 @@ def others() -> dict[str, Plan]:
             },
             {"params": ugv.UGVParams(), "track": ugv.Track.bump(), "spacing": 0.5},
         ),
-        "TrainConfig": Plan(TrainConfig, config),
+        "TrainConfig.of": Plan(TrainConfig.of, config),
     }
