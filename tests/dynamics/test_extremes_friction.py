@@ -74,6 +74,9 @@ def frictionless_starts():
     ]
 
 
+@pytest.mark.parametrize(
+    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
+)
 def test_without_friction_momentum_and_energy_are_kept(dtype):
     """0.3 s from rest and sliding, through exchanges, turning back on the way."""
     starts = frictionless_starts()

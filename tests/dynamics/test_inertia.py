@@ -166,6 +166,7 @@ def test_inertia_is_positive_definite_and_bounds_its_coupling(float64, seed, ang
     assert float(M[0] * params.total_mass) > float(P[0] ** 2)
 
 
+@pytest.mark.long
 def test_inertia_is_linear_in_the_masses(float64):
     """What `load` builds on: scaled masses and a payload need no new fit."""
     params = default_params()

@@ -24,14 +24,15 @@ NO_CONSTRUCTORS = {
     "BipedEnvParams", "BipedEnvState", "Contact", "Events", "ForwardDynamics", "GroundMoment",
     "InverseDynamics", "Kinematics", "LegPins", "NewtonEuler", "Recommendation", "ReducedInertia",
     "Setting", "Trajectory", "UGVEnvParams", "UGVEnvState", "Equilibrium", "Forces", "Pose",
-    "Result", "Station", "OptimStatus", "FunctionalEnv", "condition_number", "exchange_mismatch",
+    "Result", "PostureResult", "Evaluation", "Station", "OptimStatus", "FunctionalEnv",
+    "condition_number", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
     "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
     "place", "wheel_turns", "station", "Odometer",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time",
-    "check_poses", "SettingCheck", "FreeProblem",
+    "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
 }  # fmt: skip
 
 
