@@ -17,7 +17,7 @@ from stickslip.optim.start import begin, shortcomings
 if TYPE_CHECKING:
     from stickslip.optim.problem import Problem
 
-STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
+SLSQP_STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
 """SLSQP's; any other is INACCURATE: it stopped, and not at what it calls a solution."""
 DENSE = 64
 """Bytes of a pair of numbers in SLSQP's matrices."""
@@ -70,7 +70,7 @@ def solve_gradient(
         x,
         method="gradient",
         began=began,
-        status=STATUSES.get(found.status, OptimStatus.INACCURATE),
+        status=SLSQP_STATUSES.get(found.status, OptimStatus.INACCURATE),
         evaluations=run.evaluations,
         message=f"SLSQP: {found.message} after {found.nit} iterations{why}"
         f"{shortcomings(problem, x)}",
@@ -94,11 +94,11 @@ class _Run:
     def value(self, x: np.ndarray) -> float:
         """Scaled; SLSQP may step outside the bounds by a rounding."""
         x = np.clip(x, *self.free.bounds)
-        value = self.free.objective(x)
+        found = self.free.evaluate(x)
         self.evaluations += 1
-        if value < self.best_value and self.free.is_feasible(x):
-            self.best, self.best_value = x, value
-        return value / self.scale
+        if found.feasible and found.value < self.best_value:
+            self.best, self.best_value = x, found.value
+        return found.value / self.scale
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """Of `value`."""
@@ -108,7 +108,8 @@ class _Run:
         """The last point, or the best one on the way where the last does not meet all or is worse;
         a sentence where that is so."""
         x = np.clip(x, *self.free.bounds)
-        last = self.free.objective(x) if self.free.is_feasible(x) else np.inf
+        found = self.free.evaluate(x)
+        last = found.value if found.feasible else np.inf
         if self.best is None or last <= self.best_value + 1e-12 * abs(self.best_value):
             return self.free.expand(x), ""
         return self.free.expand(self.best), "; the best feasible point on the way is returned"

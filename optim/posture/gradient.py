@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import NonlinearConstraint, OptimizeResult, minimize
 
 from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.optim.gradient import SLSQP_STATUSES
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.convex_model import ConvexModel
 from stickslip.optim.posture.epigraph import Epigraph
@@ -29,7 +30,6 @@ from stickslip.optim.start import shortcomings
 if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
-SLSQP_STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
 TRUST_STATUSES = {
     0: OptimStatus.LIMIT,
     1: OptimStatus.FEASIBLE,

@@ -19,6 +19,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.ugv_randomisation import RandomTrack, UGVRandomisation
+from tests.precision import mostly_single
 
 
 @pytest.fixture(autouse=True)
@@ -64,9 +65,7 @@ def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:
     return env, env.make_params(dtype=dtype, **(given | changes))
 
 
-@pytest.mark.parametrize(
-    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
-)
+@mostly_single
 def test_a_biped_task_comes_back_to_the_last_bit(dtype):
     env, params = strange_biped(dtype)
     task = biped_task.read_task(through_json(describe_environment(env, params)))

@@ -19,6 +19,7 @@ from tests.dynamics.helpers import (
     inertia_along,
     still_forces,
 )
+from tests.precision import mostly_single
 
 TRIALS = RK4Split().trials
 WALK = {"phase": 2.0, "crank_rate": 3.0, "torque": 0.5, "dt": 2e-3, "count": 200}
@@ -74,9 +75,7 @@ def frictionless_starts():
     ]
 
 
-@pytest.mark.parametrize(
-    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
-)
+@mostly_single
 def test_without_friction_momentum_and_energy_are_kept(dtype):
     """0.3 s from rest and sliding, through exchanges, turning back on the way."""
     starts = frictionless_starts()

@@ -23,6 +23,7 @@ from tests.dynamics.joint_helpers import (
     slip,
     slips,
 )
+from tests.precision import mostly_single
 
 SLIPPING = ("inverse_slip", "forward_slip")
 PLACES = {
@@ -259,9 +260,7 @@ def test_at_rest_the_ground_bears_the_weight_and_the_pins_bear_a_payload(float64
     assert apart(loaded.joint_forces, light.joint_forces, 1.0) > 10
 
 
-@pytest.mark.parametrize(
-    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
-)
+@mostly_single
 def test_precision_is_that_of_what_is_given(dtype):
     batch = slips(default_robots(dtype.name), random_instants(dtype=dtype.name))
     assert all(value.dtype == dtype for value in batch)

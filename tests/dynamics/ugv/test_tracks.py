@@ -9,6 +9,7 @@ import pytest
 
 from stickslip.dynamics.ugv.spline import INTERPOLATIONS
 from stickslip.dynamics.ugv.track import TRACKS, Track
+from tests.precision import mostly_single
 
 RNG = np.random.default_rng(5)
 POINTS_X = np.cumsum(RNG.uniform(0.2, 0.7, 20))
@@ -28,10 +29,6 @@ for kind in INTERPOLATIONS:
 MAKERS["even points"] = lambda: Track.from_points(EVEN_X, np.sin(EVEN_X))
 
 each_kind = pytest.mark.parametrize("kind", MAKERS)
-mostly_single = pytest.mark.parametrize(
-    "dtype", ["float32", pytest.param("float64", marks=pytest.mark.long)], indirect=True
-)
-"""In single precision; in double, which the other tests ask for, in the long run."""
 
 
 @jax.jit
