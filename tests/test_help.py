@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.biped.config import DEFAULTS, TrainConfig, every_field
+from stickslip.agents.biped.config import DEFAULTS, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.scenes import SCENES
+from stickslip.agents.training.configuration import every_field
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.names import UGV_BASELINES
 from stickslip.agents.ugv.tracks import TRACK_NAMES

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.protocol import action_of
+from stickslip.agents.biped.action import action_of
 from stickslip.dynamics.biped import SUPPORT_END, BipedModel, RK4Split, step
 from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
 from stickslip.dynamics.checks import is_concrete, require_number

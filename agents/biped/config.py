@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from stickslip.agents.biped.scenes import SCENE, SCENES
-from stickslip.agents.foreign.reading import LARGEST_TEXT
-from stickslip.agents.training import configuration as config_fields
-from stickslip.agents.training.configuration import (
-    Configuration,
-    entry,
-    every_field,
-    group,
-    rule_of,
+from stickslip.agents.training.configuration import Configuration, entry, group
+from stickslip.agents.training.groups import (
+    PPOSettings,
+    SACSettings,
+    require_room,
+    require_whole_batches,
+    shared,
 )
-from stickslip.agents.training.groups import PPOSettings, SACSettings, require_whole_batches
-from stickslip.dynamics.plain_checks import require_memory
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Mapping
 
 ALGORITHMS = ("ppo", "sac")
 
-MOST_STEPS = 10**12 - 1
-"""What the name of a checkpoint has room for."""
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
 
@@ -56,8 +46,8 @@ class TrainConfig(Configuration):
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
-    seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
-    timesteps: int = entry(6_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
+    seed: int = shared("seed", 0)
+    timesteps: int = shared("timesteps", 6_000_000)
 
     scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -89,24 +79,23 @@ class TrainConfig(Configuration):
     energy_weight: float = entry(0.5, float, "of energy in the training reward", low=0)
     fall_penalty: float = entry(1.0, float, "of a fall in the training reward", low=0)
 
-    num_envs: int = entry(256, int, "environments side by side", low=1, high=65536)
-    learning_rate: float = entry(1e-3, float, "at the beginning", low=0, strict=True)
-    final_learning_rate: float = entry(1e-4, float, "at the end", low=0)
-    discount: float = entry(0.99, float, "gamma, per control step", low=0, high=1)
-    batch_size: int = entry(4096, int, "samples a gradient step", low=2)
-    hidden: int = entry(64, int, "units a hidden layer", low=1, high=4096)
-    layers: int = entry(2, int, "hidden layers", low=1, high=8)
-    threads: int = entry(1, int, "of PyTorch", low=1, high=256)
+    num_envs: int = shared("num_envs", 256)
+    learning_rate: float = shared("learning_rate", 1e-3)
+    final_learning_rate: float = shared("final_learning_rate", 1e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 4096)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
 
     ppo: PPOSettings = group(PPOSettings)
     sac: SACSettings = group(SACSettings)
 
-    checkpoint_interval: int = entry(
-        262_144, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
-    )
-    keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
-    evaluation_episodes: int = entry(64, int, "episodes an evaluation", low=1, high=65536)
+    checkpoint_interval: int = shared("checkpoint_interval", 262_144)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 64)
 
+    machine = "biped"
     GROUPS: ClassVar = {
         "algorithm": "run",
         "scene": "task",
@@ -143,58 +132,3 @@ class TrainConfig(Configuration):
                 f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
                 "alone or neither"
             )
-
-
-def require_room(config: Any, observation: int) -> None:
-    """Raise ValueError for networks that no policy file holds, and for samples that no memory does.
-
-    observation: about how many numbers an observation has.
-    """
-    from stickslip.agents.foreign.arrays import LARGEST
-
-    widths = [observation, *[config.hidden] * config.layers, 2]
-    size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
-    if size > LARGEST - 2 * LARGEST_TEXT:
-        raise ValueError(
-            f"hidden = {config.hidden} with layers = {config.layers} makes a policy of {size:,} "
-            f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
-        )
-    if config.algorithm == "sac":
-        given, samples = f"buffer_size = {config.sac.buffer_size}", config.sac.buffer_size
-    else:
-        steps = config.ppo.rollout_steps
-        given = f"num_envs = {config.num_envs} with rollout_steps = {steps}"
-        samples = config.num_envs * steps
-    require_memory(given, "samples", samples, 8 * (observation + 8))
-
-
-def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration] = TrainConfig) -> None:
-    """One flag for each field; only those given appear in the parsed arguments."""
-    config_fields.add_flags(parser, kind)
-
-
-def from_flags(given: Mapping[str, Any], kind: type[Configuration] = TrainConfig) -> Any:
-    """The configuration that parsed arguments ask for."""
-    return kind.of(**flags_given(given, kind))
-
-
-def flags_given(
-    given: Mapping[str, Any], kind: type[Configuration] = TrainConfig
-) -> dict[str, Any]:
-    """Those of the parsed arguments that are fields of the configuration."""
-    return config_fields.flags_given(given, kind)
-
-
-__all__ = [
-    "ALGORITHMS",
-    "DEFAULTS",
-    "PPOSettings",
-    "SACSettings",
-    "TrainConfig",
-    "add_flags",
-    "every_field",
-    "flags_given",
-    "from_flags",
-    "require_whole_batches",
-    "rule_of",
-]

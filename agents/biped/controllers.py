@@ -9,9 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.biped.action import action_of
 from stickslip.agents.biped.computed_torque import ComputedTorque
 from stickslip.agents.biped.names import BIPED_BASELINES
-from stickslip.agents.protocol import Controller, Memoryless, action_of
+from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_choice, require_known, require_number
 from stickslip.envs.biped.draw import drawn_robot

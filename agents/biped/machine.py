@@ -1,106 +1,207 @@
-"""What training has to know of the biped; see stickslip.agents.machines.Machine."""
+"""The biped as a machine. See stickslip.agents.machine.Machine."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from stickslip.agents.biped.evaluate import COLUMNS, play, row_of_test
-from stickslip.agents.biped.task import describe_environment
-from stickslip.agents.biped.training import TEST_SEEDS, Task, make_task
-from stickslip.dynamics.status import Status
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.names import BIPED_BASELINES, FILM, FRAMES
+from stickslip.agents.biped.scenes import SCENE, SCENES
+from stickslip.agents.machine import Machine, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
-    from stickslip.agents.biped.config import TrainConfig
+    import numpy as np
 
-EVALUATED = (
-    "return",
-    "mean_speed",
-    "mean_crank_rate",
-    "slip_per_metre",
-    "energy_per_metre",
-    "falls",
-)
-EPISODE = (
-    "episodes",
-    "return",
-    "duration",
-    "mean_crank_rate",
-    "speed",
-    "slip_per_metre",
-    "energy_per_metre",
-    "falls",
-)
+    from stickslip.agents.biped.task import BipedTask
+    from stickslip.agents.biped.training import Task
+    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.protocol import Controller
+    from stickslip.agents.training.trained import Trained
+    from stickslip.envs.biped.env import BipedEnv
+    from stickslip.envs.biped.params import BipedEnvParams
+
+STARTS = ("moving", "rest")
 
 
-def about(task: Task) -> dict[str, Any]:
-    """See Machine."""
-    return describe_environment(task.env, task.rest)
+class BipedMachine(Machine):
+    """PASIBOT: its scenes are floors."""
 
-
-def evaluate_policy(task: Task, policy: Any, config: TrainConfig) -> dict[str, float]:
-    """The standard reward over whole episodes from anywhere, deterministic."""
-    seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
-    played = play(replace(task.env, autoreset="disabled"), policy, task.moving, seeds)
-    return row_of_test(COLUMNS, EVALUATED, played)
-
-
-def summary(ended: Sequence[dict[str, Any]], period: float) -> dict[str, float]:
-    """Means over the episodes and ratios of sums."""
-    names = ("return", "length", "walked", "slid", "energy", "mean_rate")
-    rows = [
-        (*(float(info["episode_" + name]) for name in names), info["status"] > Status.SLIP_ONSET)
-        for info in ended
-    ]
-    total, length, walked, slid, energy, rate, fell = np.asarray(rows, float).T
-    far = walked.sum() > 0.1
-    return {
-        "episodes": len(rows),
-        "return": total.mean(),
-        "duration": length.mean() * period,
-        "mean_crank_rate": np.average(rate, weights=length),
-        "speed": walked.sum() / (length.sum() * period),
-        "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
-        "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
-        "falls": fell.mean(),
-    }
-
-
-def beside_bar(row: Mapping[str, float]) -> str:
-    """See Machine."""
-    rate = row.get("mean_crank_rate", np.nan)
-    return f"return {row.get('return', np.nan):.2f}, {rate:.2f} rad/s"
-
-
-def line(row: Mapping[str, float]) -> str:
-    """See Machine."""
-    return (
-        f"return {row['return']:6.2f}  "
-        f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
-        f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
+    name = title = "biped"
+    environment = "BipedEnv"
+    outputs, actions = 1, "the biped's torque"
+    configuration = TrainConfig
+    modules = (
+        "stickslip.dynamics.biped.params",
+        "stickslip.dynamics.biped.fidelity",
+        "stickslip.dynamics.biped.table",
+        "stickslip.dynamics.biped.series",
+        "stickslip.dynamics.biped.integrators",
+        "stickslip.dynamics.biped.settings",
+        "stickslip.dynamics.scene",
+        "stickslip.envs.biped.env",
+        "stickslip.envs.biped.params",
     )
+    baselines = BIPED_BASELINES
+    scenes = tuple(SCENES)
+    evaluated = (
+        "return",
+        "mean_speed",
+        "mean_crank_rate",
+        "slip_per_metre",
+        "energy_per_metre",
+        "falls",
+    )
+    episode = (
+        "episodes",
+        "return",
+        "duration",
+        "mean_crank_rate",
+        "speed",
+        "slip_per_metre",
+        "energy_per_metre",
+        "falls",
+    )
+    film, frames = FILM, FRAMES
 
+    def usual_scene(self, viewed: bool = False) -> str:
+        """See Machine."""
+        return SCENE
 
-def write_products(trained: Any) -> list[Path]:
-    """See Machine."""
-    from stickslip.agents.biped import products as train_products
+    def options(self, viewed: bool = False) -> tuple[Option, ...]:
+        """See Machine."""
+        usual = "rest" if viewed else "moving"
+        return (
+            Option("mu_static", "one floor instead", metavar="MU"),
+            Option("mu_kinetic", "its kinetic friction", metavar="MU"),
+            Option("payload", "mass on the hip [kg]", metavar="KG"),
+            Option("commanded_rate", "mean crank rate [rad/s]", metavar="RATE"),
+            Option(
+                "start",
+                f"from any phase and rate up to the commanded one, or from rest (default: {usual})",
+                str,
+                choices=STARTS,
+            ),
+        )
 
-    return train_products.write_products(trained)
+    def require_options(self, given: Mapping[str, Any]) -> None:
+        """See Machine."""
+        if given["mu_static"] is not None and given["scenes"]:
+            raise ValueError(
+                f"--mu-static {given['mu_static']:g} with --scene {' '.join(given['scenes'])}; "
+                "accepted: one of them, both say which floor"
+            )
+        if given["mu_kinetic"] is not None and given["mu_static"] is None:
+            raise ValueError(
+                f"mu_kinetic = {given['mu_kinetic']:g} without mu_static; accepted: both, "
+                "mu_static alone or neither"
+            )
 
+    def describe(self, env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+        """See Machine."""
+        from stickslip.agents.biped import task
 
-__all__ = [
-    "EPISODE",
-    "EVALUATED",
-    "about",
-    "beside_bar",
-    "evaluate_policy",
-    "line",
-    "make_task",
-    "summary",
-    "write_products",
-]
+        return task.describe_environment(env, params)
+
+    def read_task(self, metadata: Mapping[str, Any]) -> BipedTask | None:
+        """See Machine."""
+        from stickslip.agents.biped import task
+
+        return task.read_task(metadata)
+
+    def standard_task(self, metadata: Mapping[str, Any]) -> BipedTask:
+        """See Machine."""
+        from stickslip.agents.biped import task
+
+        return task.standard_task(metadata)
+
+    def params_of(self, task: BipedTask, given: Mapping[str, Any], viewed: bool) -> BipedEnvParams:
+        """See Machine."""
+        return task.begun(given["start"], "rest" if viewed else "moving")
+
+    def sightless(self, env: BipedEnv) -> BipedEnv:
+        """See Machine."""
+        from dataclasses import replace
+
+        return replace(env, see_friction=False, see_patch=False)
+
+    def baseline(self, name: str, env: BipedEnv) -> Controller:
+        """See Machine; a baseline suits every environment."""
+        from stickslip.agents.biped.controllers import controller_by_name
+
+        return controller_by_name(name)
+
+    def evaluate(
+        self,
+        env: BipedEnv,
+        controllers: Mapping[str, Controller],
+        scenes: Mapping[str, BipedEnvParams],
+        *,
+        episodes: int = 32,
+        seeds: Sequence[int] | None = None,
+        progress: Callable[[str], None] | None = None,
+    ) -> Evaluation:
+        """See Machine."""
+        from stickslip.agents.biped.evaluate import evaluate
+
+        return evaluate(env, controllers, scenes, episodes=episodes, seeds=seeds, progress=progress)
+
+    def training_task(self, config: TrainConfig) -> Task:
+        """See Machine."""
+        from stickslip.agents.biped.training import make_task
+
+        return make_task(config)
+
+    def evaluate_policy(self, task: Task, policy: Any, config: TrainConfig) -> dict[str, float]:
+        """The standard reward over whole episodes from anywhere, deterministic."""
+        from stickslip.agents.biped.training import evaluate_policy
+
+        return evaluate_policy(task, policy, config, self.evaluated)
+
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """Means over the episodes and ratios of sums."""
+        from stickslip.agents.biped.training import summary
+
+        return summary(ended, period)
+
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        unknown = float("nan")
+        rate = row.get("mean_crank_rate", unknown)
+        return f"return {row.get('return', unknown):.2f}, {rate:.2f} rad/s"
+
+    def line(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return (
+            f"return {row['return']:6.2f}  "
+            f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
+            f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
+        )
+
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """See Machine."""
+        from stickslip.agents.biped.products import write_products
+
+        return write_products(trained, played)
+
+    def plot_episode(
+        self, played: Rollout, env: Any, params: BipedEnvParams, path: str | Path, title: str
+    ) -> Path:
+        """See Machine."""
+        from stickslip.agents.biped.plots import plot_episode
+
+        return plot_episode(played, params, path, title)
+
+    def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
+        """An episode is as long as what is shown of it."""
+        return params.replace(time_limit=seconds)
+
+    def demonstration(self) -> Demonstration:
+        """See Machine."""
+        from stickslip.agents.biped.demo import BipedDemonstration
+
+        return BipedDemonstration()

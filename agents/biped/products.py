@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.biped.names import FILM, FRAMES
+from stickslip.agents.biped.plots import plot_episode
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.evaluation.rollout import Rollout, rollout
-from stickslip.agents.pictures.film import pictures, plot_episode
-from stickslip.agents.pictures.learning import plot_learning
+from stickslip.agents.pictures.film import write_film
+from stickslip.agents.pictures.learning import Panel, plot_panels
 from stickslip.agents.policy import load_policy
-from stickslip.envs.rendering import save_animation
+from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stickslip.agents.training.run import Trained
-    from stickslip.envs.biped.env import BipedEnv
-    from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.training.trained import Trained
 
-FPS = 25.0
 FILM_TIME = 6.0
 """Seconds of walking in the animation."""
+PANELS = (
+    Panel("return of a whole episode [-]", None, "return"),
+    Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
+    Panel("falls [% of episodes]", "falls", "falls", share=100.0),
+    Panel("slip [m/m]", "slip_per_metre", "slip_per_metre", log=True),
+    Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
+    Panel("exploration noise [N m]", "noise", None),
+)
 
 
 def write_products(trained: Trained, played: Rollout | None = None) -> list[Path]:
@@ -36,13 +44,23 @@ def write_products(trained: Trained, played: Rollout | None = None) -> list[Path
     return [
         plot_learning(directory, trained.config, limit),
         plot_episode(played, task.rest, directory / "episode.png", title),
-        write_film(task.env, played, task.rest, directory / "walk.gif", FILM_TIME),
+        write_film(task.env, played, task.rest, directory / FILM, FRAMES, FILM_TIME),
     ]
 
 
-def write_film(
-    env: BipedEnv, played: Rollout, params: BipedEnvParams, path: Path, seconds: float
-) -> Path:
-    """The first seconds of an episode that was played, as an animation."""
-    steps = min(int(played.length), max(1, round(seconds / float(params.control_period))))
-    return save_animation(pictures(env, played._replace(length=steps), params, FPS), path, FPS)
+def plot_learning(directory: Path, config: TrainConfig, torque_limit: float) -> Path:
+    """`plot_panels` for the biped.
+
+    torque_limit [N m]: what an action of 1 stands for.
+    """
+    panels = list(PANELS)
+    if config.algorithm == "ppo":
+        panels[-1] = panels[-1]._replace(share=torque_limit)
+    else:
+        panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
+
+    def commanded(axes: Any) -> None:
+        axes[1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
+        axes[1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
+
+    return plot_panels(directory, config, panels, "biped", commanded)

@@ -9,11 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.controllers import CONTROLLERS, controller_by_name
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
-from stickslip.agents.biped.training import from_anywhere
 from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
-from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import NON_NEGATIVE, POSITIVE, BipedEnvParams, Randomisation
@@ -24,11 +22,8 @@ if TYPE_CHECKING:
 NUMBERS = (*POSITIVE, *NON_NEGATIVE)
 """Of BipedEnvParams."""
 PARTS = ("env", "robot", "scene", "randomisation", "dtype", "numbers")
-ENVIRONMENT = "BipedEnv"
-FOREIGN = ("friction", "criterion")
-"""Flags of the UGV."""
-BASELINES = tuple(CONTROLLERS)
 SIGHTS = ("see_friction", "see_patch")
+ANY_PHASE = (SUPPORT_START, SUPPORT_END)
 
 
 class BipedTask(NamedTuple):
@@ -60,6 +55,66 @@ class BipedTask(NamedTuple):
             dtype=dtype,
             **self.numbers,
         )
+
+    def with_options(self, given: Mapping[str, Any], scene: str | None) -> BipedTask:
+        """The task with what options ask for instead; what one of them sets is no longer drawn.
+
+        given: mu_static, mu_kinetic, payload, commanded_rate, each None where it is not given.
+        """
+        floor, load, drawn = self.scene.floor, self.scene.payload, self.randomisation
+        numbers = dict(self.numbers)
+        if scene is not None:
+            floor, drawn = scene_by_name(scene).floor, replace(drawn, friction=None)
+        if given["mu_static"] is not None:
+            floor = Scene.uniform(given["mu_static"], given["mu_kinetic"]).floor
+            drawn = replace(drawn, friction=None)
+        if given["payload"] is not None:
+            load, drawn = given["payload"], replace(drawn, payload=None)
+        if given["commanded_rate"] is not None:
+            numbers["commanded_rate"] = given["commanded_rate"]
+            drawn = replace(drawn, commanded_rate=None)
+        changed = replace(self.scene, floor=floor, payload=load).validate()
+        return self._replace(scene=changed, randomisation=drawn, numbers=numbers)
+
+    def begun(self, start: str | None, usual: str) -> BipedEnvParams:
+        """The parameters, begun as an option says, as the task draws it, or as usual."""
+        task, drawn = self, self.randomisation
+        if start is None:
+            own = drawn.phase is not None or drawn.crank_rate is not None
+            start = "" if own else usual
+        if start == "rest":
+            task = self._replace(randomisation=replace(drawn, phase=None, crank_rate=None))
+        params = task.params()
+        return from_anywhere(params) if start == "moving" else params
+
+    def label(self, scene: str | None) -> str:
+        """The floor in a word or two, and what else is not as in the standard task."""
+        usual, words = standard_task({}), [floor_words(self.scene)]
+        if self.scene.payload is not None:
+            words.append(f"+{float(self.scene.payload):g} kg")
+        rate = float(self.numbers["commanded_rate"])
+        if rate != usual.numbers["commanded_rate"]:
+            words.append(f"{rate:g} rad/s")
+        drawn = [one.name for one in fields(self.randomisation) if self._draws(one.name)]
+        words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
+        if not same_numbers(self.robot, usual.robot):
+            words.append(f"robot of {float(self.robot.total_mass):.3g} kg")
+        return ", ".join(words)
+
+    def details(self) -> str:
+        """The numbers of the task in a line."""
+        floor = {name: plain(value) for name, value in vars(self.scene.floor).items()}
+        words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
+        words += [f"{name} {plain(value):g}" for name, value in self.numbers.items()]
+        for one in fields(self.randomisation):
+            ends = getattr(self.randomisation, one.name)
+            if ends is not None:
+                words.append(f"{one.name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
+        return ", ".join(words).replace("_", " ")
+
+    def _draws(self, name: str) -> bool:
+        own = name not in ("phase", "crank_rate")
+        return own and getattr(self.randomisation, name) is not None
 
 
 def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
@@ -100,71 +155,6 @@ def standard_task(metadata: Mapping[str, Any]) -> BipedTask:
     return BipedTask.of(env, env.default_params)
 
 
-def with_options(task: BipedTask, given: Mapping[str, Any], scene: str | None) -> BipedTask:
-    """The task with what the flags ask for instead; what a flag sets is no longer drawn.
-
-    given: mu_static, mu_kinetic, payload, commanded_rate, each None where its flag is not there.
-    """
-    floor, load, drawn = task.scene.floor, task.scene.payload, task.randomisation
-    numbers = dict(task.numbers)
-    if scene is not None:
-        floor, drawn = scene_by_name(scene).floor, replace(drawn, friction=None)
-    if given["mu_static"] is not None:
-        floor = Scene.uniform(given["mu_static"], given["mu_kinetic"]).floor
-        drawn = replace(drawn, friction=None)
-    if given["payload"] is not None:
-        load, drawn = given["payload"], replace(drawn, payload=None)
-    if given["commanded_rate"] is not None:
-        numbers["commanded_rate"] = given["commanded_rate"]
-        drawn = replace(drawn, commanded_rate=None)
-    changed = replace(task.scene, floor=floor, payload=load).validate()
-    return task._replace(scene=changed, randomisation=drawn, numbers=numbers)
-
-
-def params_from(task: BipedTask, start: str | None, usual: str) -> BipedEnvParams:
-    """The parameters, begun as a flag says, as the task draws it, or as usual."""
-    drawn = task.randomisation
-    if start is None:
-        own = drawn.phase is not None or drawn.crank_rate is not None
-        start = "" if own else usual
-    if start == "rest":
-        task = task._replace(randomisation=replace(drawn, phase=None, crank_rate=None))
-    params = task.params()
-    return from_anywhere(params) if start == "moving" else params
-
-
-def label_of(task: BipedTask, scene: str | None) -> str:
-    """The floor in a word or two, and what else is not as in the standard task."""
-    usual, words = standard_task({}), [floor_words(task.scene)]
-    if task.scene.payload is not None:
-        words.append(f"+{float(task.scene.payload):g} kg")
-    rate = float(task.numbers["commanded_rate"])
-    if rate != usual.numbers["commanded_rate"]:
-        words.append(f"{rate:g} rad/s")
-    drawn = [one.name for one in fields(task.randomisation) if _draws(task, one.name)]
-    words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
-    if not same_numbers(task.robot, usual.robot):
-        words.append(f"robot of {float(task.robot.total_mass):.3g} kg")
-    return ", ".join(words)
-
-
-def details_of(task: BipedTask) -> str:
-    """The numbers of the task in a line."""
-    floor = {name: plain(value) for name, value in vars(task.scene.floor).items()}
-    words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
-    words += [f"{name} {plain(value):g}" for name, value in task.numbers.items()]
-    for one in fields(task.randomisation):
-        ends = getattr(task.randomisation, one.name)
-        if ends is not None:
-            words.append(f"{one.name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-    return ", ".join(words).replace("_", " ")
-
-
-def baseline(name: str, env: BipedEnv) -> Any:
-    """A baseline; it suits every environment."""
-    return controller_by_name(name)
-
-
 def floor_words(scene: Scene) -> str:
     """A scene's name where the floor is that of one, else its numbers."""
     for name, one in SCENES.items():
@@ -179,6 +169,8 @@ def floor_words(scene: Scene) -> str:
     return f"{count} patches"
 
 
-def _draws(task: BipedTask, name: str) -> bool:
-    own = name not in ("phase", "crank_rate")
-    return own and getattr(task.randomisation, name) is not None
+def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
+    """The same task begun at any phase with a crank rate from 0 to the commanded one."""
+    fastest = float(np.max(np.asarray(params.commanded_rate)))
+    start = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
+    return params.replace(randomisation=start)

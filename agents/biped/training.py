@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stickslip.agents.biped.evaluate import MEASURES
 from stickslip.agents.biped.scenes import scene_by_name
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.agents.biped.task import ANY_PHASE, from_anywhere
+from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.table import row_of_test
+from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import BipedEnvParams, Randomisation
 
 if TYPE_CHECKING:
-    from stickslip.agents.biped.config import TrainConfig
+    from collections.abc import Mapping, Sequence
 
-ANY_PHASE = (SUPPORT_START, SUPPORT_END)
-TEST_SEEDS = 2**31
-"""Evaluations during training use the seeds from here on, so that none is seen in training."""
+    from stickslip.agents.biped.config import TrainConfig
 
 
 class Task(NamedTuple):
@@ -31,6 +34,11 @@ class Task(NamedTuple):
     """Test: the standard reward and length, from any phase and up to the commanded rate."""
     rest: BipedEnvParams
     """Test: the standard reward and length, from rest."""
+
+    @property
+    def tested(self) -> BipedEnvParams:
+        """What a policy's file tells of; the start aside."""
+        return self.rest
 
 
 def make_task(config: TrainConfig) -> Task:
@@ -63,8 +71,29 @@ def make_scene(config: TrainConfig) -> Scene:
     return replace(scene, payload=config.payload).validate()
 
 
-def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
-    """The same task begun at any phase with a crank rate from 0 to the commanded one."""
-    fastest = float(np.max(np.asarray(params.commanded_rate)))
-    start = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
-    return params.replace(randomisation=start)
+def evaluate_policy(task: Task, policy: Any, config: TrainConfig, names: Sequence[str]) -> Any:
+    """The standard reward over whole episodes from anywhere, deterministic: metrics by name."""
+    seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
+    env = replace(task.env, autoreset="disabled")
+    played = play(env, policy, task.moving, seeds, MEASURES.keep)
+    return row_of_test(MEASURES.columns, names, played)
+
+
+def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+    """Means over training episodes and ratios of sums. See Machine."""
+    names = ("return", "length", "walked", "slid", "energy", "mean_rate")
+    total, length, walked, slid, energy, rate = (
+        np.asarray(ended["episode_" + name], float) for name in names
+    )
+    fell = np.asarray(ended["status"] > Status.SLIP_ONSET, float)
+    far = walked.sum() > 0.1
+    return {
+        "episodes": len(total),
+        "return": total.mean(),
+        "duration": length.mean() * period,
+        "mean_crank_rate": np.average(rate, weights=length),
+        "speed": walked.sum() / (length.sum() * period),
+        "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
+        "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
+        "falls": fell.mean(),
+    }

@@ -77,6 +77,18 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
+def first_state(env: Any, params: Any, seed: int) -> Any:
+    """The state in which a seed's first episode begins."""
+    return env.reset(episode_key(seed), params)[1]
+
+
+def planned(env: Any, controller: Any, params: Any, seed: int) -> Any:
+    """A planner's path for a seed's first episode, to be played back; any other controller."""
+    if not hasattr(controller, "path"):
+        return controller
+    return controller.path(env, params, first_state(env, params, seed))
+
+
 def horizon(params: Any) -> int:
     """Control steps to the time limit. params: concrete numbers."""
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)

@@ -1,4 +1,4 @@
-"""Animations and plots of a controller's episode. Needs the extra `viz`."""
+"""Animations of a controller's episode. Needs the extra `viz`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.biped.plots import plot_comparison, plot_episode
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.envs.rendering import save_animation
 from stickslip.optim.progress import Bar
@@ -19,14 +18,12 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.protocol import Controller
-    from stickslip.envs.biped.env import BipedEnv
-    from stickslip.envs.biped.params import BipedEnvParams
 
 
 def film(
-    env: BipedEnv,
+    env: Any,
     controller: Controller,
-    params: BipedEnvParams,
+    params: Any,
     key: Array | int,
     path: str | Path,
     *,
@@ -41,6 +38,26 @@ def film(
     """
     played = rollout(env, controller, params, key, steps)
     return save_animation(pictures(env, played, params, fps, progress), path, fps)
+
+
+def write_film(
+    env: Any,
+    played: Rollout,
+    params: Any,
+    path: Path,
+    frames: float,
+    seconds: float | None = None,
+) -> Path:
+    """An episode that was played, or its first seconds, as an animation at the speed of life.
+
+    frames: pictures a second, at most one a control step.
+    """
+    period = float(params.control_period)
+    if seconds is not None:
+        steps = min(int(played.length), max(1, round(seconds / period)))
+        played = played._replace(length=steps)
+    fps = min(frames, 1 / period)
+    return save_animation(pictures(env, played, params, fps), path, fps)
 
 
 def pictures(
@@ -67,6 +84,3 @@ def pictures(
 
 def _row(tree: Any, index: int) -> Any:
     return jax.tree.map(lambda leaf: leaf[index], tree)
-
-
-__all__ = ["film", "pictures", "plot_comparison", "plot_episode"]

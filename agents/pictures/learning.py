@@ -15,9 +15,9 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from stickslip.agents.biped.config import TrainConfig
 
 LIMITS = ("low", "high")
+COLUMNS = 3
 TRAINING, TEST = "#8FA3B5", "#D55E00"
 
 
@@ -34,34 +34,6 @@ class Panel(NamedTuple):
     """Cut off at so many times the last value; 0 for nothing cut off."""
 
 
-PANELS = (
-    Panel("return of a whole episode [-]", None, "return"),
-    Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
-    Panel("falls [% of episodes]", "falls", "falls", share=100.0),
-    Panel("slip [m/m]", "slip_per_metre", "slip_per_metre", log=True),
-    Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
-    Panel("exploration noise [N m]", "noise", None),
-)
-
-
-def plot_learning(directory: str | Path, config: TrainConfig, torque_limit: float) -> Path:
-    """Write learning.png into a run's directory from its metrics and evaluations; return its path.
-
-    torque_limit [N m]: what an action of 1 stands for.
-    """
-    panels = list(PANELS)
-    if config.algorithm == "ppo":
-        panels[-1] = panels[-1]._replace(share=torque_limit)
-    else:
-        panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
-
-    def commanded(axes: Any) -> None:
-        axes[1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
-        axes[1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
-
-    return plot_panels(directory, config, panels, "biped", commanded)
-
-
 def plot_panels(
     directory: str | Path,
     config: Any,
@@ -69,7 +41,10 @@ def plot_panels(
     machine: str,
     add: Callable[[Any], None] = lambda axes: None,
 ) -> Path:
-    """Write learning.png with six panels; add: draws more on the axes [6]. Returns its path."""
+    """Write learning.png into a run's directory from its metrics and evaluations; return its path.
+
+    add: draws more on the axes, one for each panel.
+    """
     directory = Path(directory)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
@@ -79,12 +54,16 @@ def plot_panels(
     title = f"{name} on the {machine}: {seconds:.0f} s of training"
     if steps < config.timesteps:
         title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
-    figure, axes = make_sheet(2, 3, (12, 6.2), title)
+    rows = -(-len(panels) // COLUMNS)
+    figure, axes = make_sheet(rows, COLUMNS, (12, 3.1 * rows), title)
+    for axis in axes[len(panels) :]:
+        axis.set_visible(False)
+    axes = axes[: len(panels)]
     unit, scale = _unit(config.timesteps)
     for axis, panel in zip(axes, panels, strict=True):
         _draw(axis, panel, metrics, tests, scale)
     add(axes)
-    for axis in axes[3:]:
+    for axis in axes[-COLUMNS:]:
         name_below(axis, f"control steps [{unit}]")
     _explain(figure)
     return save_sheet(figure, directory / "learning.png")

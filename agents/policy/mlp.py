@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless
+from stickslip.agents.registry import machines
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
@@ -20,15 +21,12 @@ from stickslip.dynamics.checks import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.envs.biped.env import BipedEnvState
-    from stickslip.envs.biped.params import BipedEnvParams
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
 SQUASHES = ("clip", "tanh")
 FARTHEST = 1e6
 """Observations up to this are certain to have a finite action; the environments' are below."""
 MOST = float(np.finfo(np.float32).max) / 2
-OUTPUTS = {1: "the biped's torque", 2: "the rates of the UGV's legs"}
 
 
 @jax.tree_util.register_dataclass
@@ -86,8 +84,8 @@ class MLPPolicy(Memoryless):
         self,
         memory: None,
         obs: Float[Array, " obs"],
-        env_state: BipedEnvState | None = None,
-        env_params: BipedEnvParams | None = None,
+        env_state: Any = None,
+        env_params: Any = None,
     ) -> tuple[None, Float[Array, " act"]]:
         """See Controller. Observations may have leading batch axes here."""
         return memory, self(obs)
@@ -121,8 +119,9 @@ class MLPPolicy(Memoryless):
             width = shape[1]
             if np.shape(bias) != (width,):
                 raise ValueError(f"bias {index} has shape {np.shape(bias)}; accepted: ({width},)")
-        if width not in OUTPUTS:
-            known = " or ".join(f"{count}, {what}" for count, what in OUTPUTS.items())
+        outputs = {machine.outputs: machine.actions for machine in reversed(machines())}
+        if width not in outputs:
+            known = " or ".join(f"{count}, {outputs[count]}" for count in sorted(outputs))
             raise ValueError(f"the last layer has {width} outputs; accepted: {known}")
         for name in ("shift", "scale"):
             shape = np.shape(getattr(self, name))

@@ -3,54 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
 
-from stickslip.agents.policy.file import policy_path, read_policy
+from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
+from stickslip.agents.registry import (
+    machine_of_baseline,
+    machine_of_environment,
+    machines,
+)
 from stickslip.dynamics.checks import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-
-class Kind(Protocol):
-    """What the commands have to know of a machine's tasks."""
-
-    ENVIRONMENT: str
-    """Name of the environment's class."""
-    FOREIGN: tuple[str, ...]
-    """Flags of the other machine."""
-    BASELINES: tuple[str, ...]
-
-    def read_task(self, metadata: Mapping[str, Any]) -> Any:
-        """The task that a policy's file holds; None if it holds none."""
-        ...
-
-    def standard_task(self, metadata: Mapping[str, Any]) -> Any:
-        """The one for a policy whose file holds none, and for baselines alone ({})."""
-        ...
-
-    def with_options(self, task: Any, given: Mapping[str, Any], scene: str | None) -> Any:
-        """The task with what the flags ask for instead."""
-        ...
-
-    def params_from(self, task: Any, start: str | None, usual: str) -> Any:
-        """The environment's parameters; start: a flag's, usual: where there is none."""
-        ...
-
-    def label_of(self, task: Any, scene: str | None) -> str:
-        """A few words for a row."""
-        ...
-
-    def details_of(self, task: Any) -> str:
-        """The numbers in a line."""
-        ...
-
-    def baseline(self, name: str, env: Any) -> Any:
-        """A baseline for an environment."""
-        ...
+    from stickslip.agents.machine import Machine, Option
 
 
 class Named(NamedTuple):
@@ -76,51 +45,66 @@ class Place:
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
 
 
-def read_named(who: Sequence[str], kind: Kind) -> dict[str, Named]:
+def read_named(who: Sequence[str], machine: Machine) -> dict[str, Named]:
     """Policies and baselines by name. ValueError for anything else, or another machine's policy."""
     found: dict[str, Named] = {}
     for name in who:
-        if name in kind.BASELINES:
+        if name in machine.baselines:
             found[name] = Named(None, {})
             continue
         path = policy_path(name)
         if not path.exists():
             raise ValueError(
-                f"{name!r} is neither a baseline nor a file; accepted: {', '.join(kind.BASELINES)}"
-                ", a policy file, or the directory of a run with one"
-                f"{nearest(name, kind.BASELINES)}"
+                f"{name!r} is neither a baseline nor a file; accepted: "
+                f"{', '.join(machine.baselines)}, a policy file, or the directory of a run with one"
+                f"{nearest(name, machine.baselines)}"
             )
         policy, metadata = read_policy(path)
-        machine = metadata.get("environment", kind.ENVIRONMENT)
-        if machine != kind.ENVIRONMENT:
+        environment = metadata.get("environment", machine.environment)
+        if environment != machine.environment:
             raise ValueError(
-                f"{name!r} is a policy of {machine}; accepted: policies of one machine"
+                f"{name!r} is a policy of {environment}; accepted: policies of one machine"
             )
         found[name] = Named(policy, metadata)
     return found
 
 
-def places_of(
-    named: Mapping[str, Named], given: Mapping[str, Any], kind: Kind, usual: str
-) -> list[Place]:
-    """The tasks: each policy's own with the flags' changes, equal ones once, for every scene named.
+def machine_of(who: Sequence[str]) -> Machine:
+    """The machine of the first name that is a baseline or a readable policy, else the first one."""
+    for name in who:
+        machine, path = machine_of_baseline(name), policy_path(name)
+        if machine is None and path.is_file():
+            machine = machine_of_environment(read_metadata(path).get("environment"))
+            return machines()[0] if machine is None else machine
+        if machine is not None:
+            return machine
+    return machines()[0]
 
-    A baseline is shown on every one of them, on the standard task if there is no policy.
+
+def places_of(
+    named: Mapping[str, Named], given: Mapping[str, Any], machine: Machine, viewed: bool = False
+) -> list[Place]:
+    """The tasks: each policy's own with the options' changes, equal ones once, for every scene.
+
+    A baseline is shown on every one of them, on the standard task if there is no policy. given: the
+    options of all machines, None where one is not given, and "scenes". viewed: for `view`.
     """
-    require_flags(given, kind)
-    tasks = {name: _own(name, one, kind) for name, one in named.items() if one.policy is not None}
+    require_own(given, machine)
+    machine.require_options(given)
+    tasks = {
+        name: _own(name, one, machine) for name, one in named.items() if one.policy is not None
+    }
     if not tasks:
-        tasks = {"": (kind.standard_task({}), "the standard task")}
+        tasks = {"": (machine.standard_task({}), "the standard task")}
     places: list[Place] = []
     for scene in given["scenes"] or [None]:
         for name, (task, origin) in tasks.items():
-            changed = kind.with_options(task, given, scene)
-            params = kind.params_from(changed, given["start"], usual)
+            changed = task.with_options(given, scene)
+            params = machine.params_of(changed, given, viewed)
             env = replace(changed.env, autoreset="disabled")
-            place = _place_for(places, params, env)
+            place = _place_for(places, params, env, machine)
             if place is None:
-                label = kind.label_of(changed, scene)
-                place = Place(label, kind.details_of(changed), params, {"": env})
+                place = Place(changed.label(scene), changed.details(), params, {"": env})
                 places.append(place)
             if name:
                 place.who[name] = env
@@ -128,29 +112,44 @@ def places_of(
     return [_settled(place, named, places) for place in places]
 
 
-def require_flags(given: Mapping[str, Any], kind: Kind) -> None:
-    """Raise ValueError for flags of the other machine, and for flags that contradict each other."""
-    for name in kind.FOREIGN:
-        if given[name] is not None:
-            flag, other = _flag(name), "UGV" if kind.ENVIRONMENT == "BipedEnv" else "biped"
+def every_option() -> dict[str, tuple[Option, Machine]]:
+    """The options of all machines by name; of one that several have, the first one's."""
+    found: dict[str, tuple[Option, Machine]] = {}
+    for machine in machines():
+        for option in machine.options():
+            found.setdefault(option.name, (option, machine))
+    return found
+
+
+def require_own(given: Mapping[str, Any], machine: Machine) -> None:
+    """Raise ValueError for options of another machine."""
+    own = {option.name for option in machine.options()}
+    for name, (option, other) in every_option().items():
+        if name not in own and given[name] is not None:
             raise ValueError(
-                f"{flag} is for the {other}; accepted: a policy or baseline of the {other}"
+                f"{option.flag} is for the {other.title}; accepted: a policy or baseline of the "
+                f"{other.title}"
             )
-    if given["mu_static"] is not None and given["scenes"]:
+
+
+def require_one_table(places: Sequence[Place], machine: Machine) -> None:
+    """Raise ValueError for places that cannot stand in one table."""
+    units = {machine.unit_of(env) for place in places for env in place.who.values()}
+    if len(units) > 1:
         raise ValueError(
-            f"--mu-static {given['mu_static']:g} with --scene {' '.join(given['scenes'])}; "
-            "accepted: one of them, both say which floor"
-        )
-    if given["mu_kinetic"] is not None and given["mu_static"] is None:
-        raise ValueError(
-            f"mu_kinetic = {given['mu_kinetic']:g} without mu_static; accepted: both, mu_static "
-            "alone or neither"
+            f"policies trained for {' and '.join(sorted(units))} in one table; accepted: policies "
+            "of one criterion, --criterion, or one at a time"
         )
 
 
-def _own(name: str, one: Named, kind: Kind) -> tuple[Any, str]:
+def controller_of(one: Named, name: str, env: Any, machine: Machine) -> Any:
+    """The policy or baseline of a name."""
+    return machine.baseline(name, env) if one.policy is None else one.policy
+
+
+def _own(name: str, one: Named, machine: Machine) -> tuple[Any, str]:
     try:
-        task = kind.read_task(one.metadata)
+        task = machine.read_task(one.metadata)
     except ValueError as error:
         raise ValueError(
             f"{policy_path(name)}: {error}; accepted: a task as training wrote it"
@@ -159,24 +158,16 @@ def _own(name: str, one: Named, kind: Kind) -> tuple[Any, str]:
         return task, f"the own task of {name}"
     why = one.metadata.get("task_missing")
     reason = f", {why}" if isinstance(why, str) else ""
-    return kind.standard_task(one.metadata), f"the standard task: {name} holds none{reason}"
+    return machine.standard_task(one.metadata), f"the standard task: {name} holds none{reason}"
 
 
-def _place_for(places: list[Place], params: Any, env: Any) -> Place | None:
+def _place_for(places: list[Place], params: Any, env: Any, machine: Machine) -> Place | None:
     """The place with exactly these parameters and an environment that computes the same."""
     for place in places:
         first = next(iter(place.who.values()))
-        if _blind(first) == _blind(env) and _equal(place.params, params):
+        if machine.sightless(first) == machine.sightless(env) and _equal(place.params, params):
             return place
     return None
-
-
-def _blind(env: Any) -> Any:
-    """The environment without what only changes what is observed."""
-    for name in ("see_friction", "see_patch"):
-        if hasattr(env, name):
-            env = replace(env, **{name: False})
-    return replace(env, preview=0) if hasattr(env, "preview") else env
 
 
 def _equal(one: Any, other: Any) -> bool:
@@ -201,29 +192,9 @@ def _settled(place: Place, named: Mapping[str, Named], places: list[Place]) -> P
 
 
 def _changes(given: Mapping[str, Any], scene: str | None) -> str:
-    """The flags that changed the task, in words."""
-    names = ("mu_static", "mu_kinetic", "payload", "commanded_rate", "start", "friction")
+    """The options that changed the task, in words."""
     words = [] if scene is None else [f"--scene {scene}"]
-    for name in (*names, "criterion"):
+    for name, (option, _) in every_option().items():
         if given[name] is not None:
-            words.append(f"{_flag(name)} {given[name]}")
+            words.append(f"{option.flag} {given[name]}")
     return f" with {' '.join(words)}" if words else ""
-
-
-def _flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
-
-
-def named_controller(one: Named, name: str, env: Any, kind: Kind) -> Any:
-    """The policy or baseline of a name."""
-    return kind.baseline(name, env) if one.policy is None else one.policy
-
-
-def same_unit(places: Sequence[Place], unit: Callable[[Any], str]) -> None:
-    """Raise ValueError for places that cannot stand in one table."""
-    units = {unit(env) for place in places for env in place.who.values()}
-    if len(units) > 1:
-        raise ValueError(
-            f"policies trained for {' and '.join(sorted(units))} in one table; accepted: policies "
-            "of one criterion, --criterion, or one at a time"
-        )

@@ -1,8 +1,8 @@
 """What a task is made of as JSON values, and back, exactly.
 
-Kept are the dataclasses of the modules below by name and field, arrays with their type, numbers,
-texts, tuples and None. Reading builds nothing else and runs no other code; whether the values make
-sense is for the constructors and for `make_params` to say.
+Kept are the dataclasses of the machines' modules by name and field, arrays with their type,
+numbers, texts, tuples and None. Reading builds nothing else and runs no other code; whether the
+values make sense is for the constructors and for `make_params` to say.
 """
 
 from __future__ import annotations
@@ -18,27 +18,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.registry import machines
 from stickslip.dynamics.checks import require_known, shown
 
-MODULES = (
-    "dynamics.biped.params",
-    "dynamics.biped.fidelity",
-    "dynamics.biped.table",
-    "dynamics.biped.series",
-    "dynamics.biped.integrators",
-    "dynamics.biped.settings",
-    "dynamics.scene",
-    "dynamics.ugv.params",
-    "dynamics.ugv.pose_solver",
-    "dynamics.ugv.roughness",
-    "dynamics.ugv.shapes",
-    "dynamics.ugv.spline",
-    "dynamics.ugv.track",
-    "envs.biped.env",
-    "envs.biped.params",
-    "envs.ugv.env",
-    "envs.ugv.randomisation",
-)
 CALLED = "Function"
 """The shape of a track that holds a function of the user's, which no file can keep."""
 TYPES = ("float32", "float64", "int32", "int64", "bool")
@@ -86,13 +68,16 @@ def from_json(content: Any) -> Any:
     return kind(**{one: from_json(entry) for one, entry in entries.items()})
 
 
-@cache
 def kinds() -> dict[str, Any]:
-    """The dataclasses that may be written and read, by name."""
-    modules = [import_module(f"stickslip.{name}") for name in MODULES]
+    """The dataclasses that may be written and read, by name: those of the machines' modules."""
+    return _kinds(tuple(name for machine in machines() for name in machine.modules))
+
+
+@cache
+def _kinds(names: tuple[str, ...]) -> dict[str, Any]:
     return {
         one.__name__: one
-        for module in modules
+        for module in map(import_module, names)
         for one in vars(module).values()
         if is_dataclass(one) and isinstance(one, type) and one.__module__ == module.__name__
     }

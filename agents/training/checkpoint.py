@@ -24,7 +24,7 @@ from stickslip.agents.foreign.reading import (
     require_head,
 )
 from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.training.tensors import pack, unpack
+from stickslip.agents.training.state_file import pack, unpack
 from stickslip.dynamics.checks import memory_limit
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FORMAT, VERSION = "stickslip training", 2
 FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
-BIPED = "biped"
+UNNAMED = "biped"
 """The machine of a configuration that names none."""
 
 
@@ -84,10 +84,18 @@ class Settings:
 class Configuration(Settings):
     """A configuration of training runs: settings, some of them in groups.
 
-    machine: what is trained.
+    machine: what is trained. What every run needs is named here; a machine's dataclass gives each
+    of these its default (see `shared` in groups.py) and adds its own.
     """
 
-    machine: ClassVar[str] = BIPED
+    algorithm: str
+    seed: int
+    timesteps: int
+    checkpoint_interval: int
+    keep_checkpoints: int
+    evaluation_episodes: int
+
+    machine: ClassVar[str] = UNNAMED
     GROUPS: ClassVar[dict[str, str]] = {}
     """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
@@ -157,14 +165,14 @@ class Configuration(Settings):
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
         head: dict[str, Any] = {"format": FORMAT, "version": version}
-        head |= {} if self.machine == BIPED else {"machine": self.machine}
+        head |= {} if self.machine == UNNAMED else {"machine": self.machine}
         return json.dumps(head | content, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str):
         """The configuration in a JSON text, or ValueError saying what is wrong with it."""
         content = content_of(text)
-        if (machine := content.pop("machine", BIPED)) != cls.machine:
+        if (machine := content.pop("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         return cls._grouped(require_entries(_flat(content, cls), rules))
@@ -219,6 +227,11 @@ def _help_of(one: Any, kind: type[Configuration]) -> str:
 def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
     """Those of the parsed arguments that are fields of the configuration."""
     return {one.name: given[one.name] for one in every_field(kind) if one.name in given}
+
+
+def from_flags(given: Mapping[str, Any], kind: type[Configuration]) -> Any:
+    """The configuration that parsed arguments ask for."""
+    return kind.of(**flags_given(given, kind))
 
 
 def _flat(content: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:

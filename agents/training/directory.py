@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.foreign.reading import RefusedError, read_text, refusing
-from stickslip.agents.machines import read_configuration
+from stickslip.agents.registry import machines, read_configuration
 from stickslip.agents.training.checkpoint import foreign_to, list_checkpoints, read_state
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
@@ -38,7 +38,7 @@ PACKAGES = (
     "matplotlib",
 )
 FOLDERS = ("checkpoints", "tensorboard")
-FILES = (
+PRODUCTS = (
     CONFIG,
     VERSIONS,
     "metrics.csv",
@@ -50,10 +50,8 @@ FILES = (
     "learning.png",
     "comparison.png",
     "episode.png",
-    "walk.gif",
-    "drive.gif",
 )
-"""All that a run writes; `overwrite` deletes these and nothing else."""
+"""Files of every machine's run; each machine's film is among them, too."""
 
 
 class Run(NamedTuple):
@@ -199,7 +197,7 @@ def _clear(path: Path) -> None:
     for name in FOLDERS:
         if (path / name).exists():
             discard(put_aside(path / name))
-    for name in sorted(FILES, key=lambda name: name == CONFIG):
+    for name in sorted(written_files(), key=lambda name: name == CONFIG):
         (path / name).unlink(missing_ok=True)
 
 
@@ -213,8 +211,13 @@ def _sweep(path: Path) -> None:
             discard(aside)
 
 
+def written_files() -> tuple[str, ...]:
+    """All that runs write beside their folders; `overwrite` deletes these and nothing else."""
+    return (*PRODUCTS, *(machine.film for machine in machines()))
+
+
 def _is_left(name: str) -> bool:
-    return is_remains(name, FILES) or FILM.fullmatch(name) is not None
+    return is_remains(name, written_files()) or FILM.fullmatch(name) is not None
 
 
 def _foreign(path: Path) -> list[Path]:
@@ -228,6 +231,6 @@ def _foreign(path: Path) -> list[Path]:
             found += foreign_to(one)
         elif name == "tensorboard" and one.is_dir():
             found += [log for log in one.iterdir() if not log.name.startswith(LOGS)]
-        elif not one.is_file() or (one.name not in FILES and not _is_left(one.name)):
+        elif not one.is_file() or (one.name not in written_files() and not _is_left(one.name)):
             found.append(one)
     return found

@@ -13,7 +13,7 @@ from stickslip.optim.progress import Bar
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.machines import Machine
+    from stickslip.agents.machine import Machine
 
 
 class Progress:

@@ -1,4 +1,4 @@
-"""Train a policy in a directory that a killed run can go on in.
+"""A training run in a directory that a killed run can go on in, whatever learns.
 
 A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
 environments anew from the seed and the number of steps so far, so it depends on nothing but the
@@ -11,16 +11,17 @@ goes on with other random numbers.
 from __future__ import annotations
 
 import math
+import time
 from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.biped.evaluate import INTERVALS
-from stickslip.agents.machines import Machine, machine_of
-from stickslip.agents.policy import from_sb3, save_policy
+from stickslip.agents.evaluation.table import INTERVALS
+from stickslip.agents.policy.file import save_policy
+from stickslip.agents.registry import machine_of_config
 from stickslip.agents.training.checkpoint import (
     POLICY,
     TrainState,
@@ -33,41 +34,20 @@ from stickslip.agents.training.checkpoint import (
 from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
 from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.agents.training.progress import Progress
+from stickslip.agents.training.trained import Trained
+from stickslip.agents.training.trainer import Trainer, Update, trainer_of
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stickslip.agents.machine import Machine
     from stickslip.agents.training.configuration import Configuration
 
-PACKAGES = ("stable_baselines3", "tensorboard", "filelock", "tqdm")
-"""Of the extra `train`, needed to train at all."""
-
-
-class Trained(NamedTuple):
-    """What came of a call of `train`."""
-
-    directory: Path
-    policy: Path
-    """The policy of the best evaluation."""
-    config: Any
-    """The machine's configuration."""
-    timesteps: int
-    seconds: float
-    """Trained in all, over every resumption [s]."""
-    finished: bool
-
-    @property
-    def percent(self) -> int:
-        """How much of the training is done, 100 at its end only."""
-        return min(100 * self.timesteps // self.config.timesteps, 100)
-
-    @property
-    def name(self) -> str:
-        """What to call the policy: one that is not trained to the end says so."""
-        if self.finished:
-            return "trained policy"
-        return f"policy after {self.percent} % of its training"
+PACKAGES = ("tensorboard", "filelock", "tqdm")
+"""Of the extra `train`, needed whatever learns."""
+COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
+"""Of metrics.csv, before those of the machine's episodes and of the trainer."""
 
 
 def train(
@@ -91,15 +71,16 @@ def train(
     for package in PACKAGES:
         import_module(package)  # before anything is written
     if config is not None:
-        machine_of(config).make_task(config)  # for its ValueError
+        trainer_of(config)  # likewise
+        machine_of_config(config).training_task(config)  # for its ValueError
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
     with only_writer(directory), ExitStack() as stack:
         run = open_run(directory, config, resume=resume, overwrite=overwrite)
-        return _Trainer(run, bar, stop, stack, after).train()
+        return _Training(run, bar, stop, stack, after).train()
 
 
-class _Trainer:
+class _Training:
     """One process's part of a run."""
 
     def __init__(
@@ -110,27 +91,23 @@ class _Trainer:
         stack: ExitStack,
         after: float,
     ):
-        from stickslip.agents.training.sb3.algorithm import Course, make_model, put_state
-        from stickslip.agents.training.sb3.callback import Reporter, metric_columns
         from stickslip.agents.training.tensorboard import TensorBoard
-        from stickslip.envs.adapters.sb3 import SB3VecEnv
 
         self.run, self.config = run, run.config
-        self.machine = machine_of(run.config)
-        self.task = self.machine.make_task(run.config)
-        self.about = self.machine.about(self.task)
+        self.machine = machine_of_config(run.config)
+        self.task = self.machine.training_task(run.config)
+        self.about = self.machine.describe(self.task.env, self.task.tested)
+        self.period = float(np.asarray(self.task.training.control_period))
         at = run.state.timesteps if run.state else 0
-        envs = SB3VecEnv(self.task.env, self.task.training, run.config.num_envs, run.config.seed)
-        course = Course(at / run.config.timesteps)
-        self.model = make_model(run.config, envs, course)
+        kind = trainer_of(run.config)
+        self.trainer = kind(run.config, self.task.env, self.task.training, self._report, stop)
+        stack.callback(self.trainer.close)
         if run.latest is not None:
-            try:
-                put_state(self.model, read_model(run.latest))
-            except ValueError as error:
-                raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
-        self.model.num_timesteps = at
+            _take_up(self.trainer, run.latest)
+        self.trainer.timesteps = at
+        self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
         self.metrics = MetricsFile(
-            run.path / "metrics.csv", metric_columns(run.config.algorithm, self.machine), upto=at
+            run.path / "metrics.csv", metric_columns(self.machine, self.trainer), upto=at
         )
         self.evaluations = MetricsFile(
             run.path / "evaluations.csv", ("seconds", *_evaluation_columns(self.machine)), upto=at
@@ -139,51 +116,53 @@ class _Trainer:
         self.progress = stack.enter_context(
             Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
         )
-        period = float(np.asarray(self.task.training.control_period))
-        self.reporter = Reporter(run.config, self.machine, course, period, self._report, stop)
-        self.reporter.seconds = run.state.seconds if run.state else 0.0
-        stack.callback(envs.close)
 
     def train(self) -> Trained:
         """Stretch after stretch to the end."""
-        from stickslip.agents.training.sb3.algorithm import begin_stretch
-
         self._tidy()
         total, interval = self.config.timesteps, self.config.checkpoint_interval
-        while (at := self.model.num_timesteps) < total and not self.reporter.stopped:
-            begin_stretch(self.model, self.config.seed, at)
-            goal = min((at // interval + 1) * interval, total)
-            self.model.learn(
-                goal - at, self.reporter, log_interval=10**9, reset_num_timesteps=False
-            )
-            if self.model.num_timesteps > at:
+        while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
+            self.trainer.begin_stretch(at)
+            self.clock.begin(at)
+            self.trainer.advance(min((at // interval + 1) * interval, total))
+            self.clock.stop()
+            if self.trainer.timesteps > at:
                 self._check_point()
         return Trained(
             self.run.path,
             self.run.path / POLICY,
             self.config,
-            self.model.num_timesteps,
-            self.reporter.seconds,
-            self.model.num_timesteps >= total,
+            self.trainer.timesteps,
+            self.clock.seconds,
+            self.trainer.timesteps >= total,
         )
 
-    def _report(self, timesteps: int, row: dict[str, float]) -> None:
-        self.metrics.append(timesteps, row)
-        self.board.add("train", timesteps, row)
-        self.progress.show(timesteps, row)
+    def _report(self, update: Update) -> None:
+        """Write a row of metrics, and show it."""
+        rate = self.clock.lap(update.timesteps)
+        ended = update.ended
+        row = {
+            "seconds": self.clock.seconds,
+            "steps_per_second": rate,
+            "learning_rate": update.learning_rate,
+            "noise": update.noise,
+            **(self.machine.summary(ended, self.period) if ended else {"episodes": 0}),
+            **update.losses,
+        }
+        self.metrics.append(update.timesteps, row)
+        self.board.add("train", update.timesteps, row)
+        self.progress.show(update.timesteps, row)
 
     def _check_point(self) -> None:
         """Evaluate the policy and write it all down. The evaluation's row comes first: a checkpoint
         that exists has one."""
-        from stickslip.agents.training.sb3.algorithm import is_finite, take_state
-
-        at, seconds = self.model.num_timesteps, self.reporter.seconds
-        if not is_finite(self.model):
+        at, seconds = self.trainer.timesteps, self.clock.seconds
+        if not self.trainer.is_finite():
             raise ValueError(
                 f"training diverged before step {at}: the policy's parameters are no longer finite "
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
-        policy = from_sb3(self.model)
+        policy = self.trainer.policy()
         row = self.machine.evaluate_policy(self.task, policy, self.config)
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
@@ -193,7 +172,7 @@ class _Trainer:
         write_checkpoint(
             self.run.checkpoints,
             state,
-            take_state(self.model),
+            self.trainer.take_state(),
             lambda path: save_policy(policy, path, about),
         )
         self._tidy()
@@ -207,6 +186,28 @@ class _Trainer:
             write_whole(self.run.path / POLICY, (best / POLICY).read_bytes())
 
 
+class _Clock:
+    """Time spent learning, evaluations and checkpoints aside. seconds: so far [s]."""
+
+    def __init__(self, seconds: float, timesteps: int):
+        self.seconds, self._timesteps, self._since = seconds, timesteps, 0.0
+
+    def begin(self, timesteps: int) -> None:
+        """A stretch begins."""
+        self._timesteps, self._since = timesteps, time.monotonic()
+
+    def lap(self, timesteps: int) -> float:
+        """So many steps were made; the rate since the last lap [1/s]."""
+        now, gone = time.monotonic(), timesteps - self._timesteps
+        passed = now - self._since
+        self.seconds, self._since, self._timesteps = self.seconds + passed, now, timesteps
+        return gone / max(passed, 1e-9)
+
+    def stop(self) -> None:
+        """The stretch ends."""
+        self.seconds += time.monotonic() - self._since
+
+
 def best_evaluation(directory: Path) -> tuple[int, float]:
     """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
     rows = read_columns(directory / "evaluations.csv")
@@ -215,5 +216,19 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[0]), best[1]
 
 
+def metric_columns(machine: Machine, trainer: Trainer) -> tuple[str, ...]:
+    """Columns of metrics.csv after the number of steps."""
+    return (*COLUMNS, *machine.episode, *trainer.losses)
+
+
+def _take_up(trainer: Trainer, checkpoint: Path) -> None:
+    """Go on from a checkpoint. ValueError naming it where it is of something else."""
+    state: dict[str, Any] = read_model(checkpoint)
+    try:
+        trainer.put_state(state)
+    except ValueError as error:
+        raise ValueError(f"{checkpoint}: {error}; accepted: this run's own") from error
+
+
 def _evaluation_columns(machine: Machine) -> tuple[str, ...]:
-    return (*machine.EVALUATED, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))
+    return (*machine.evaluated, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import ClassVar
 
-from stickslip.agents.biped.config import MOST_STEPS, TrainConfig, require_room
 from stickslip.agents.training.configuration import Configuration, entry, group
-from stickslip.agents.training.groups import PPOSettings, require_whole_batches
+from stickslip.agents.training.groups import (
+    MOST_STEPS,
+    PPOSettings,
+    require_room,
+    require_whole_batches,
+    shared,
+)
 from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
-_OF_THE_BIPED = {one.name: one for one in fields(TrainConfig)}
-
-
-def _same(name: str, default: Any) -> Any:
-    """The biped's field of that name with a default of its own."""
-    return field(default=default, metadata=_OF_THE_BIPED[name].metadata)
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,8 @@ class UGVTrainConfig(Configuration):
     given and what is accepted.
     """
 
-    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
-    seed: int = _same("seed", 0)
+    algorithm: str = shared("algorithm", "ppo")
+    seed: int = shared("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
     criterion: str = entry(
@@ -72,19 +71,19 @@ class UGVTrainConfig(Configuration):
     )
     failure: float = entry(10.0, float, "penalty of a failure in the scaled training reward", low=0)
 
-    num_envs: int = _same("num_envs", 64)
-    learning_rate: float = _same("learning_rate", 3e-3)
-    final_learning_rate: float = _same("final_learning_rate", 3e-4)
-    discount: float = _same("discount", 0.99)
-    batch_size: int = _same("batch_size", 512)
-    hidden: int = _same("hidden", 64)
-    layers: int = _same("layers", 2)
-    threads: int = _same("threads", 1)
+    num_envs: int = shared("num_envs", 64)
+    learning_rate: float = shared("learning_rate", 3e-3)
+    final_learning_rate: float = shared("final_learning_rate", 3e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 512)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
 
-    checkpoint_interval: int = _same("checkpoint_interval", 65_536)
-    keep_checkpoints: int = _same("keep_checkpoints", 2)
-    evaluation_episodes: int = _same("evaluation_episodes", 32)
+    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 32)
 
     machine = "ugv"
     GROUPS: ClassVar = {

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.evaluate import Evaluation, Row, is_random, require_room, seeds_of
 from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
+from stickslip.agents.evaluation.rollout import first_state
+from stickslip.agents.evaluation.run import Measures, evaluate_in
 from stickslip.agents.evaluation.statistics import Interval, fraction_interval, mean_interval
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.dynamics.status import Status
@@ -21,9 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.table import Columns, Evaluation
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
-    from stickslip.envs.ugv.state import UGVEnvState
 
 CERTIFIED = Optimum()
 NO_SCORE = 1e-6
@@ -74,7 +73,7 @@ def _score(played: UGVEpisodes) -> Interval:
     return mean_interval(np.asarray(played.cost[known] / played.optimum[known], float))
 
 
-def ugv_columns(unit: str) -> dict[str, tuple[Column, Callable[[Any], Interval]]]:
+def ugv_columns(unit: str) -> Columns:
     """The columns of a table; unit: the criterion's."""
     return {
         "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
@@ -89,6 +88,32 @@ def ugv_columns(unit: str) -> dict[str, tuple[Column, Callable[[Any], Interval]]
             lambda played: fraction_interval(played.fell),
         ),
     }
+
+
+def keep_of(played: Rollout, params: UGVEnvParams) -> UGVEpisodes:
+    """What is kept of an episode; the optimum is not known."""
+    last = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
+    state: Any = last[0]
+    at: Any = played.state.station
+    use = [
+        jnp.abs(force) / normal
+        for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
+    ]
+    return UGVEpisodes(
+        reward=state.totals.reward,
+        cost=state.cost,
+        optimum=jnp.full_like(state.cost, jnp.nan),
+        distance=last[1]["episode_distance"],
+        wheel_energy=state.totals.wheel_energy,
+        total_energy=state.totals.total_energy,
+        demand=jnp.max(jnp.maximum(*use)),
+        status=last[1]["status"],
+    )
+
+
+def ugv_measures(env: UGVEnv) -> Measures:
+    """What is measured of an environment's episodes, the criterion in its unit."""
+    return Measures(keep_of, ugv_columns(env.measure.unit))
 
 
 def evaluate_ugv(
@@ -108,74 +133,29 @@ def evaluate_ugv(
     a reset draws nothing one episode is run. Costs are means over the episodes that reached the
     end.
     """
-    seeds = seeds_of(episodes, seeds, controllers=controllers, tracks=tracks)
     env = replace(env, autoreset="disabled")
-    columns, rows = ugv_columns(env.measure.unit), []
     say = progress or (lambda line: None)
-    for track, params in tracks.items():
-        used = seeds if is_random(params) else seeds[:1]
-        best = np.full(len(used), np.nan)
-        if optimum is not None:
-            say(f"dynamic programming on {track}")
-            best = optima(env, params, used, optimum)
-        for name, controller in controllers.items():
-            say(f"{name} on {track}")
-            played = play_ugv(env, controller.validate(), params, used)._replace(optimum=best)
-            metrics = {metric: of(played) for metric, (_, of) in columns.items()}
-            rows.append(Row(track, name, metrics, played))
-    return Evaluation(tuple(rows), seeds, columns)
+
+    def complete(track: str, params: UGVEnvParams, used: Sequence[int]) -> Callable[[Any], Any]:
+        if optimum is None:
+            return lambda played: played
+        say(f"dynamic programming on {track}")
+        best = optima(env, params, used, optimum)
+        return lambda played: played._replace(optimum=best)
+
+    return evaluate_in(
+        env,
+        controllers,
+        tracks,
+        ugv_measures(env),
+        episodes=episodes,
+        seeds=seeds,
+        progress=progress,
+        complete=complete,
+    )
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:
     """The optimiser's value of each seed's episode; NaN where it finds no path."""
     found = [optimum.solve(env, params, first_state(env, params, seed)) for seed in seeds]
     return np.asarray([one.value if one.status.solved else np.nan for one in found])
-
-
-def first_state(env: UGVEnv, params: UGVEnvParams, seed: int) -> UGVEnvState:
-    """The state in which a seed's first episode begins."""
-    return env.reset(episode_key(seed), params)[1]
-
-
-def play_ugv(
-    env: UGVEnv, controller: Any, params: UGVEnvParams, seeds: Sequence[int]
-) -> UGVEpisodes:
-    """The episodes of the seeds, as NumPy arrays. A planner (with `path`) plans each of them."""
-    count = horizon(params)
-    require_room(len(seeds), count)
-    keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
-    if not hasattr(controller, "path"):
-        played = _play(env, count, controller, None, params, keys)
-    else:
-        paths = [controller.path(env, params, first_state(env, params, seed)) for seed in seeds]
-        stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths)
-        played = _play(env, count, stacked, 0, params, keys)
-    return jax.tree.map(np.asarray, played)
-
-
-@partial(jax.jit, static_argnums=(0, 1, 3))
-def _play(env, count: int, controller, axis: int | None, params, keys) -> UGVEpisodes:
-    def one(controller, key):
-        return _summary(rollout(env, controller, params, key, count))
-
-    return jax.vmap(one, (axis, 0))(controller, keys)
-
-
-def _summary(played: Rollout) -> UGVEpisodes:
-    last = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
-    state: Any = last[0]
-    at: Any = played.state.station
-    use = [
-        jnp.abs(force) / normal
-        for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-    ]
-    return UGVEpisodes(
-        reward=state.totals.reward,
-        cost=state.cost,
-        optimum=jnp.full_like(state.cost, jnp.nan),
-        distance=last[1]["episode_distance"],
-        wheel_energy=state.totals.wheel_energy,
-        total_energy=state.totals.total_energy,
-        demand=jnp.max(jnp.maximum(*use)),
-        status=last[1]["status"],
-    )

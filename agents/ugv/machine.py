@@ -1,105 +1,167 @@
-"""What training has to know of the UGV; see stickslip.agents.machines.Machine."""
+"""The UGV as a machine. See stickslip.agents.machine.Machine."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from stickslip.agents.biped.evaluate import row_of_test
-from stickslip.agents.biped.training import TEST_SEEDS
-from stickslip.agents.ugv.evaluate import optima, play_ugv, ugv_columns
-from stickslip.agents.ugv.plans import Optimum
-from stickslip.agents.ugv.task import describe_ugv
-from stickslip.agents.ugv.training import UGVTask, make_ugv_task
-from stickslip.dynamics.status import Status
+from stickslip.agents.machine import Machine, Option
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.names import FILM, FRAMES, UGV_BASELINES
+from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
-    from stickslip.agents.ugv.config import UGVTrainConfig
+    import numpy as np
 
-EVALUATED = ("return", "cost", "score", "total_energy", "demand", "failures")
-EPISODE = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
-GRID = 21
-"""Angles of the optimiser's grid for the score during training."""
-
-make_task = make_ugv_task
-
-
-def about(task: UGVTask) -> dict[str, Any]:
-    """See Machine."""
-    return describe_ugv(task.env, task.test)
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.ugv.task import UGVParts
+    from stickslip.agents.ugv.training import UGVTask
+    from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams
 
 
-def evaluate_policy(task: UGVTask, policy: Any, config: UGVTrainConfig) -> dict[str, float]:
-    """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
-    cost over the optimiser's on the same tracks."""
-    env = replace(task.env, autoreset="disabled")
-    drawn = bool(task.test.randomisation.track or task.test.randomisation.friction)
-    seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if drawn else 1))
-    played = play_ugv(env, policy, task.test, seeds)._replace(optimum=_optima(config, len(seeds)))
-    return row_of_test(ugv_columns(task.env.measure.unit), EVALUATED, played)
+class UGVMachine(Machine):
+    """The vehicle on legs: its scenes are grounds."""
 
-
-@lru_cache(maxsize=1)
-def _optima(config: UGVTrainConfig, count: int) -> np.ndarray:
-    """The optimiser's values on the test tracks, computed once."""
-    task = make_task(config)
-    env = replace(task.env, autoreset="disabled")
-    return optima(env, task.test, range(TEST_SEEDS, TEST_SEEDS + count), Optimum(GRID))
-
-
-def summary(ended: Sequence[dict[str, Any]], period: float) -> dict[str, float]:
-    """Means over the episodes; of the cost, over those that reached the end."""
-    failed = np.asarray([info["status"] != Status.OK for info in ended])
-
-    def mean(name: str, rows: np.ndarray) -> float:
-        values = np.asarray([float(info["episode_" + name]) for info in ended])[rows]
-        return float(values.mean()) if len(values) else np.nan
-
-    every = np.ones(len(ended), bool)
-    return {
-        "episodes": len(ended),
-        "return": mean("return", every),
-        "length": mean("length", every),
-        **{name: mean(name, ~failed) for name in ("cost", "wheel_energy", "total_energy")},
-        "failures": float(failed.mean()),
-    }
-
-
-def beside_bar(row: Mapping[str, float]) -> str:
-    """See Machine."""
-    return f"return {row.get('return', np.nan):.2f}, cost {row.get('cost', np.nan):.4g}"
-
-
-def line(row: Mapping[str, float]) -> str:
-    """See Machine."""
-    return (
-        f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
-        f"{row['score']:6.3f} of the optimum  with legs {row['total_energy']:7.1f} J  "
-        f"failures {100 * row['failures']:3.0f} %"
+    name, title = "ugv", "UGV"
+    environment = "UGVEnv"
+    outputs, actions = 2, "the rates of the UGV's legs"
+    configuration = UGVTrainConfig
+    modules = (
+        "stickslip.dynamics.ugv.params",
+        "stickslip.dynamics.ugv.pose_solver",
+        "stickslip.dynamics.ugv.roughness",
+        "stickslip.dynamics.ugv.shapes",
+        "stickslip.dynamics.ugv.spline",
+        "stickslip.dynamics.ugv.track",
+        "stickslip.envs.ugv.env",
+        "stickslip.envs.ugv.randomisation",
     )
+    baselines = UGV_BASELINES
+    scenes, scene_files = TRACK_NAMES, "or a file of points"
+    evaluated = ("return", "cost", "score", "total_energy", "demand", "failures")
+    episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
+    film, frames = FILM, FRAMES
 
+    def usual_scene(self, viewed: bool = False) -> str:
+        """See Machine."""
+        return VIEWED if viewed else GROUND
 
-def write_products(trained: Any) -> list[Path]:
-    """See Machine."""
-    from stickslip.agents.ugv import products as ugv_products
+    def options(self, viewed: bool = False) -> tuple[Option, ...]:
+        """See Machine."""
+        return (
+            Option("friction", "between wheels and ground [-]", metavar="MU"),
+            Option(
+                "criterion",
+                "what is to be small, see below (default: the policy's own)",
+                str,
+                metavar="NAME",
+            ),
+        )
 
-    return ugv_products.write_products(trained)
+    def tables(self) -> dict[str, Mapping[str, str]]:
+        """See Machine."""
+        return {"criteria of the UGV": CRITERIA_IN_WORDS}
 
+    def describe(self, env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+        """See Machine."""
+        from stickslip.agents.ugv import task
 
-__all__ = [
-    "EPISODE",
-    "EVALUATED",
-    "about",
-    "beside_bar",
-    "evaluate_policy",
-    "line",
-    "make_task",
-    "summary",
-    "write_products",
-]
+        return task.describe_ugv(env, params)
+
+    def read_task(self, metadata: Mapping[str, Any]) -> UGVParts | None:
+        """See Machine."""
+        from stickslip.agents.ugv import task
+
+        return task.read_task(metadata)
+
+    def standard_task(self, metadata: Mapping[str, Any]) -> UGVParts:
+        """See Machine."""
+        from stickslip.agents.ugv import task
+
+        return task.standard_task(metadata)
+
+    def sightless(self, env: UGVEnv) -> UGVEnv:
+        """See Machine."""
+        from dataclasses import replace
+
+        return replace(env, preview=0)
+
+    def baseline(self, name: str, env: UGVEnv) -> Any:
+        """See Machine."""
+        from stickslip.agents.ugv.names import ugv_baseline
+
+        return ugv_baseline(name, env)
+
+    def evaluate(
+        self,
+        env: UGVEnv,
+        controllers: Mapping[str, Any],
+        scenes: Mapping[str, UGVEnvParams],
+        *,
+        episodes: int = 32,
+        seeds: Sequence[int] | None = None,
+        progress: Callable[[str], None] | None = None,
+    ) -> Evaluation:
+        """See Machine."""
+        from stickslip.agents.ugv.evaluate import evaluate_ugv
+
+        return evaluate_ugv(
+            env, controllers, scenes, episodes=episodes, seeds=seeds, progress=progress
+        )
+
+    def unit_of(self, env: UGVEnv) -> str:
+        """See Machine."""
+        return f"{env.measure.unit} of {env.criterion}"
+
+    def training_task(self, config: UGVTrainConfig) -> UGVTask:
+        """See Machine."""
+        from stickslip.agents.ugv.training import make_ugv_task
+
+        return make_ugv_task(config)
+
+    def evaluate_policy(
+        self, task: UGVTask, policy: Any, config: UGVTrainConfig
+    ) -> dict[str, float]:
+        """See Machine."""
+        from stickslip.agents.ugv.training import evaluate_policy
+
+        return evaluate_policy(task, policy, config, self.evaluated)
+
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """See Machine."""
+        from stickslip.agents.ugv.training import summary
+
+        return summary(ended)
+
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        unknown = float("nan")
+        return f"return {row.get('return', unknown):.2f}, cost {row.get('cost', unknown):.4g}"
+
+    def line(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return (
+            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
+            f"{row['score']:6.3f} of the optimum  with legs {row['total_energy']:7.1f} J  "
+            f"failures {100 * row['failures']:3.0f} %"
+        )
+
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """See Machine."""
+        from stickslip.agents.ugv.products import write_products
+
+        return write_products(trained, played)
+
+    def plot_episode(
+        self, played: Rollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
+    ) -> Path:
+        """See Machine."""
+        from stickslip.agents.ugv.products import plot_drive
+
+        return plot_drive(played, env, params, path, title)

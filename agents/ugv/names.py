@@ -1,4 +1,4 @@
-"""Policies and baselines of the UGV by the names that the command line knows."""
+"""Names of the UGV that the command line knows, and of what its runs leave."""
 
 from __future__ import annotations
 
@@ -7,25 +7,11 @@ from typing import TYPE_CHECKING, Any
 from stickslip.dynamics.plain_checks import require_choice
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stickslip.envs.ugv.env import UGVEnv
 
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
-ENVIRONMENT = "UGVEnv"
-
-
-def is_ugv(who: Sequence[str]) -> bool:
-    """Whether the first name that is a baseline or a readable policy is one of the UGV."""
-    from stickslip.agents.policy.file import policy_path, read_metadata
-
-    for name in who:
-        if name in UGV_BASELINES:
-            return True
-        path = policy_path(name)
-        if path.is_file():
-            return read_metadata(path).get("environment") == ENVIRONMENT
-    return False
+FILM, FRAMES = "drive.gif", 10.0
+"""The animation of a finished run, and its pictures a second, at most one a step."""
 
 
 def ugv_baseline(name: str, env: UGVEnv) -> Any:

@@ -9,48 +9,38 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
-from stickslip.agents.pictures.film import pictures
+from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.learning import Panel, plot_panels
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
 from stickslip.agents.policy import load_policy
+from stickslip.agents.ugv.names import FILM, FRAMES
 from stickslip.agents.ugv.training import make_ugv_task
-from stickslip.envs.rendering import save_animation, theme
+from stickslip.envs.rendering import theme
 from stickslip.envs.ugv.draw import ground
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stickslip.agents.training.run import Trained
+    from stickslip.agents.training.trained import Trained
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
 
-FPS = 10.0
-"""Of the animation, at most one picture a step."""
 
+def write_products(trained: Trained, played: Rollout | None = None) -> list[Path]:
+    """Write learning.png, episode.png and drive.gif into the run's directory; their paths.
 
-def write_products(trained: Trained) -> list[Path]:
-    """Write learning.png, episode.png and drive.gif into the run's directory; their paths."""
+    played: the policy's first test episode, if it is there already.
+    """
     config: Any = trained.config
     task = make_ugv_task(config)
-    played = rollout(task.env, load_policy(trained.policy), task.test, 0)
+    if played is None:
+        played = rollout(task.env, load_policy(trained.policy), task.test, 0)
     directory = trained.directory
     return [
         plot_panels(directory, config, _panels(task.env), "UGV"),
         plot_drive(played, task.env, task.test, directory / "episode.png", f"The {trained.name}"),
-        write_drive(task.env, played, task.test, directory / "drive.gif"),
+        write_film(task.env, played, task.test, directory / FILM, FRAMES),
     ]
-
-
-def write_drive(
-    env: UGVEnv, played: Rollout, params: UGVEnvParams, path: Path, seconds: float | None = None
-) -> Path:
-    """An episode that was played, or its first seconds at the params' speed, as an animation."""
-    rate = 1 / float(params.control_period)
-    if seconds is not None:
-        steps = min(int(played.length), max(1, round(seconds * rate)))
-        played = played._replace(length=steps)
-    fps = min(FPS, rate)
-    return save_animation(pictures(env, played, params, fps), path, fps)
 
 
 def plot_drive(

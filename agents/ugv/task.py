@@ -12,7 +12,6 @@ import numpy as np
 from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.names import UGV_BASELINES, ugv_baseline
 from stickslip.agents.ugv.tracks import FIXED, RANDOM, ground_by_name
 from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.dynamics.ugv import Track, UGVParams
@@ -40,10 +39,6 @@ NUMBERS = (
 )
 """Of UGVEnvParams."""
 PARTS = ("env", "vehicle", "track", "randomisation", "dtype", "numbers")
-ENVIRONMENT = "UGVEnv"
-FOREIGN = ("mu_static", "mu_kinetic", "payload", "commanded_rate", "start")
-"""Flags of the biped."""
-BASELINES = UGV_BASELINES
 FRICTION = 0.8
 """Of the standard task."""
 KNOWN_OF_OLD = ("leg_rate", "spacing", "preview_length", "preview_noise")
@@ -84,6 +79,46 @@ class UGVParts(NamedTuple):
         kept = ("spacing", "start", "end", "start_angles")
         return params.replace(**{name: self.numbers[name] for name in kept})
 
+    def with_options(self, given: Mapping[str, Any], scene: str | None) -> UGVParts:
+        """The task with what options ask for instead; what one of them sets is no longer drawn.
+
+        given: friction, criterion, each None where it is not given. scene: a ground.
+        """
+        task, numbers, drawn = self, dict(self.numbers), self.randomisation
+        if scene is not None:
+            ground = ground_by_name(scene)
+            drawn = replace(drawn, track=ground.drawn)
+            task = task._replace(track=ground.track)
+            numbers |= {"start": None, "end": None, "failure_penalty": None}
+        if given["friction"] is not None:
+            numbers["friction"], drawn = given["friction"], replace(drawn, friction=None)
+        if given["criterion"] is not None:
+            task = task._replace(env=replace(task.env, criterion=given["criterion"]))
+            numbers["failure_penalty"] = None
+        return task._replace(randomisation=drawn, numbers=numbers)
+
+    def label(self, scene: str | None) -> str:
+        """The ground in a word or two, and what else is not as in the standard task."""
+        words = [scene or ground_words(self)]
+        if self.randomisation.friction is not None:
+            words.append("random friction")
+        elif np.float32(self.numbers["friction"]) != np.float32(FRICTION):
+            words.append(f"mu {float(self.numbers['friction']):g}")
+        if not same_numbers(self.vehicle, UGVParams()):
+            words.append(f"vehicle of {float(self.vehicle.weight / self.vehicle.gravity):.3g} kg")
+        return ", ".join(words)
+
+    def details(self) -> str:
+        """The numbers of the task in a line."""
+        words = [self.env.criterion, f"preview of {self.env.preview} points"]
+        for name, value in self.numbers.items():
+            if value is not None and name != "start_angles":
+                words.append(f"{name} {float(value):.4g}")
+        ends = self.randomisation.friction
+        if ends is not None:
+            words.append(f"friction drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
+        return ", ".join(words).replace("_", " ")
+
 
 def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
     """The configuration of an environment as JSON values, for a policy's metadata: for people, and
@@ -121,59 +156,6 @@ def standard_task(metadata: Mapping[str, Any]) -> UGVParts:
         asked["spacing"] *= 1 + 1e-6
     task = make_ugv_task(UGVTrainConfig.of(**asked))
     return UGVParts.of(replace(task.env, autoreset="disabled"), task.test)
-
-
-def with_options(task: UGVParts, given: Mapping[str, Any], track: str | None) -> UGVParts:
-    """The task with what the flags ask for instead; what a flag sets is no longer drawn.
-
-    given: friction, criterion, each None where its flag is not there.
-    """
-    numbers, drawn = dict(task.numbers), task.randomisation
-    if track is not None:
-        ground = ground_by_name(track)
-        drawn = replace(drawn, track=ground.drawn)
-        task = task._replace(track=ground.track)
-        numbers |= {"start": None, "end": None, "failure_penalty": None}
-    if given["friction"] is not None:
-        numbers["friction"], drawn = given["friction"], replace(drawn, friction=None)
-    if given["criterion"] is not None:
-        task = task._replace(env=replace(task.env, criterion=given["criterion"]))
-        numbers["failure_penalty"] = None
-    return task._replace(randomisation=drawn, numbers=numbers)
-
-
-def params_from(task: UGVParts, start: None, usual: str) -> UGVEnvParams:
-    """The environment's parameters; there is but one way to start."""
-    return task.params()
-
-
-def baseline(name: str, env: UGVEnv) -> Any:
-    """A baseline or planner for an environment."""
-    return ugv_baseline(name, env)
-
-
-def label_of(task: UGVParts, track: str | None) -> str:
-    """The ground in a word or two, and what else is not as in the standard task."""
-    words = [track or ground_words(task)]
-    if task.randomisation.friction is not None:
-        words.append("random friction")
-    elif np.float32(task.numbers["friction"]) != np.float32(FRICTION):
-        words.append(f"mu {float(task.numbers['friction']):g}")
-    if not same_numbers(task.vehicle, UGVParams()):
-        words.append(f"vehicle of {float(task.vehicle.weight / task.vehicle.gravity):.3g} kg")
-    return ", ".join(words)
-
-
-def details_of(task: UGVParts) -> str:
-    """The numbers of the task in a line."""
-    words = [task.env.criterion, f"preview of {task.env.preview} points"]
-    for name, value in task.numbers.items():
-        if value is not None and name != "start_angles":
-            words.append(f"{name} {float(value):.4g}")
-    ends = task.randomisation.friction
-    if ends is not None:
-        words.append(f"friction drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-    return ", ".join(words).replace("_", " ")
 
 
 def ground_words(task: UGVParts) -> str:

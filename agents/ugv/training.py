@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.table import row_of_test
+from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.agents.ugv.evaluate import optima, ugv_measures
+from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.tracks import ground_by_name
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import UGVRandomisation
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from stickslip.agents.ugv.config import UGVTrainConfig
 
+GRID = 21
+"""Angles of the optimiser's grid for the score during training."""
 SOLVER = PoseSolver(iterations=5, samples=8)
 """Of training: unrolled, which suits batches; exact to rounding on such ground."""
 USUAL = {
@@ -37,6 +49,11 @@ class UGVTask(NamedTuple):
     """With the training reward, and starts drawn if asked for."""
     test: UGVEnvParams
     """The reward in the criterion's unit, and the standard start."""
+
+    @property
+    def tested(self) -> UGVEnvParams:
+        """What a policy's file tells of."""
+        return self.test
 
 
 def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
@@ -66,3 +83,42 @@ def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
         **common,
     )
     return UGVTask(env, training, test)
+
+
+def evaluate_policy(
+    task: UGVTask, policy: Any, config: UGVTrainConfig, names: Sequence[str]
+) -> dict[str, float]:
+    """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
+    cost over the optimiser's on the same tracks: metrics by name."""
+    env, measures = replace(task.env, autoreset="disabled"), ugv_measures(task.env)
+    drawn = bool(task.test.randomisation.track or task.test.randomisation.friction)
+    seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if drawn else 1))
+    played = play(env, policy, task.test, seeds, measures.keep)
+    played = played._replace(optimum=_optima(config, len(seeds)))
+    return row_of_test(measures.columns, names, played)
+
+
+@lru_cache(maxsize=1)
+def _optima(config: UGVTrainConfig, count: int) -> np.ndarray:
+    """The optimiser's values on the test tracks, computed once."""
+    task = make_ugv_task(config)
+    env = replace(task.env, autoreset="disabled")
+    return optima(env, task.test, range(TEST_SEEDS, TEST_SEEDS + count), Optimum(GRID))
+
+
+def summary(ended: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Means over training episodes; of the cost, over those that reached the end."""
+    failed = np.asarray(ended["status"] != Status.OK)
+
+    def mean(name: str, rows: np.ndarray) -> float:
+        values = np.asarray(ended["episode_" + name], float)[rows]
+        return float(values.mean()) if len(values) else np.nan
+
+    every = np.ones(len(failed), bool)
+    return {
+        "episodes": len(failed),
+        "return": mean("return", every),
+        "length": mean("length", every),
+        **{name: mean(name, ~failed) for name in ("cost", "wheel_energy", "total_energy")},
+        "failures": float(failed.mean()),
+    }

@@ -8,13 +8,14 @@ from itertools import count
 import pytest
 
 from stickslip.agents import demo as module
+from stickslip.agents.biped import products
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.demo import demo
 from stickslip.agents.pictures import learning as plots_training
 from stickslip.agents.training.metrics import MetricsFile
 from stickslip.agents.training.remaining import Remaining
-from stickslip.agents.training.run import Trained
+from stickslip.agents.training.trained import Trained
 from stickslip.cli import WRONG_INPUT, main
 
 SMALL = TrainConfig.of(
@@ -47,7 +48,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
     rows = MetricsFile(tmp_path / "metrics.csv", ("seconds", "noise"))
     for steps in (384, 768):
         rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
-        plots_training.plot_learning(tmp_path, SMALL, 4.0)
+        products.plot_learning(tmp_path, SMALL, 4.0)
     assert titles == [
         "PPO on the biped: 4 s of training, unfinished: 384 of 768 steps",
         "PPO on the biped: 8 s of training",
@@ -58,7 +59,6 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
     from stickslip.agents.biped import plots
-    from stickslip.agents.biped import products as train_products
 
     titles: list[str] = []
     for place in (plots, plots_training):
@@ -70,7 +70,7 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
                 titles.append(title) or make(rows, columns, size, title)
             ),
         )
-    monkeypatch.setattr(train_products, "FILM_TIME", 0.04)
+    monkeypatch.setattr(products, "FILM_TIME", 0.04)
     monkeypatch.setattr(module, "CONTROLLERS", {"constant-torque": ConstantTorque})
     seconds, said = count(), []
     monkeypatch.setattr(module, "monotonic", lambda: float(next(seconds)))

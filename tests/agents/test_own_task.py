@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.evaluate import evaluate
-from stickslip.agents.biped.training import from_anywhere
+from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.policy import describe_environment, load_policy, save_policy
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.ugv import task as ugv_parts

@@ -18,7 +18,8 @@ from stickslip.agents.policy import read_metadata
 from stickslip.agents.training.checkpoint import STATE, list_checkpoints
 from stickslip.agents.training.directory import only_writer
 from stickslip.agents.training.metrics import read_columns
-from stickslip.agents.training.run import Trained, best_evaluation, train
+from stickslip.agents.training.run import best_evaluation, train
+from stickslip.agents.training.trained import Trained
 from tests.agents.runs import assert_same_run
 
 pytest.importorskip("stable_baselines3")

@@ -9,17 +9,16 @@ from typing import Any
 
 import pytest
 
-from stickslip.agents.biped.config import (
-    DEFAULTS,
-    PPOSettings,
-    TrainConfig,
+from stickslip.agents.biped.config import DEFAULTS, TrainConfig
+from stickslip.agents.registry import read_configuration
+from stickslip.agents.training.configuration import (
+    Configuration,
     add_flags,
     every_field,
     from_flags,
     rule_of,
 )
-from stickslip.agents.machines import read_configuration
-from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.training.groups import PPOSettings
 from stickslip.agents.training.metrics import MetricsFile, read_columns, read_rows
 from stickslip.agents.ugv.config import UGVTrainConfig
 
@@ -150,8 +149,8 @@ def test_what_is_no_configuration_is_refused(text: str):
 
 def test_every_field_has_a_flag():
     parser = argparse.ArgumentParser()
-    add_flags(parser)
-    assert from_flags(vars(parser.parse_args([]))) == TrainConfig.of()
+    add_flags(parser, TrainConfig)
+    assert from_flags(vars(parser.parse_args([])), TrainConfig) == TrainConfig.of()
     flags: list[str] = []
     expected: dict[str, Any] = {}
     for one in every_field(TrainConfig):
@@ -164,10 +163,10 @@ def test_every_field_has_a_flag():
         words = {bool: (), "range": value}.get(rule.kind, (value,))
         flags += ["--" + one.name.replace("_", "-"), *map(str, words)]
         expected[one.name] = value
-    assert from_flags(vars(parser.parse_args(flags))) == TrainConfig.of(**expected)
-    assert from_flags(vars(parser.parse_args(["--algorithm", "sac"]))) == TrainConfig.of(
-        algorithm="sac"
-    )
+    assert from_flags(vars(parser.parse_args(flags)), TrainConfig) == TrainConfig.of(**expected)
+    assert from_flags(
+        vars(parser.parse_args(["--algorithm", "sac"])), TrainConfig
+    ) == TrainConfig.of(algorithm="sac")
 
 
 def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):

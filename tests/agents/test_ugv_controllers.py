@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.evaluation.rollout import first_state, rollout
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
-from stickslip.agents.ugv.evaluate import evaluate_ugv, first_state
+from stickslip.agents.ugv.evaluate import evaluate_ugv
 from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import solve

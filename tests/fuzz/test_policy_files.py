@@ -13,9 +13,9 @@ import pytest
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.foreign.reading import RefusedError
-from stickslip.agents.machines import read_configuration
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.policy.mlp import FARTHEST
+from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.checkpoint import MODEL, STATE, TrainState, read_model, read_state
 from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.envs import BipedEnv
@@ -96,7 +96,7 @@ def test_a_policy_file_is_refused_or_gives_finite_actions(tmp_path: Path, policy
 
 def test_a_checkpoint_is_refused_or_whole(tmp_path: Path):
     torch = pytest.importorskip("torch")
-    from stickslip.agents.training.tensors import pack
+    from stickslip.agents.training.state_file import pack
 
     generator = torch.Generator().manual_seed(0)
     model = {

@@ -1,4 +1,4 @@
-"""PPO and SAC of Stable-Baselines3 from a configuration, and their state as plain tensors."""
+"""PPO and SAC of Stable-Baselines3 from a configuration, and their state as arrays."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stable_baselines3.common.vec_env import VecEnv
 
     from stickslip.agents.biped.config import TrainConfig
@@ -115,17 +117,17 @@ def begin_stretch(model: PPO | SAC, seed: int, timesteps: int) -> None:
 
 
 def take_state(model: PPO | SAC) -> dict[str, Any]:
-    """Parameters, optimiser states and (SAC) the replay buffer: tensors and plain containers."""
+    """Parameters, optimiser states and (SAC) the replay buffer: arrays in plain containers."""
     state: dict[str, Any] = {
         "algorithm": type(model).__name__,
-        "parameters": model.get_parameters(),
+        "parameters": _as_arrays(model.get_parameters()),
         "updates": int(model._n_updates),
     }
     if isinstance(model, SAC):
         buffer = _buffer(model)
         rows = buffer.buffer_size if buffer.full else buffer.pos
-        state["log_ent_coef"] = _entropy(model).detach()
-        state["buffer"] = {n: torch.from_numpy(getattr(buffer, n)[:rows].copy()) for n in BUFFER}
+        state["log_ent_coef"] = _as_arrays(_entropy(model))
+        state["buffer"] = {name: getattr(buffer, name)[:rows].copy() for name in BUFFER}
         state["buffer_position"], state["buffer_full"] = buffer.pos, bool(buffer.full)
     return state
 
@@ -135,10 +137,10 @@ def put_state(model: PPO | SAC, state: dict[str, Any]) -> None:
     try:
         if state["algorithm"] != type(model).__name__:
             raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
-        model.set_parameters(state["parameters"], exact_match=True, device="cpu")
+        model.set_parameters(_as_tensors(state["parameters"]), exact_match=True, device="cpu")
         model._n_updates = int(state["updates"])
         if isinstance(model, SAC):
-            _entropy(model).data.copy_(state["log_ent_coef"])
+            _entropy(model).data.copy_(_as_tensors(state["log_ent_coef"]))
             _fill(_buffer(model), state)
     except Exception as error:  # whatever PyTorch makes of what is not its own
         reason = str(error).partition("\n")[0]
@@ -161,8 +163,28 @@ def _entropy(model: SAC) -> Any:
 
 def _fill(buffer: Any, state: dict[str, Any]) -> None:
     for name in BUFFER:
-        rows, target = state["buffer"][name].numpy(), getattr(buffer, name)
+        rows, target = state["buffer"][name], getattr(buffer, name)
         if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):
             raise ValueError(f"buffer {name} has shape {rows.shape}, this run's {target.shape}")
         target[: len(rows)] = rows
     buffer.pos, buffer.full = int(state["buffer_position"]), bool(state["buffer_full"])
+
+
+def _as_arrays(tree: Any) -> Any:
+    """Plain containers with an array in the place of each tensor."""
+    if isinstance(tree, torch.Tensor):
+        return np.array(tree.detach().cpu().numpy(), order="C")
+    return _mapped(_as_arrays, tree)
+
+
+def _as_tensors(tree: Any) -> Any:
+    """Plain containers with a tensor in the place of each array."""
+    if isinstance(tree, np.ndarray):
+        return torch.from_numpy(tree.copy())
+    return _mapped(_as_tensors, tree)
+
+
+def _mapped(change: Callable[[Any], Any], tree: Any) -> Any:
+    if isinstance(tree, dict):
+        return {name: change(value) for name, value in tree.items()}
+    return type(tree)(map(change, tree)) if isinstance(tree, list | tuple) else tree

@@ -1,14 +1,14 @@
-"""PyTorch tensors in plain containers as an .npz of arrays and one JSON text; reading runs no code.
+"""Arrays in plain containers as an .npz of arrays and one JSON text; reading runs no code.
 
 What is kept: dictionaries with names or numbers as keys, lists, tuples, numbers, texts, None, and
-tensors of the types in arrays_file.NUMBERS.
+arrays of the types in foreign/arrays.py.
 """
 
 from __future__ import annotations
 
 import io
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,17 +16,14 @@ from stickslip.agents.foreign.arrays import arrays_in
 from stickslip.agents.foreign.reading import RefusedError, parse_json, refusing
 from stickslip.dynamics.checks import shown
 
-if TYPE_CHECKING:
-    from torch import Tensor
-
 STRUCTURE = "structure"
 
 
 def pack(content: dict[str, Any]) -> bytes:
     """The file's bytes. ValueError for what it cannot keep."""
-    tensors: list[np.ndarray] = []
-    text = json.dumps(_plain(content, tensors), allow_nan=False)
-    arrays = {f"tensor_{index}": array for index, array in enumerate(tensors)}
+    found: list[np.ndarray] = []
+    text = json.dumps(_plain(content, found), allow_nan=False)
+    arrays = {f"tensor_{index}": array for index, array in enumerate(found)}
     file = io.BytesIO()
     np.savez(file, allow_pickle=False, **arrays, **{STRUCTURE: np.array(text)})
     return file.getvalue()
@@ -48,40 +45,34 @@ def unpack(raw: bytes, largest: int) -> dict[str, Any]:
         return content
 
 
-def _plain(value: Any, tensors: list[np.ndarray]) -> Any:
-    """JSON values: what holds others, and tensors, as a list that begins with its kind."""
-    if hasattr(value, "detach"):
-        tensors.append(np.ascontiguousarray(value.detach().cpu().numpy()))
-        return ["tensor", len(tensors) - 1, list(tensors[-1].shape)]
+def _plain(value: Any, arrays: list[np.ndarray]) -> Any:
+    """JSON values: what holds others, and arrays, as a list that begins with its kind."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return ["tensor", len(arrays) - 1, list(value.shape)]
     if isinstance(value, dict):
-        pairs = [[_plain(key, tensors), _plain(one, tensors)] for key, one in value.items()]
+        pairs = [[_plain(key, arrays), _plain(one, arrays)] for key, one in value.items()]
         return ["dict", pairs]
     if isinstance(value, list | tuple):
         kind = "list" if isinstance(value, list) else "tuple"
-        return [kind, [_plain(one, tensors) for one in value]]
+        return [kind, [_plain(one, arrays) for one in value]]
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    raise ValueError(f"{shown(value)} cannot be kept; accepted: tensors, numbers and texts")
+    raise ValueError(f"{shown(value)} cannot be kept; accepted: arrays, numbers and texts")
 
 
 def _whole(value: Any, arrays: dict[str, np.ndarray]) -> Any:
-    """The inverse; takes every tensor out of `arrays` once."""
+    """The inverse; takes every array out of `arrays` once."""
     if not isinstance(value, list):
         if isinstance(value, dict):
             raise RefusedError(f"its {STRUCTURE} holds an object")
         return value
     kind, content, *shape = value
     if kind == "tensor":
-        return _tensor(arrays.pop(f"tensor_{int(content)}"), shape[0])
+        return np.array(arrays.pop(f"tensor_{int(content)}").reshape(shape[0]))
     if kind == "dict":
         return {_whole(key, arrays): _whole(one, arrays) for key, one in content}
     if kind not in ("list", "tuple"):
         raise RefusedError(f"its {STRUCTURE} holds {shown(kind)}")
     parts = [_whole(one, arrays) for one in content]
     return parts if kind == "list" else tuple(parts)
-
-
-def _tensor(array: np.ndarray, shape: list[int]) -> Tensor:
-    import torch
-
-    return torch.from_numpy(np.array(array.reshape(shape)))
