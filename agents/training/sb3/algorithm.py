@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from stable_baselines3.common.vec_env import VecEnv
 
-    from stickslip.agents.biped.config import TrainConfig
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """What a replay buffer holds."""
@@ -49,7 +48,7 @@ class Course:
         return first + (last - first) * min(max(self.share, 0.0), 1.0)
 
 
-def make_model(config: TrainConfig, envs: VecEnv, course: Course) -> PPO | SAC:
+def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
     """A fresh model whose learning rate follows the course."""
     torch.set_num_threads(config.threads)
     network = {"net_arch": [config.hidden] * config.layers}
@@ -88,7 +87,7 @@ def make_model(config: TrainConfig, envs: VecEnv, course: Course) -> PPO | SAC:
     return model
 
 
-def set_noise(model: PPO | SAC, config: TrainConfig, course: Course) -> float:
+def set_noise(model: PPO | SAC, config: Any, course: Course) -> float:
     """Set the exploration that the course prescribes, and return it (NaN for SAC, which learns it).
 
     Learnt, it vanishes within the first half million steps: standing still is then a safe local
