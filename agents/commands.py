@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
@@ -126,9 +127,7 @@ def evaluation(
                 if own == env
             }
             scenes = {place.label: place.params}
-            parts.append(
-                machine.evaluate(env, controllers, scenes, episodes=episodes, progress=progress)
-            )
+            parts.append(evaluate(env, controllers, scenes, episodes=episodes, progress=progress))
     return joined(parts, order=list(named))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.evaluation.run import evaluate_in
 from stickslip.agents.registry import machine_of_env
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def evaluate(
     episode after `reset(seed=s)` of every adapter; where a reset draws nothing one episode is run.
     progress: called with a line before each row. ValueError for an environment of no machine.
     """
-    return machine_of_env(env).evaluate(
-        env, controllers, scenes, episodes=episodes, seeds=seeds, progress=progress
+    measures = machine_of_env(env).measures(env)
+    return evaluate_in(
+        env, controllers, scenes, measures, episodes=episodes, seeds=seeds, progress=progress
     )

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy as np
 
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trained import Trained
 
@@ -169,17 +169,8 @@ class Machine(ABC):
     # Evaluation.
 
     @abstractmethod
-    def evaluate(
-        self,
-        env: Any,
-        controllers: Mapping[str, Any],
-        scenes: Mapping[str, Any],
-        *,
-        episodes: int = 32,
-        seeds: Sequence[int] | None = None,
-        progress: Callable[[str], None] | None = None,
-    ) -> Evaluation:
-        """Every controller in every scene over the seeds (see stickslip.agents.evaluate)."""
+    def measures(self, env: Any) -> Measures:
+        """What is kept of an environment's episodes, and the columns of its tables."""
 
     def unit_of(self, env: Any) -> str:
         """What a table's columns depend on; environments of one table have the same."""

@@ -9,13 +9,13 @@ from stickslip.agents.machine import Machine
 from stickslip.dynamics.plain_checks import require_choice, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy as np
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.tasks.standard import StandardTask
     from stickslip.agents.training.trained import Trained
     from stickslip.envs.functional import FunctionalEnv
@@ -74,23 +74,11 @@ class StandardMachine(Machine):
         """See Machine."""
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
-    def evaluate(
-        self,
-        env: Any,
-        controllers: Mapping[str, Any],
-        scenes: Mapping[str, Any],
-        *,
-        episodes: int = 32,
-        seeds: Sequence[int] | None = None,
-        progress: Callable[[str], None] | None = None,
-    ) -> Evaluation:
+    def measures(self, env: Any) -> Measures:
         """See Machine."""
-        from stickslip.agents.evaluation.run import evaluate_in
         from stickslip.agents.evaluation.standard import MEASURES
 
-        return evaluate_in(
-            env, controllers, scenes, MEASURES, episodes=episodes, seeds=seeds, progress=progress
-        )
+        return MEASURES
 
     def training_task(self, config: Any) -> StandardTask:
         """See Machine."""

@@ -8,12 +8,12 @@ import jax
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
-from stickslip.agents.biped.evaluate import evaluate
 from stickslip.agents.biped.names import FILM
 from stickslip.agents.biped.plots import plot_comparison
 from stickslip.agents.biped.products import write_products
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demonstration import Demonstration
+from stickslip.agents.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
 

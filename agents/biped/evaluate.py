@@ -1,4 +1,4 @@
-"""What is measured of the biped's episodes, and the table of its controllers."""
+"""What is measured of the biped's episodes."""
 
 from __future__ import annotations
 
@@ -9,22 +9,18 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.run import Measures, evaluate_in
+from stickslip.agents.evaluation.run import Measures
 from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval, ratio_interval
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Columns, Evaluation
-    from stickslip.agents.protocol import Controller
-    from stickslip.envs.biped.env import BipedEnv
+    from stickslip.agents.evaluation.table import Columns
     from stickslip.envs.biped.params import BipedEnvParams
 
 MIN_DISTANCE = 0.1
-"""Mean distance per episode below which nothing is said per metre [m]."""
+"""Mean distance per episode below which nothing is said per metre (NaN) [m]."""
 
 
 class Episodes(NamedTuple):
@@ -97,21 +93,3 @@ def keep_of(played: Rollout, params: BipedEnvParams) -> Episodes:
 
 
 MEASURES = Measures(keep_of, COLUMNS)
-
-
-def evaluate(
-    env: BipedEnv,
-    controllers: Mapping[str, Controller],
-    scenes: Mapping[str, BipedEnvParams],
-    *,
-    episodes: int = 32,
-    seeds: Sequence[int] | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> Evaluation:
-    """The biped's `stickslip.agents.evaluate`.
-
-    Per metre nothing is said (NaN) of controllers that walk less than MIN_DISTANCE an episode.
-    """
-    return evaluate_in(
-        env, controllers, scenes, MEASURES, episodes=episodes, seeds=seeds, progress=progress
-    )

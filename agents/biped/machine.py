@@ -10,7 +10,7 @@ from stickslip.agents.biped.scenes import SCENE, SCENES
 from stickslip.agents.machine import Machine, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.training import Task
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.protocol import Controller
     from stickslip.agents.training.trained import Trained
     from stickslip.envs.biped.env import BipedEnv
@@ -135,20 +135,11 @@ class BipedMachine(Machine):
 
         return controller_by_name(name)
 
-    def evaluate(
-        self,
-        env: BipedEnv,
-        controllers: Mapping[str, Controller],
-        scenes: Mapping[str, BipedEnvParams],
-        *,
-        episodes: int = 32,
-        seeds: Sequence[int] | None = None,
-        progress: Callable[[str], None] | None = None,
-    ) -> Evaluation:
+    def measures(self, env: BipedEnv) -> Measures:
         """See Machine."""
-        from stickslip.agents.biped.evaluate import evaluate
+        from stickslip.agents.biped.evaluate import MEASURES
 
-        return evaluate(env, controllers, scenes, episodes=episodes, seeds=seeds, progress=progress)
+        return MEASURES
 
     def training_task(self, config: TrainConfig) -> Task:
         """See Machine."""

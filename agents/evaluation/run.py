@@ -31,10 +31,13 @@ class Measures:
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
     [episodes]. It has `reward` and says which episodes ended outside the model, `fell`.
+    complete: called with each scene, its parameters, the seeds and something to say a line with;
+    what it returns is applied to all that is played there. None for nothing to add.
     """
 
     keep: Callable[[Rollout, Any], Any]
     columns: Columns
+    complete: Callable[..., Callable[[Any], Any]] | None = None
 
     def of(self, played: Any) -> dict[str, Any]:
         """Every metric of the episodes played."""
@@ -50,25 +53,24 @@ def evaluate_in(
     episodes: int = 32,
     seeds: Sequence[int] | None = None,
     progress: Callable[[str], None] | None = None,
-    complete: Callable[[str, Any, Sequence[int]], Callable[[Any], Any]] | None = None,
 ) -> Evaluation:
-    """Run every controller in every scene over the seeds (by default 0, 1, ..., episodes - 1).
+    """`stickslip.agents.evaluate` with given measures.
 
-    Seed s is the first episode after `reset(seed=s)` of every adapter. progress: called with a line
-    before each row. complete: called with each scene, its parameters and seeds; what it returns is
-    applied to all that is played there. Scenes of one structure share a compiled program for each
-    kind of controller.
+    Scenes of one structure share a compiled program for each kind of controller.
     """
+    say = progress or (lambda line: None)
     seeds = seeds_of(episodes, seeds, controllers=controllers, scenes=scenes)
     env = replace(env, autoreset="disabled")
     rows = []
     for scene, params in scenes.items():
         used = seeds if is_random(params) else seeds[:1]
-        completed = (lambda played: played) if complete is None else complete(scene, params, used)
+        add = None
+        if measures.complete is not None:
+            add = measures.complete(scene, params, used, say)
         for name, controller in controllers.items():
-            if progress is not None:
-                progress(f"{name} on {scene}")
-            played = completed(play(env, controller.validate(), params, used, measures.keep))
+            say(f"{name} on {scene}")
+            played = play(env, controller.validate(), params, used, measures.keep)
+            played = played if add is None else add(played)
             rows.append(Row(scene, name, measures.of(played), played))
     return Evaluation(tuple(rows), seeds, measures.columns)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,13 +18,15 @@ from stickslip.agents.ugv.plans import Optimum
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Columns, Evaluation
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
 
+Say = Callable[[str], None]
+Add = Callable[[Any], Any]
 CERTIFIED = Optimum()
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
@@ -111,9 +114,20 @@ def keep_of(played: Rollout, params: UGVEnvParams) -> UGVEpisodes:
     )
 
 
-def ugv_measures(env: UGVEnv) -> Measures:
-    """What is measured of an environment's episodes, the criterion in its unit."""
-    return Measures(keep_of, ugv_columns(env.measure.unit))
+def ugv_measures(env: UGVEnv, optimum: Optimum | None = CERTIFIED) -> Measures:
+    """What is measured of an environment's episodes, the criterion in its unit.
+
+    optimum: computes the dynamic programme's value for each episode, to score against (best of all
+    paths over its grid, so a continuous policy may come out slightly below 1); None for none.
+    """
+    env = replace(env, autoreset="disabled")
+
+    def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
+        say(f"dynamic programming on {track}")
+        best = optima(env, params, seeds, optimum or CERTIFIED)
+        return lambda played: played._replace(optimum=best)
+
+    return Measures(keep_of, ugv_columns(env.measure.unit), None if optimum is None else complete)
 
 
 def evaluate_ugv(
@@ -121,38 +135,14 @@ def evaluate_ugv(
     controllers: Mapping[str, Any],
     tracks: Mapping[str, UGVEnvParams],
     *,
-    episodes: int = 32,
-    seeds: Sequence[int] | None = None,
     optimum: Optimum | None = CERTIFIED,
-    progress: Callable[[str], None] | None = None,
+    **how: Any,
 ) -> Evaluation:
-    """Run every controller or planner on every track over the seeds (by default 0, 1, ...).
+    """`stickslip.agents.evaluate` with another optimum to score against, or with none.
 
-    optimum: computes the dynamic programme's value for each episode, to score against (best of all
-    paths over its grid, so a continuous policy may come out slightly below 1); None for none. Where
-    a reset draws nothing one episode is run. Costs are means over the episodes that reached the
-    end.
+    Costs are means over the episodes that reached the end. how: episodes, seeds, progress.
     """
-    env = replace(env, autoreset="disabled")
-    say = progress or (lambda line: None)
-
-    def complete(track: str, params: UGVEnvParams, used: Sequence[int]) -> Callable[[Any], Any]:
-        if optimum is None:
-            return lambda played: played
-        say(f"dynamic programming on {track}")
-        best = optima(env, params, used, optimum)
-        return lambda played: played._replace(optimum=best)
-
-    return evaluate_in(
-        env,
-        controllers,
-        tracks,
-        ugv_measures(env),
-        episodes=episodes,
-        seeds=seeds,
-        progress=progress,
-        complete=complete,
-    )
+    return evaluate_in(env, controllers, tracks, ugv_measures(env, optimum), **how)
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:

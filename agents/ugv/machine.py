@@ -11,13 +11,13 @@ from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy as np
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.training.trained import Trained
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
@@ -98,22 +98,11 @@ class UGVMachine(Machine):
 
         return ugv_baseline(name, env)
 
-    def evaluate(
-        self,
-        env: UGVEnv,
-        controllers: Mapping[str, Any],
-        scenes: Mapping[str, UGVEnvParams],
-        *,
-        episodes: int = 32,
-        seeds: Sequence[int] | None = None,
-        progress: Callable[[str], None] | None = None,
-    ) -> Evaluation:
+    def measures(self, env: UGVEnv) -> Measures:
         """See Machine."""
-        from stickslip.agents.ugv.evaluate import evaluate_ugv
+        from stickslip.agents.ugv.evaluate import ugv_measures
 
-        return evaluate_ugv(
-            env, controllers, scenes, episodes=episodes, seeds=seeds, progress=progress
-        )
+        return ugv_measures(env)
 
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""

@@ -13,8 +13,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ComputedTorque, ConstantTorque
-from stickslip.agents.biped.evaluate import MIN_DISTANCE, evaluate
+from stickslip.agents.biped.evaluate import MIN_DISTANCE
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
 from stickslip.agents.evaluation import statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout

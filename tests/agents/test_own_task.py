@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import evaluate
 from stickslip.agents.biped import task as biped_task
-from stickslip.agents.biped.evaluate import evaluate
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.policy import describe_environment, load_policy, save_policy
 from stickslip.agents.policy.mlp import MLPPolicy
