@@ -19,36 +19,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.drive import Drive, Torque
+from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trial import Trial, attempt
-from stickslip.dynamics.biped.walk import Problem, Walk, bounds, hand_over, note, slips_freely
+from stickslip.dynamics.biped.walk import Walk, bounds, hand_over, note, slips_freely
 from stickslip.dynamics.lanes import thinning_while
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
-
-    from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.scene import Scene
+    from jaxtyping import Array, Bool
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def advance(
-    spec: RK4Split | EventExact,
-    model: BipedModel,
-    scene: Scene,
-    walk: Walk,
-    drive: Drive,
-    duration: Float[Array, ""],
-) -> Walk:
+def advance(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Walk:
     """Run a call to its end, stopping as soon as every member of a batch is done.
 
     Derivatives, forward and reverse, are those of the same trials with the bound as their number:
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
-    problem = Problem(model, scene, drive, duration)
     pending = thinning_while(
         lambda _, pending: pending.going, partial(_round, spec), problem, _first(problem, walk)
     )
@@ -57,9 +46,7 @@ def advance(
 
 @advance.defjvp
 def _advance_jvp(spec, primals, tangents):
-    def bounded(model, scene, walk, drive, duration):
-        problem = Problem(model, scene, drive, duration)
-
+    def bounded(problem, walk):
         def body(now, _):
             again = partial(_round, spec, problem)
             return jax.lax.cond(now.going, again, lambda now: now, now), None

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
     from stickslip.dynamics.biped.floor import Friction
-    from stickslip.dynamics.biped.walk import Problem, Walk
+    from stickslip.dynamics.biped.walk import Walk
 
 
 class Taken(NamedTuple):

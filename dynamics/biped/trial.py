@@ -17,9 +17,9 @@ from stickslip.dynamics.biped.stages import (
     dormand_prince_step,
 )
 from stickslip.dynamics.biped.walk import (
-    Problem,
     Walk,
     bounds,
+    mode_at,
     slips_freely,
     status_at,
     within_turn,
@@ -29,6 +29,8 @@ from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.drive import Problem
 
 
 class Trial(NamedTuple):
@@ -149,7 +151,7 @@ def _begun(spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, 
     last one allowed."""
     final = walk.trials >= spec.trials - 1
     whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
-    mode = problem.mode(friction, walk, inertia)
+    mode = mode_at(problem, friction, walk, inertia)
     if isinstance(spec, RK4Split):
         whole = whole | final  # the last trial goes to the end of the call
         # a foot that breaks loose again and again to no effect sticks

@@ -1,4 +1,4 @@
-"""The integrators' running state, and what stays the same during one call."""
+"""The integrators' running state, and what is looked up and changed in it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import mode_of
-from stickslip.dynamics.biped.drive import Drive, motion_in, still_motion
-from stickslip.dynamics.biped.floor import patch_at, smoothed_direction
+from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.numeric import all_finite
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
     from stickslip.dynamics.biped.floor import Friction
     from stickslip.dynamics.biped.integrators import Integrator
     from stickslip.dynamics.biped.model import BipedModel
@@ -61,36 +61,13 @@ class Walk(NamedTuple):
     """Time left, kind and crank angle of the events so far."""
 
 
-class Problem(NamedTuple):
-    """What stays the same during one call."""
-
-    model: BipedModel
-    scene: Scene
-    drive: Drive
-    duration: Array
-
-    def still(self, inertia: Coefficients, rate) -> Motion:
-        """The motion with the foot held at rest."""
-        return still_motion(self.drive, self.model, inertia, rate)
-
-    def motion(self, friction: Friction | None, mode, inertia: Coefficients, rate, velocity):
-        """The motion in a mode; on a smoothed floor the velocity takes the mode's place."""
-        floor = self.scene.floor
-        if isinstance(floor, Smoothed):
-            mode = smoothed_direction(floor, velocity)
-        return motion_in(self.drive, floor, friction, self.model, inertia, rate, mode)
-
-    def mode(self, friction: Friction | None, walk: Walk, inertia: Coefficients):
-        """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
-        if friction is None or isinstance(self.scene.floor, Smoothed):
-            return jnp.zeros_like(walk.theta)
-        still = self.still(inertia, walk.rate)
-        mode = mode_of(still, walk.velocity, friction.mu_static)
-        return jnp.where(walk.held != 0, walk.held, mode)
-
-    def tiny(self):
-        """A time too short to matter in the working precision [s]."""
-        return 8 * jnp.finfo(self.duration.dtype).eps * self.duration
+def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients):
+    """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
+    if friction is None or isinstance(problem.scene.floor, Smoothed):
+        return jnp.zeros_like(walk.theta)
+    still = problem.still(inertia, walk.rate)
+    mode = mode_of(still, walk.velocity, friction.mu_static)
+    return jnp.where(walk.held != 0, walk.held, mode)
 
 
 def start(
@@ -162,7 +139,8 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     that overflows says the same in every precision.
     """
     turn = jnp.maximum(jnp.abs(walk.rate) * step, jnp.abs(theta - walk.theta))
-    begins = walk.theta + walk.rate + walk.slide + walk.velocity + problem.drive[0]
+    begins = walk.theta + walk.rate + walk.slide + walk.velocity
+    # a drive that is no number makes an acceleration that is none
     begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
     status = jnp.where(turn <= jnp.pi / 2, status, Status.RUNAWAY)  # a turn that is no number, too
