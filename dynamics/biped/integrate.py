@@ -118,7 +118,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     """
     fixed = isinstance(spec, RK4Split)
     longest = problem.duration / spec.substeps if fixed else trial.size
-    slips = (walk.velocity == 0) & (walk.held == 0) & (trial.mode != 0)
+    slips = (walk.velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     moved = note(_moved(problem, walk, trial), trial.switches, trial.kind)
     switched = _switched(problem, moved, trial)
@@ -128,7 +128,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     again = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,
-        held=jnp.where(walk.velocity == 0, trial.mode, 0.0),
+        breakaway=jnp.where(walk.velocity == 0, trial.mode, 0.0),
     )
     ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
     over = ended.status > Status.SLIP_ONSET
@@ -162,7 +162,7 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
         slide=slide,
         velocity=velocity,
         left=jnp.where((left <= tiny) | trial.final, 0.0, left),
-        held=jnp.zeros_like(walk.held),
+        breakaway=jnp.zeros_like(walk.breakaway),
         distance=walk.distance + jnp.abs(slide - walk.slide),
         work=walk.work + work,
         positive_work=walk.positive_work + jnp.maximum(work, 0.0),
@@ -178,7 +178,7 @@ def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     if not slips_freely(problem.scene):
         walk = walk._replace(
             velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
-            held=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
+            breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
         )
     if isinstance(problem.scene.floor, Patches):
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)

@@ -293,5 +293,4 @@ def _contact(problem: Problem, walk: Walk, outputs: str) -> Instant:
 def _events(walk: Walk, end) -> Events | None:
     if walk.log is None:
         return None
-    left, kinds, angles = walk.log
-    return Events(end - left, kinds, angles)
+    return Events(end - walk.log.left, walk.log.kinds, walk.log.angles)

@@ -32,6 +32,14 @@ PHASE_SLACK = 1e-3
 """How far outside the support phase a walk may begin [rad]."""
 
 
+class EventLog(NamedTuple):
+    """Events in order: time left at each, its kind and the crank angle."""
+
+    left: Float[Array, " rows"]
+    kinds: Int[Array, " rows"]
+    angles: Float[Array, " rows"]
+
+
 class Walk(NamedTuple):
     """The integrator's running state within one call."""
 
@@ -49,7 +57,7 @@ class Walk(NamedTuple):
     """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
     target: Int[Array, ""]
     """Kind of event that the next trial is aimed at."""
-    held: Float[Array, ""]
+    breakaway: Float[Array, ""]
     """Direction of sliding that has begun at velocity zero, else 0."""
     status: Int[Array, ""]
     switches: Int[Array, ""]
@@ -57,8 +65,8 @@ class Walk(NamedTuple):
     work: Float[Array, ""]
     positive_work: Float[Array, ""]
     trials: Int[Array, ""]
-    log: tuple[Array, Array, Array] | None
-    """Time left, kind and crank angle of the events so far."""
+    log: EventLog | None
+    """The events so far, where they are recorded."""
 
 
 def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients):
@@ -67,7 +75,7 @@ def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Co
         return jnp.zeros_like(walk.theta)
     still = problem.still(inertia, walk.rate)
     mode = mode_of(still, walk.velocity, friction.mu_static)
-    return jnp.where(walk.held != 0, walk.held, mode)
+    return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
 
 def start(
@@ -82,7 +90,7 @@ def start(
     log, size = None, None
     if spec.record_events:
         rows = spec.log_size
-        log = (jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
+        log = EventLog(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
     aim = duration
     if isinstance(spec, EventExact):  # a first step that is seldom too long
         size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
@@ -100,7 +108,7 @@ def start(
         aim=aim,
         size=size,
         target=none,
-        held=zero,
+        breakaway=zero,
         status=none,
         switches=none,
         distance=zero,
@@ -189,11 +197,14 @@ def note(walk: Walk, happens, kind, left=None) -> Walk:
     log = walk.log
     if log is not None:
         when = walk.left if left is None else left
-        entry = (when, kind, walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype))
-        place = jnp.minimum(walk.switches, log[0].shape[0] - 1)
-        log = tuple(
-            row.at[place].set(jnp.where(happens, new.astype(row.dtype), row[place]))
-            for row, new in zip(log, entry, strict=True)
+        angle = walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype)
+        place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
+        log = jax.tree.map(
+            lambda row, new: row.at[place].set(
+                jnp.where(happens, new.astype(row.dtype), row[place])
+            ),
+            log,
+            EventLog(when, kind, angle),
         )
     slips = happens & (kind == EventKind.SLIP)
     return walk._replace(
