@@ -67,18 +67,11 @@ class Near:
         with jax.enable_x64(True):
             posture = self._shared
             at, slopes = traced.stations_and_slopes(posture, angles)
-            terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, at, slopes)
-            margins = traced.constraints(posture, at, angles)
-            margin_slopes = traced.margin_slopes(posture, at, slopes)
-            smooth = [name for name in SMOOTH if name in margins]
-            linear = Linear(
-                terms,
-                term_slopes,
-                {name: margins[name] for name in smooth},
-                {name: margin_slopes[name] for name in smooth},
-                placed,
-            )
-            return jax.tree.map(np.asarray, linear)
+            terms = linear_terms(self.problem.posture.criterion, at, slopes)
+            terms, term_slopes, placed = jax.tree.map(np.asarray, terms)
+            margins = _smooth(traced.constraints(posture, at, angles))
+            margin_slopes = _smooth(traced.margin_slopes(posture, at, slopes))
+        return Linear(terms, term_slopes, margins, margin_slopes, placed)
 
     def value(self, at: Linear) -> float:
         """The objective, from the terms; infinite where there is none."""
@@ -93,6 +86,11 @@ class Near:
         small = max(w * outer(one, np.abs(terms)) for one, w, terms in each)
         value = self.value(at)
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
+
+
+def _smooth(margins: dict[str, jax.Array]) -> dict[str, np.ndarray]:
+    """Those with slopes, in SMOOTH's order, which a solver's last digits depend on."""
+    return {name: np.asarray(margins[name]) for name in SMOOTH if name in margins}
 
 
 def without_criterion(problem: PostureProblem) -> traced.Posture:
