@@ -103,10 +103,10 @@ def pareto_front(
 
 
 def _single(name: str, criterion: str | Criterion) -> Criterion:
-    criterion = criterion_by_name(criterion)
-    if isinstance(criterion, Weighted):
-        raise ValueError(f"{name} = {criterion.name}; accepted: a single criterion")
-    return criterion
+    single = criterion_by_name(criterion)
+    if isinstance(single, Weighted):
+        raise ValueError(f"{name} = {single.name}; accepted: a single criterion")
+    return single
 
 
 @dataclass(frozen=True)

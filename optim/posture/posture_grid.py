@@ -206,16 +206,15 @@ def _given_layer(problem: PostureProblem, k: int, pair: np.ndarray) -> Layer:
 def _evaluate(problem: PostureProblem, x, friction, pairs) -> Layer:
     """Stations [rows, N] and which constraints they meet."""
     with jax.enable_x64(True):
-        return jax.tree.map(
-            np.asarray, _all_pairs(replace(problem.posture, criterion=None), x, friction, pairs)
-        )
+        posture = replace(problem.posture, criterion=None)
+        return Layer(*jax.tree.map(np.asarray, _all_pairs(posture, x, friction, pairs)))
 
 
 @jax.jit
-def _all_pairs(posture: Posture, x, friction, pairs) -> Layer:
+def _all_pairs(posture: Posture, x, friction, pairs):
     stations = posture.stations_at(x[:, None], friction[:, None], pairs)
     met = {name: (of >= 0).all(-1) for name, of in posture.margins(stations).items()}
-    return Layer(stations, met | {"pose": met["pose"] & stations.finite})
+    return stations, met | {"pose": met["pose"] & stations.finite}
 
 
 def _pair(angles: Any) -> tuple[Any, Any]:
