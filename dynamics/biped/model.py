@@ -213,11 +213,12 @@ class LoadedInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.moment_at(theta))
 
-    def _sum(self, of):
-        scaled = jax.tree.map(lambda value: self.mass_factor * value, of(self.empty))
+    def _sum(self, part):
+        """part: what is asked of inertia functions."""
+        scaled = jax.tree.map(lambda value: self.mass_factor * value, part(self.empty))
         if self.unit is None:
             return scaled
-        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, of(self.unit))
+        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, part(self.unit))
 
 
 def load(

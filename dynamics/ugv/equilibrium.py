@@ -86,8 +86,8 @@ def equilibrium(
 
 @partial(jax.jit, static_argnums=(5, 6))
 def _equilibrium(params, track, x_front, leg_angles, friction, solver, system):
-    held = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
-    return held._replace(pose=held.pose.in_world())
+    forces = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
+    return forces._replace(pose=forces.pose.in_world())
 
 
 def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "closed"):
@@ -165,15 +165,16 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces):
     The moment about its hinge of all that acts on a leg and its wheel from outside, balanced. By
     virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work.
     """
-    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, forces[:2])
-    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, forces[2:])
+    F, N = forces.F_rear, forces.N_rear
+    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, F, N)
+    F, N = forces.F_front, forces.N_front
+    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, F, N)
     # The rear leg swings outwards clockwise, the front one anticlockwise.
     return jnp.stack([rear, -front], -1)
 
 
-def _moment(params: UGVParams, wheel, leg, hinge, forces):
+def _moment(params: UGVParams, wheel, leg, hinge, F, N):
     """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
-    F, N = forces
     force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal
     weights = (
         params.wheel_mass * (wheel.centre[..., 0] - hinge[..., 0])

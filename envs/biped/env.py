@@ -25,7 +25,7 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import draw, drawn_robot, drawn_scene
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
-from stickslip.envs.biped.reward import centre_of_mass, ground_force, marked, reward_terms
+from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
 from stickslip.envs.biped.state import BipedEnvState, Totals
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
@@ -206,26 +206,13 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
-        turned = biped.crank_angle - state.biped.crank_angle
-        walked = centre_of_mass(robot, biped, state.biped.steps)
-        walked -= centre_of_mass(robot, state.biped, state.biped.steps)
         loss = params.copper_loss * torque**2 * period
-        did = (turned, walked, contact.slide_distance, contact.positive_work, loss)
-        status, did = marked(status, did)
-        turned, walked, slid, work, loss = did
-        energy = work + loss
-        fell = (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
-        terms = reward_terms(params, robot, state.drawn, walked, slid, energy, fell, period)
+        status, outcome = marked(status, outcome_of(robot, state.biped, biped, contact, loss))
+        terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period)
         status, terms = marked(status, terms)
         terminated = status > Status.SLIP_ONSET
         reward = sum(terms.values(), start=jnp.zeros((), dtype))
-        totals = Totals(
-            state.totals.reward + reward,
-            state.totals.turned + turned,
-            state.totals.walked + walked,
-            state.totals.slid + slid,
-            state.totals.energy + energy,
-        )
+        totals = state.totals.after(reward, outcome)
         after = BipedEnvState(
             biped=biped,
             mode=contact.mode,
@@ -234,22 +221,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             drawn=state.drawn,
             totals=totals,
         )
-        info = terms | {
-            "status": status,
-            "torque": torque,
-            "walking_speed": walked / period,
-            "walked": walked,
-            "slid": slid,
-            "positive_work": work,
-            "copper_loss": loss,
-            **ground_force(contact, status),
-            "episode_return": totals.reward,
-            "episode_length": elapsed,
-            "episode_walked": totals.walked,
-            "episode_slid": totals.slid,
-            "episode_energy": totals.energy,
-            "episode_mean_rate": totals.turned / duration,
-        }
+        info = terms | {"status": status, "torque": torque, **outcome.info(period)}
+        info |= ground_force(contact, status) | totals.info(elapsed, duration)
         return (
             self._observe(after, params),
             after,

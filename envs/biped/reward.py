@@ -10,9 +10,10 @@ import numpy as np
 
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.status import Status
+from stickslip.envs.biped.state import Outcome
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped import BipedModel, BipedState, Contact
     from stickslip.envs.biped.draw import Drawn
@@ -26,16 +27,31 @@ def centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[
     return ahead + steps * robot.step_length + biped.foot_position
 
 
-def reward_terms(params: BipedEnvParams, robot, drawn: Drawn, walked, slid, energy, fell, period):
-    """The four terms of the reward of one control step."""
+def outcome_of(
+    robot: BipedModel, before: BipedState, after: BipedState, contact: Contact, copper_loss
+) -> Outcome:
+    """What a control step came to."""
+    turned = after.crank_angle - before.crank_angle
+    walked = centre_of_mass(robot, after, before.steps)
+    walked -= centre_of_mass(robot, before, before.steps)
+    return Outcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
+
+
+def fell(status) -> Bool[Array, ""]:
+    """Whether an episode ends in what no task asks for."""
+    return (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
+
+
+def reward_terms(params: BipedEnvParams, robot, drawn: Drawn, outcome: Outcome, falls, period):
+    """The four terms of the reward of one control step; falls: whether the episode ends so."""
     speed = drawn.commanded_rate / np.pi * robot.step_length
-    missed = jnp.abs(walked / period - speed) / speed
+    missed = jnp.abs(outcome.walked / period - speed) / speed
     weight = robot.total_mass * robot.gravity
     return {
         "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
-        "reward_slip": -params.slip_weight * slid / speed,
-        "reward_energy": -params.energy_weight * energy / (weight * speed),
-        "reward_fall": -params.fall_penalty * fell.astype(period.dtype),
+        "reward_slip": -params.slip_weight * outcome.slid / speed,
+        "reward_energy": -params.energy_weight * outcome.energy / (weight * speed),
+        "reward_fall": -params.fall_penalty * falls.astype(period.dtype),
     }
 
 

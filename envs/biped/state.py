@@ -14,6 +14,36 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
 
+class Outcome(NamedTuple):
+    """What one control step came to."""
+
+    turned: Float[Array, ""]
+    """Crank angle [rad]."""
+    walked: Float[Array, ""]
+    """By the centre of mass [m]."""
+    slid: Float[Array, ""]
+    """[m]"""
+    positive_work: Float[Array, ""]
+    """[J]"""
+    copper_loss: Float[Array, ""]
+    """[J]"""
+
+    @property
+    def energy(self) -> Float[Array, ""]:
+        """Positive motor work and copper loss [J]."""
+        return self.positive_work + self.copper_loss
+
+    def info(self, period) -> dict[str, Array]:
+        """What info says of it."""
+        return {
+            "walking_speed": self.walked / period,
+            "walked": self.walked,
+            "slid": self.slid,
+            "positive_work": self.positive_work,
+            "copper_loss": self.copper_loss,
+        }
+
+
 class Totals(NamedTuple):
     """Sums over the episode."""
 
@@ -26,6 +56,27 @@ class Totals(NamedTuple):
     """[m]"""
     energy: Float[Array, ""]
     """Positive motor work and copper loss [J]."""
+
+    def after(self, reward, outcome: Outcome) -> Totals:
+        """With one more step."""
+        return Totals(
+            self.reward + reward,
+            self.turned + outcome.turned,
+            self.walked + outcome.walked,
+            self.slid + outcome.slid,
+            self.energy + outcome.energy,
+        )
+
+    def info(self, elapsed, duration) -> dict[str, Array]:
+        """What info says of the episode after so many steps and seconds."""
+        return {
+            "episode_return": self.reward,
+            "episode_length": elapsed,
+            "episode_walked": self.walked,
+            "episode_slid": self.slid,
+            "episode_energy": self.energy,
+            "episode_mean_rate": self.turned / duration,
+        }
 
 
 @jax.tree_util.register_dataclass

@@ -24,10 +24,10 @@ from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
-from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
+from stickslip.envs.ugv.state import Attitude, StepWork, UGVEnvState, UGVTotals
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate, step_cost
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.station import station_of
+from stickslip.optim.posture.station import Station, station_of
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -164,9 +164,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         dtype = state.cost.dtype
         before, elapsed = state.station, state.elapsed + 1
         turn = params.leg_rate * params.spacing * jnp.asarray(action, dtype)
-        angles = jnp.clip(
-            before.leg_angles + turn, params.vehicle.leg_angle_min, params.vehicle.leg_angle_max
-        )
+        low, high = params.vehicle.leg_angle_min, params.vehicle.leg_angle_max
+        angles = jnp.clip(before.leg_angles + turn, low, high)
         after, attitude = self._stand(params.waypoint(elapsed), angles, state.drawn, params)
         status = jnp.where(before.status != Status.OK, before.status, after.status)
         failed = status != Status.OK
@@ -179,10 +178,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         cost = jnp.where(failed, state.cost, cost).astype(dtype)
         increase = cost - state.cost + jnp.where(failed, params.failure_penalty, 0.0)
         reward = -params.reward_scale * increase
-        wheel_work, total_work = (
-            jnp.asarray(step_cost(CRITERIA[name], before, after), dtype)
-            for name in ("wheel_energy", "total_energy")
-        )
+        work = _work(before, after, dtype)
         done = elapsed >= params.steps
         state = UGVEnvState(
             station=after,
@@ -191,14 +187,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             cost=cost,
             over=failed | done,
             drawn=state.drawn,
-            totals=UGVTotals(
-                state.totals.reward + reward,
-                state.totals.wheel_energy + wheel_work,
-                state.totals.total_energy + total_work,
-            ),
+            totals=state.totals.after(reward, work),
         )
-        info = {"status": status, "wheel_work": wheel_work, "total_work": total_work}
-        info |= _info(state, params)
+        info = {"status": status, **work._asdict(), **_info(state, params)}
         return (
             observe(self.measure, self.preview, state, params),
             state,
@@ -252,6 +243,15 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         station = station._replace(status=status)
         attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
+
+
+def _work(before: Station, after: Station, dtype) -> StepWork:
+    """What is put in on the way from one station to the next."""
+    wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
+    return StepWork(
+        jnp.asarray(step_cost(wheels, before, after), dtype),
+        jnp.asarray(step_cost(total, before, after), dtype),
+    )
 
 
 def _info(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:

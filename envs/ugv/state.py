@@ -23,6 +23,15 @@ class Attitude(NamedTuple):
     slope_front: Float[Array, ""]
 
 
+class StepWork(NamedTuple):
+    """What one step of the environment took [J]."""
+
+    wheel_work: Float[Array, ""]
+    """Put in by the motors, none recovered."""
+    total_work: Float[Array, ""]
+    """The same with the legs' actuators."""
+
+
 class UGVTotals(NamedTuple):
     """Sums over the episode."""
 
@@ -31,6 +40,14 @@ class UGVTotals(NamedTuple):
     """Put in by the motors, none recovered [J]."""
     total_energy: Float[Array, ""]
     """The same with the legs' actuators [J]."""
+
+    def after(self, reward, work: StepWork) -> UGVTotals:
+        """With one more step."""
+        return UGVTotals(
+            self.reward + reward,
+            self.wheel_energy + work.wheel_work,
+            self.total_energy + work.total_work,
+        )
 
 
 @jax.tree_util.register_dataclass

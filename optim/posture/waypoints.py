@@ -117,10 +117,10 @@ def _waypoints(x: Any) -> np.ndarray:
     return array
 
 
-def _pair(name: str, given: Any, params: UGVParams) -> np.ndarray:
+def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
     low, high = float(params.leg_angle_min), float(params.leg_angle_max)
     accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
-    array = as_floats(name, given, accepted)
+    array = as_floats(name, angles, accepted)
     if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
         raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
     array = np.clip(array, low, high)
