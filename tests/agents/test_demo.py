@@ -8,6 +8,7 @@ from itertools import count
 import pytest
 
 from stickslip.agents import demo as module
+from stickslip.agents.biped import demo as biped_demo
 from stickslip.agents.biped import products
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import ConstantTorque
@@ -71,7 +72,7 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
             ),
         )
     monkeypatch.setattr(products, "FILM_TIME", 0.04)
-    monkeypatch.setattr(module, "CONTROLLERS", {"constant-torque": ConstantTorque})
+    monkeypatch.setattr(biped_demo, "CONTROLLERS", {"constant-torque": ConstantTorque})
     seconds, said = count(), []
     monkeypatch.setattr(module, "monotonic", lambda: float(next(seconds)))
     path = demo(tmp_path, config=SMALL, time_limit=110.0, say=said.append)
