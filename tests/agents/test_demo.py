@@ -83,7 +83,7 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
     assert name in table
     assert "NOT finished: 384 of 768 steps (50 %)" in table
     assert "trained policy" not in table
-    rows = list(csv.DictReader((path / "table.csv").open()))
+    rows = list(csv.DictReader((path / "table.csv").read_text().splitlines()))
     assert [row["controller"] for row in rows] == ["constant-torque", name]
     content = json.loads((path / "table.json").read_text())
     assert content["training"] == {"timesteps": 384, "of": 768, "finished": False}
