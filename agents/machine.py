@@ -43,7 +43,7 @@ class Option:
 class Task(Protocol):
     """A task in parts, which options change before an environment's parameters are made of it.
 
-    given: the options by name, None where one is not given.
+    options: the options by name, None where one is not given.
     """
 
     @property
@@ -55,7 +55,7 @@ class Task(Protocol):
         """The environment's parameters; ValueError where the parts will not do."""
         ...
 
-    def with_options(self, given: Mapping[str, Any], scene: str | None) -> Any:
+    def with_options(self, options: Mapping[str, Any], scene: str | None) -> Any:
         """The task with what the options ask for instead."""
         ...
 
@@ -131,9 +131,9 @@ class Machine(ABC):
         """The flags that change a task in `evaluate`, or in `view`."""
         return ()
 
-    def require_options(self, given: Mapping[str, Any]) -> None:
-        """Raise ValueError for options that contradict each other. given: by name, and "scenes"."""
-        del given
+    def require_options(self, options: Mapping[str, Any]) -> None:
+        """Raise ValueError for options that contradict each other. options: by name, and "scenes"."""
+        del options
 
     def tables(self) -> dict[str, Mapping[str, str]]:
         """More names for the end of the help, by title."""
@@ -154,7 +154,7 @@ class Machine(ABC):
     def standard_task(self, metadata: Mapping[str, Any]) -> Task:
         """The one for a policy whose file holds none, and for baselines alone ({})."""
 
-    def params_of(self, task: Any, given: Mapping[str, Any], viewed: bool) -> Any:
+    def params_of(self, task: Any, options: Mapping[str, Any], viewed: bool) -> Any:
         """The environment's parameters, for `evaluate` or for `view`."""
         return task.params()
 

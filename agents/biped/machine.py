@@ -88,16 +88,16 @@ class BipedMachine(Machine):
             ),
         )
 
-    def require_options(self, given: Mapping[str, Any]) -> None:
+    def require_options(self, options: Mapping[str, Any]) -> None:
         """See Machine."""
-        if given["mu_static"] is not None and given["scenes"]:
+        if options["mu_static"] is not None and options["scenes"]:
             raise ValueError(
-                f"--mu-static {given['mu_static']:g} with --scene {' '.join(given['scenes'])}; "
+                f"--mu-static {options['mu_static']:g} with --scene {' '.join(options['scenes'])}; "
                 "accepted: one of them, both say which floor"
             )
-        if given["mu_kinetic"] is not None and given["mu_static"] is None:
+        if options["mu_kinetic"] is not None and options["mu_static"] is None:
             raise ValueError(
-                f"mu_kinetic = {given['mu_kinetic']:g} without mu_static; accepted: both, "
+                f"mu_kinetic = {options['mu_kinetic']:g} without mu_static; accepted: both, "
                 "mu_static alone or neither"
             )
 
@@ -119,9 +119,11 @@ class BipedMachine(Machine):
 
         return task.standard_task(metadata)
 
-    def params_of(self, task: BipedTask, given: Mapping[str, Any], viewed: bool) -> BipedEnvParams:
+    def params_of(
+        self, task: BipedTask, options: Mapping[str, Any], viewed: bool
+    ) -> BipedEnvParams:
         """See Machine."""
-        return task.begun(given["start"], "rest" if viewed else "moving")
+        return task.begun(options["start"], "rest" if viewed else "moving")
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""

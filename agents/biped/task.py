@@ -56,22 +56,22 @@ class BipedTask(NamedTuple):
             **self.numbers,
         )
 
-    def with_options(self, given: Mapping[str, Any], scene: str | None) -> BipedTask:
+    def with_options(self, options: Mapping[str, Any], scene: str | None) -> BipedTask:
         """The task with what options ask for instead; what one of them sets is no longer drawn.
 
-        given: mu_static, mu_kinetic, payload, commanded_rate, each None where it is not given.
+        options: mu_static, mu_kinetic, payload, commanded_rate, each None where it is not given.
         """
         floor, load, drawn = self.scene.floor, self.scene.payload, self.randomisation
         numbers = dict(self.numbers)
         if scene is not None:
             floor, drawn = scene_by_name(scene).floor, replace(drawn, friction=None)
-        if given["mu_static"] is not None:
-            floor = Scene.uniform(given["mu_static"], given["mu_kinetic"]).floor
+        if options["mu_static"] is not None:
+            floor = Scene.uniform(options["mu_static"], options["mu_kinetic"]).floor
             drawn = replace(drawn, friction=None)
-        if given["payload"] is not None:
-            load, drawn = given["payload"], replace(drawn, payload=None)
-        if given["commanded_rate"] is not None:
-            numbers["commanded_rate"] = given["commanded_rate"]
+        if options["payload"] is not None:
+            load, drawn = options["payload"], replace(drawn, payload=None)
+        if options["commanded_rate"] is not None:
+            numbers["commanded_rate"] = options["commanded_rate"]
             drawn = replace(drawn, commanded_rate=None)
         changed = replace(self.scene, floor=floor, payload=load).validate()
         return self._replace(scene=changed, randomisation=drawn, numbers=numbers)

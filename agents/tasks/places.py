@@ -82,25 +82,25 @@ def machine_of(who: Sequence[str]) -> Machine:
 
 
 def places_of(
-    named: Mapping[str, Named], given: Mapping[str, Any], machine: Machine, viewed: bool = False
+    named: Mapping[str, Named], options: Mapping[str, Any], machine: Machine, viewed: bool = False
 ) -> list[Place]:
     """The tasks: each policy's own with the options' changes, equal ones once, for every scene.
 
-    A baseline is shown on every one of them, on the standard task if there is no policy. given: the
-    options of all machines, None where one is not given, and "scenes". viewed: for `view`.
+    A baseline is shown on every one of them, on the standard task if there is no policy. options:
+    those of all machines, None where one is not given, and "scenes". viewed: for `view`.
     """
-    require_own(given, machine)
-    machine.require_options(given)
+    require_own(options, machine)
+    machine.require_options(options)
     tasks = {
         name: _own(name, one, machine) for name, one in named.items() if one.policy is not None
     }
     if not tasks:
         tasks = {"": (machine.standard_task({}), "the standard task")}
     places: list[Place] = []
-    for scene in given["scenes"] or [None]:
+    for scene in options["scenes"] or [None]:
         for name, (task, origin) in tasks.items():
-            changed = task.with_options(given, scene)
-            params = machine.params_of(changed, given, viewed)
+            changed = task.with_options(options, scene)
+            params = machine.params_of(changed, options, viewed)
             env = replace(changed.env, autoreset="disabled")
             place = _place_for(places, params, env, machine)
             if place is None:
@@ -108,7 +108,7 @@ def places_of(
                 places.append(place)
             if name:
                 place.who[name] = env
-            place.origins.append(origin + _changes(given, scene))
+            place.origins.append(origin + _changes(options, scene))
     return [_settled(place, named, places) for place in places]
 
 
@@ -121,11 +121,11 @@ def every_option() -> dict[str, tuple[Option, Machine]]:
     return found
 
 
-def require_own(given: Mapping[str, Any], machine: Machine) -> None:
+def require_own(options: Mapping[str, Any], machine: Machine) -> None:
     """Raise ValueError for options of another machine."""
     own = {option.name for option in machine.options()}
     for name, (option, other) in every_option().items():
-        if name not in own and given[name] is not None:
+        if name not in own and options[name] is not None:
             raise ValueError(
                 f"{option.flag} is for the {other.title}; accepted: a policy or baseline of the "
                 f"{other.title}"
@@ -191,10 +191,10 @@ def _settled(place: Place, named: Mapping[str, Named], places: list[Place]) -> P
     return replace(place, who=who)
 
 
-def _changes(given: Mapping[str, Any], scene: str | None) -> str:
+def _changes(options: Mapping[str, Any], scene: str | None) -> str:
     """The options that changed the task, in words."""
     words = [] if scene is None else [f"--scene {scene}"]
     for name, (option, _) in every_option().items():
-        if given[name] is not None:
-            words.append(f"{option.flag} {given[name]}")
+        if options[name] is not None:
+            words.append(f"{option.flag} {options[name]}")
     return f" with {' '.join(words)}" if words else ""

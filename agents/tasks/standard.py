@@ -37,11 +37,11 @@ class StandardTask(NamedTuple):
         """The environment's parameters."""
         return self.values
 
-    def with_options(self, given: Mapping[str, Any], scene: str | None) -> StandardTask:
+    def with_options(self, options: Mapping[str, Any], scene: str | None) -> StandardTask:
         """See Task."""
         values = self.values if scene is None else self.with_scene(self.values, scene)
-        names = {one.name for one in fields(values)} & given.keys()
-        changed = {name: given[name] for name in names if given[name] is not None}
+        names = {one.name for one in fields(values)} & options.keys()
+        changed = {name: options[name] for name in names if options[name] is not None}
         return self._replace(values=replace(values, **changed) if changed else values)
 
     def label(self, scene: str | None) -> str:

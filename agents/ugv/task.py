@@ -79,10 +79,10 @@ class UGVParts(NamedTuple):
         kept = ("spacing", "start", "end", "start_angles")
         return params.replace(**{name: self.numbers[name] for name in kept})
 
-    def with_options(self, given: Mapping[str, Any], scene: str | None) -> UGVParts:
+    def with_options(self, options: Mapping[str, Any], scene: str | None) -> UGVParts:
         """The task with what options ask for instead; what one of them sets is no longer drawn.
 
-        given: friction, criterion, each None where it is not given. scene: a ground.
+        options: friction, criterion, each None where it is not given. scene: a ground.
         """
         task, numbers, drawn = self, dict(self.numbers), self.randomisation
         if scene is not None:
@@ -90,10 +90,10 @@ class UGVParts(NamedTuple):
             drawn = replace(drawn, track=ground.drawn)
             task = task._replace(track=ground.track)
             numbers |= {"start": None, "end": None, "failure_penalty": None}
-        if given["friction"] is not None:
-            numbers["friction"], drawn = given["friction"], replace(drawn, friction=None)
-        if given["criterion"] is not None:
-            task = task._replace(env=replace(task.env, criterion=given["criterion"]))
+        if options["friction"] is not None:
+            numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
+        if options["criterion"] is not None:
+            task = task._replace(env=replace(task.env, criterion=options["criterion"]))
             numbers["failure_penalty"] = None
         return task._replace(randomisation=drawn, numbers=numbers)
 
