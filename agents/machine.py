@@ -132,7 +132,7 @@ class Machine(ABC):
         return ()
 
     def require_options(self, options: Mapping[str, Any]) -> None:
-        """Raise ValueError for options that contradict each other. options: by name, and "scenes"."""
+        """Raise ValueError for options that contradict each other; "scenes" is among them."""
         del options
 
     def tables(self) -> dict[str, Mapping[str, str]]:
