@@ -23,6 +23,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 STEPS = ("continuous", "one")
@@ -138,6 +139,21 @@ class Scene:
         slip_speed = as_number("slip_speed", slip_speed, **SLIP_SPEED)
         return cls._with(Smoothed(mu_kinetic, slip_speed), options)
 
+    @classmethod
+    def named(cls, name: str, **options) -> Scene:
+        """One of SCENES by its name, with a scene's options.
+
+        slippery: 0.06 static, 0.05 kinetic, on which a constant crank rate of 3 rad/s slips. wet:
+        0.2, 0.15. firm: 0.5, 0.4. ice-patch: firm, with 0.05, 0.04 from 0.3 m to 0.6 m. grip: a
+        floor on which nothing slips.
+        """
+        require_choice("scene", name, SCENES)
+        if name == "grip":
+            return cls.grip(**options)
+        if name == "ice-patch":
+            return cls.patches([0.3, 0.6], [0.5, 0.05, 0.5], [0.4, 0.04, 0.4], **options)
+        return cls.uniform(*FRICTIONS[name], **options)
+
     def validate(self) -> Scene:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         require_choice("steps", self.steps, STEPS)
@@ -158,6 +174,19 @@ class Scene:
             require_number("mu_kinetic", self.floor.mu_kinetic, **FRICTION)
             require_number("slip_speed", self.floor.slip_speed, **SLIP_SPEED)
         return self
+
+
+FRICTIONS = {"slippery": (0.06, 0.05), "wet": (0.2, 0.15), "firm": (0.5, 0.4)}
+"""Static and kinetic coefficients of the named floors that are the same everywhere [-]."""
+
+
+def scene_of(scene: Any) -> Scene:
+    """The scene itself, or the one of that name; ValueError for what is neither."""
+    if isinstance(scene, str):
+        require_choice("scene", scene, SCENES, also="a Scene")
+        return Scene.named(scene)
+    require_kind("scene", scene, Scene, f"a Scene, or {', '.join(map(repr, SCENES))}")
+    return scene
 
 
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}

@@ -15,6 +15,7 @@ from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
     require_integer,
+    require_kind,
     require_known,
     require_number,
     shown,
@@ -234,6 +235,15 @@ class Track:
         """
         self.require_resolved(dtype)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
+
+
+def track_of(track: Any) -> Track:
+    """The track itself, or the one of that name; ValueError for what is neither."""
+    if isinstance(track, str):
+        require_choice("track", track, TRACKS, also="a Track")
+        return Track.named(track)
+    require_kind("track", track, Track, f"a Track, or {', '.join(map(repr, TRACKS))}")
+    return track
 
 
 def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:

@@ -142,9 +142,10 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return self.make_params()
 
     def make_params(self, **changes: Any) -> BipedEnvParams:
-        """Parameters with some entries changed: biped, scene, randomisation, dtype or any number of
-        BipedEnvParams. Raises ValueError naming the field or the unknown name. The dtype is the
-        setting's unless given."""
+        """Parameters with some entries changed: biped, scene (a Scene, or a name of
+        stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.
+        Raises ValueError naming the field or the unknown name. The dtype is the setting's unless
+        given."""
         require_known(changes, self.parameter_names(), "parameter of BipedEnv")
         if self.setting is None:
             return make_params(self.fidelity, **changes)

@@ -135,8 +135,10 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return self.make_params()
 
     def make_params(self, **changes: Any) -> UGVEnvParams:
-        """Parameters with some entries changed: vehicle, track, randomisation, dtype or any number
-        of UGVEnvParams. Raises ValueError naming the field or the unknown name."""
+        """Parameters with some entries changed: vehicle, track (a Track, or a name of
+        stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,
+        dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
+        name."""
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")
         return make_params(self.measure, **changes)
 
