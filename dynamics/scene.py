@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import differing, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -44,6 +45,8 @@ class Uniform:
     mu_static: Numeric
     mu_kinetic: Numeric
 
+    __repr__ = short_repr
+
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Patches:
     edges: Numeric
     mu_static: Numeric
     mu_kinetic: Numeric
+
+    __repr__ = short_repr
 
 
 @jax.tree_util.register_dataclass
@@ -74,6 +79,8 @@ class Smoothed:
 
     mu_kinetic: Numeric
     slip_speed: Numeric
+
+    __repr__ = short_repr
 
 
 Floor = Grip | Uniform | Patches | Smoothed
@@ -95,6 +102,14 @@ class Scene:
     payload: Numeric | None = None
     steps: str = field(default="continuous", metadata={"static": True})
     outputs: str = field(default="forces", metadata={"static": True})
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The call that makes the scene, with its options where they are not the usual ones."""
+        numbers = differing(self.floor)
+        usual = {"payload": None, "steps": "continuous", "outputs": "forces"}
+        return f"Scene.{type(self.floor).__name__.lower()}({joined(self, *numbers, usual=usual)})"
 
     @classmethod
     def grip(cls, **options) -> Scene:

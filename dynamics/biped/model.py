@@ -23,6 +23,7 @@ from stickslip.dynamics.biped.kinematics import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.brief import brief, short_repr
 from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.derived import (
     holds_numbers,
@@ -46,6 +47,8 @@ class Load:
 
     mass_factor: Numeric
     payload: Numeric | None
+
+    __repr__ = short_repr
 
 
 @register_derived
@@ -74,6 +77,14 @@ class BipedModel:
     """The linkage closes at every crank angle."""
     symmetric: Bool[Array, ""] = field(init=False, repr=False)
     """Support can be exchanged without an impact."""
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], the fidelity, and what the robot is that was made ready."""
+        words = [f"total_mass={brief(self.total_mass)}", f"fidelity={self.fidelity!r}"]
+        words += [f"load={self.load!r}"] if self.load is not None else []
+        return f"BipedModel({', '.join(words)}, bare={self.bare!r})"
 
     def __post_init__(self):
         require_kind("bare", self.bare, BipedParams, "a BipedParams")

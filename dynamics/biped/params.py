@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -105,6 +107,14 @@ class BipedParams:
     inertia: Numeric
     payload: Numeric
     gravity: Numeric
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], and the entries that are not the reference robot's."""
+        return (
+            f"BipedParams({joined(self, f'total_mass={brief(self.total_mass)}', usual=_usual())})"
+        )
 
     @classmethod
     def from_bars(
@@ -255,6 +265,13 @@ class BipedParams:
 
             require_closure(self)
         return self
+
+
+@cache
+def _usual() -> dict[str, np.ndarray]:
+    """Every number of the reference robot."""
+    with jax.ensure_compile_time_eval():
+        return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
 
 
 def _checked(given: dict[str, Numeric], hip_centre, dtype: Any):

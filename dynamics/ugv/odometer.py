@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_integer,
@@ -62,6 +63,8 @@ class Odometer:
     rests: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     excess: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     even: bool = field(init=False, repr=False, metadata={"static": True})
+
+    __repr__ = short_repr
 
     def __post_init__(self):
         if holds_numbers(self.track, self.start, self.end):

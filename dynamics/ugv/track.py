@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
@@ -60,6 +61,17 @@ class Track:
     shape: Shape
     start: Numeric
     end: Numeric
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The call that makes the track, where its shape is a closed form; else its parts."""
+        numbers = joined(self.shape)
+        ends = f"start={brief(self.start)}, end={brief(self.end)}"
+        kind = type(self.shape).__name__
+        if kind.lower() in TRACKS:
+            return f"Track.{kind.lower()}({f'{numbers}, ' if numbers else ''}{ends})"
+        return f"Track({kind}({numbers}), {ends})"
 
     def profile(self, x: Float[Array, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""

@@ -23,6 +23,7 @@ from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import draw, drawn_robot, drawn_scene
+from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
 from stickslip.envs.biped.reward import centre_of_mass, ground_force, marked, reward_terms
@@ -31,6 +32,8 @@ from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array, Float
 
 
@@ -115,6 +118,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
+    episode_entries = ("scene", "randomisation")
 
     def __post_init__(self):
         super().__post_init__()
@@ -135,6 +139,20 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes."""
         return keyword_names(make_params)
+
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: BipedEnvParams) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
 
     @property
     def default_params(self) -> BipedEnvParams:

@@ -18,6 +18,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.boundary import require_exchange
 from stickslip.dynamics.biped.fidelity import Fidelity
+from stickslip.dynamics.brief import joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -33,6 +34,7 @@ from stickslip.dynamics.numeric import (
     require_numeric,
 )
 from stickslip.dynamics.scene import Grip, Scene, scene_of
+from stickslip.envs.functional import defaults_of
 from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
@@ -55,6 +57,8 @@ class Randomisation:
     commanded_rate: Range | None = None
     phase: Range | None = None
     crank_rate: Range | None = None
+
+    __repr__ = short_repr
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
@@ -98,6 +102,15 @@ class BipedEnvParams:
     energy_weight: Numeric
     fall_penalty: Numeric
     unit_payload: Inertia | None = field(init=False, repr=False)
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Scene, robot, what is drawn, and the numbers that are not those of `make_params`."""
+        words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
 
     def __post_init__(self):
         require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")

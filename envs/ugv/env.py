@@ -22,6 +22,7 @@ from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
+from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
@@ -30,6 +31,8 @@ from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.station import station_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array, Float
 
 
@@ -111,6 +114,17 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
+    episode_entries = (
+        "odometer",
+        "randomisation",
+        "friction",
+        "spacing",
+        "start",
+        "end",
+        "start_angles",
+        "given_penalty",
+        "failure_penalty",
+    )
 
     def __post_init__(self):
         super().__post_init__()
@@ -128,6 +142,20 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes."""
         return keyword_names(make_params)
+
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: UGVEnvParams) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
 
     @property
     def default_params(self) -> UGVEnvParams:

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -25,6 +26,7 @@ from stickslip.dynamics.numeric import (
     require_one,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.envs.functional import defaults_of
 from stickslip.envs.ugv.names import RANDOM_TRACKS
 from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along
@@ -71,6 +73,21 @@ class UGVEnvParams:
     penalty_unit: str = field(metadata={"static": True})
     failure_penalty: Numeric = field(init=False)
 
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Ground, vehicle, way, what is drawn, and the numbers that are not `make_params`'s."""
+        words = [f"track={self.track!r}", f"vehicle={self.vehicle!r}"]
+        words.append(f"steps={brief(self.steps)}, spacing={brief(self.spacing)}")
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        apart = ("spacing", "start", "end", "failure_penalty")  # they follow from track and vehicle
+        names = [name for name in (*NUMBERS, "start_angles") if name not in apart]
+        words += (
+            [] if self.given_penalty is None else [f"failure_penalty={brief(self.given_penalty)}"]
+        )
+        return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
+
     def __post_init__(self):
         penalty = self.given_penalty
         numbers = (self.vehicle, self.odometer, self.friction, self.start, self.end)
@@ -116,7 +133,7 @@ class UGVEnvParams:
 
     def replace(self, **changes: Any) -> UGVEnvParams:
         """A copy with some entries changed, validated: fields, or `track` (a Track, or a name as in
-        `make_params`). The numbers take the type of those before. ValueError for an unknown name."""
+        `make_params`). The numbers take the type of those before. ValueError for unknown names."""
         hidden = ("given_penalty", "penalty_unit")
         known = [one.name for one in fields(self) if one.init and one.name not in hidden]
         require_known(changes, [*known, "track", "failure_penalty"])

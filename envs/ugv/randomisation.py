@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
     require_choice,
     require_integer,
@@ -55,6 +56,8 @@ class RandomTrack:
     waves: int = field(default=32, metadata={"static": True})
     pieces: int = field(default=96, metadata={"static": True})
     cells: int = field(default=48, metadata={"static": True})
+
+    __repr__ = short_repr
 
     @classmethod
     def named(cls, name: str) -> RandomTrack:
@@ -124,6 +127,8 @@ class UGVRandomisation:
     track: RandomTrack | None = None
     friction: Range | None = None
     start_angles: Range | None = None
+
+    __repr__ = short_repr
 
     def validate(self, vehicle: UGVParams) -> UGVRandomisation:
         """Return self, or raise ValueError naming the range."""
