@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 FEW = 6
-"""So many numbers are shown one by one."""
+"""So many numbers, or entries, are shown one by one."""
+LONGEST = 40
+"""Characters of what is no number."""
 
 
 def short_repr(tree: Any) -> str:
@@ -33,8 +35,9 @@ def short_repr(tree: Any) -> str:
 def joined(tree: Any, *first: str, usual: Mapping[str, Any] | None = None) -> str:
     """What is said `first`, and the entries that differ from the usual ones, or a few of them."""
     words = list(differing(tree, usual))
-    more = [f"{len(words) - FEW} more"] if len(words) > FEW + 1 else []
-    return ", ".join([*first, *words[: FEW if more else None], *more])
+    if len(words) > FEW:
+        words = [*words[: FEW // 2], f"{len(words) - FEW // 2} more"]
+    return ", ".join([*first, *words])
 
 
 def differing(tree: Any, usual: Mapping[str, Any] | None = None) -> Iterator[str]:
@@ -49,13 +52,14 @@ def differing(tree: Any, usual: Mapping[str, Any] | None = None) -> Iterator[str
 
 def brief(value: Any) -> str:
     """A number to four digits, a few of them in brackets, of many their type, shape and range."""
-    if isinstance(value, Tracer | jax.ShapeDtypeStruct):
-        return f"traced {value.dtype}{list(value.shape)}"
+    if isinstance(value, Tracer):
+        return f"traced{list(value.shape) or ''}"
     if isinstance(value, tuple | list) and len(value) <= FEW:
         return f"({', '.join(map(brief, value))})"
     if isinstance(value, bool | str | None) or not _is_number(value):
         own = is_dataclass(value) and type(value).__repr__ is short_repr
-        return repr(value) if own else shown(value)
+        text = repr(value) if own else shown(value)
+        return text if own or len(text) <= LONGEST else f"{text[:LONGEST]}..."
     try:
         array = np.asarray(value)
     except Exception:  # noqa: BLE001, such as a buffer that was given away

@@ -82,9 +82,10 @@ class BipedModel:
 
     def in_short(self) -> str:
         """The whole mass [kg], the fidelity, and what the robot is that was made ready."""
-        words = [f"total_mass={brief(self.total_mass)}", f"fidelity={self.fidelity!r}"]
-        words += [f"load={self.load!r}"] if self.load is not None else []
-        return f"BipedModel({', '.join(words)}, bare={self.bare!r})"
+        words = [self.bare.numbers_in_short(brief(self.total_mass))]
+        carried = {"payload": self.payload, "load": self.load}
+        words += [f"{name}={brief(one)}" for name, one in carried.items() if one is not None]
+        return f"BipedModel({', '.join(words)}, fidelity={self.fidelity!r})"
 
     def __post_init__(self):
         require_kind("bare", self.bare, BipedParams, "a BipedParams")

@@ -112,9 +112,11 @@ class BipedParams:
 
     def in_short(self) -> str:
         """The whole mass [kg], and the entries that are not the reference robot's."""
-        return (
-            f"BipedParams({joined(self, f'total_mass={brief(self.total_mass)}', usual=_usual())})"
-        )
+        return f"BipedParams({self.numbers_in_short(brief(self.total_mass))})"
+
+    def numbers_in_short(self, total_mass: str) -> str:
+        """A whole mass, and the entries that are not the reference robot's."""
+        return joined(self, f"total_mass={total_mass}", usual=_usual())
 
     @classmethod
     def from_bars(

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import brief, joined, short_repr
+from stickslip.dynamics.brief import brief, differing, short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
@@ -66,12 +66,13 @@ class Track:
 
     def in_short(self) -> str:
         """The call that makes the track, where its shape is a closed form; else its parts."""
-        numbers = joined(self.shape)
-        ends = f"start={brief(self.start)}, end={brief(self.end)}"
-        kind = type(self.shape).__name__
+        numbers, kind = list(differing(self.shape)), type(self.shape).__name__
+        ends = [f"start={brief(self.start)}", f"end={brief(self.end)}"]
         if kind.lower() in TRACKS:
-            return f"Track.{kind.lower()}({f'{numbers}, ' if numbers else ''}{ends})"
-        return f"Track({kind}({numbers}), {ends})"
+            return f"Track.{kind.lower()}({', '.join(numbers + ends)})"
+        if len(numbers) > 1:
+            numbers = [numbers[0], f"{len(numbers) - 1} more"]
+        return f"Track({kind}({', '.join(numbers)}), {', '.join(ends)})"
 
     def profile(self, x: Float[Array, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""

@@ -88,7 +88,8 @@ class PackedEnvs:
         self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)))
         self._params = params if mapped else None
         self._carry: dict[str, Array] | None = None
-        self._seeded: np.ndarray | None = None
+        self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
+        self._pending = np.zeros(num_envs, bool)
         self._names = sorted(set(info) - {"final_obs", "autoreset"})
         self._kinds = [np.dtype(info[name].dtype) for name in self._names]
         self._width = obs.shape[0]
@@ -117,7 +118,9 @@ class PackedEnvs:
         """Start the chain of every environment whose seed is not None; others keep theirs."""
         given = np.asarray([seed is not None for seed in seeds])
         numbers = np.asarray([0 if seed is None else seed % 2**32 for seed in seeds], np.uint32)
-        self._seeded = np.where(given[:, None], np.asarray(_chains(numbers)), self._chains())
+        new = np.asarray(_chains(numbers))
+        self._seeded = np.where(given[:, None], new, self._seeded)
+        self._pending |= given
 
     def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
         """Begin new episodes, where `mask` is true if given; the observations [n, obs], which mean
@@ -130,7 +133,7 @@ class PackedEnvs:
         mask = everyone if mask is None else mask
         params = None if params is None else jax.tree.map(jnp.asarray, params)
         group = None if params is None else self._group_for(params)
-        self._seeded = None
+        self._pending &= ~(mask if begun else everyone)
         if group is None or not (begun or mask.all()):
             obs = self._begin(chains, mask if begun else everyone)
         if group is None:
@@ -138,7 +141,8 @@ class PackedEnvs:
         carry, obs = group.begin(chains, mask, params)
         self._leave(mask)
         if self._steps_alike(params):
-            self._carry = carry if self._carry is None else _merged(mask, carry, self._carry)
+            whole = self._carry is None or mask.all()
+            self._carry = carry if whole else _merged(mask, carry, self._carry)
         else:
             group.members |= mask
             self._apart |= mask
@@ -249,8 +253,6 @@ class PackedEnvs:
 
     def _chains(self) -> np.ndarray:
         """Where every chain of keys stands: newly seeded, or as the steps left it."""
-        if self._seeded is not None:
-            return self._seeded
         if self._carry is None:
             chains = np.asarray(_chains(np.zeros(self.num_envs, np.uint32)))
         else:
@@ -259,7 +261,7 @@ class PackedEnvs:
             if group.members.any():
                 own = np.asarray(group.unpacked()[0])
                 chains = np.where(group.members[:, None], own, chains)
-        return chains
+        return np.where(self._pending[:, None], self._seeded, chains)
 
 
 @jax.jit

@@ -83,9 +83,8 @@ class UGVEnvParams:
             words.append(f"randomisation={self.randomisation!r}")
         apart = ("spacing", "start", "end", "failure_penalty")  # they follow from track and vehicle
         names = [name for name in (*NUMBERS, "start_angles") if name not in apart]
-        words += (
-            [] if self.given_penalty is None else [f"failure_penalty={brief(self.given_penalty)}"]
-        )
+        if self.given_penalty is not None:
+            words.append(f"failure_penalty={brief(self.given_penalty)}")
         return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
 
     def __post_init__(self):
