@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 FEW = 6
 """So many numbers, or entries, are shown one by one."""
-LONGEST = 40
+LONGEST = 24
 """Characters of what is no number."""
 
 

@@ -91,6 +91,20 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
     rate, friction, masses, payload or commanded rate.
 
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | phase | rad | pi/2 to 3 pi/2 |
+    | crank_rate | rad/s | finite |
+    | commanded_rate | rad/s | > 0 |
+    | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
+    | payload | kg | >= 0, in place of the scene's |
+    | mass | - | > 0, a factor on every mass and inertia |
+
+    The first three change the start alone: the steps are those of any episode. The others compile
+    a step the first time that such a floor or load is asked for, and no more for other numbers.
+
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
     (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10

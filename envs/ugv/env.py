@@ -88,6 +88,17 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     `start`), the legs straight down (or at `start_angles`). `UGVRandomisation` draws ground,
     friction and angles from the reset's key.
 
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | start_angles | rad | rear and front, within the legs' range |
+    | friction | - | >= 0 |
+    | track | - | a Track or a name; the drive is as long as it, in steps of `spacing` at most |
+
+    The first changes the start alone: the steps are those of any episode. The others compile a step
+    the first time that such a ground is asked for (seconds), and no more for other numbers.
+
     ## End
     Terminated, with the Status in info["status"]: WHEEL_SLIP (a wheel needs more than mu N),
     ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), HOLLOW_GROUND,
