@@ -42,7 +42,11 @@ def episode_params(params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvPa
         first, last = float(places[0]), float(places[-1])
         changes |= {"track": track, "start": first, "end": last}
         changes["spacing"] = (last - first) / (len(places) - 1)
-    return params.replace(randomisation=drawn, **changes)
+    changed = params.replace(randomisation=drawn, **changes)
+    if {*options} <= {"start_angles"}:  # nothing that other entries follow from, to the last digit
+        own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
+        return rebuilt(params, **own)
+    return changed
 
 
 def read_by_steps(params: UGVEnvParams) -> UGVEnvParams:

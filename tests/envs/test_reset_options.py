@@ -112,7 +112,7 @@ def test_parameters_of_a_drive_are_what_make_params_gives(before, track):
     assert same(given, made)
     only = env.episode_params(params, {"start_angles": (1.5, 1.7)})
     drawn = UGVRandomisation(before.track, before.friction)
-    assert same(only, params.replace(start_angles=(1.5, 1.7), randomisation=drawn))
+    assert same(only, env.make_params(start_angles=(1.5, 1.7), randomisation=drawn))
     assert same(env.read_by_steps(only), env.read_by_steps(params))
     assert not same(env.read_by_steps(given), env.read_by_steps(params))
 
