@@ -10,6 +10,7 @@ from stickslip import envs
 from stickslip.agents.built import Built
 from stickslip.dynamics import ugv
 from stickslip.dynamics.plain_checks import nearest, shown
+from stickslip.envs.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Track
@@ -24,23 +25,16 @@ class Ground:
     drawn: RandomTrack | None = None
 
 
-CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
-"""Roughness of ISO 8608 [m^3]."""
 FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
 RANDOM: Built[RandomTrack] = Built(
-    {
-        "random-bump": lambda: envs.RandomTrack((0.02, 0.2)),
-        "random-rough": lambda: envs.RandomTrack(roughness=(CLASS_A, CLASS_D)),
-        "random-mixed": lambda: envs.RandomTrack((0.0, 0.15), roughness=(CLASS_A, CLASS_C)),
-    }
+    {name: lambda name=name: envs.RandomTrack.named(name) for name in RANDOM_TRACKS}
 )
 GROUND = "random-bump"
 """The ground where none is named."""
 VIEWED = "bump"
 """The ground that a baseline alone is viewed on, where none is named."""
 TRACK_NAMES = (*RANDOM, *FIXED)
-"""random-bump: bumps of 2 to 20 cm; random-rough: classes A to D of ISO 8608; random-mixed: bumps
-up to 15 cm on classes A to C. The others are named tracks with their defaults."""
+"""See RandomTrack.named; the others are named tracks with their defaults."""
 
 
 def ground_by_name(name: str) -> Ground:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import jax
@@ -10,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.bars import Hip, link_masses
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -110,6 +112,16 @@ class BipedParams:
     inertia: Numeric
     payload: Numeric
     gravity: Numeric
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], and the entries that are not the reference robot's."""
+        return f"BipedParams({self.numbers_in_short(brief(self.total_mass))})"
+
+    def numbers_in_short(self, total_mass: str) -> str:
+        """A whole mass, and the entries that are not the reference robot's."""
+        return joined(self, f"total_mass={total_mass}", usual=_usual())
 
     @classmethod
     def from_bars(
@@ -217,6 +229,13 @@ class BipedParams:
 
             require_closure(self)
         return self
+
+
+@cache
+def _usual() -> dict[str, np.ndarray]:
+    """Every number of the reference robot."""
+    with jax.ensure_compile_time_eval():
+        return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
 
 
 def _checked(numbers: dict[str, Numeric], hip_centre, dtype: Any):

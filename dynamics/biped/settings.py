@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics import names
 from stickslip.dynamics.biped import measured
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.promises import (
@@ -102,11 +103,11 @@ def recommend(
     tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
     as such a turn walks. slide_tolerance [m/s]: of the slide in its place; the share then holds for
     each of both alone. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
-    Patches: ice), or such a name. batch: environments stepped together; the nearest measured number
-    stands for it. params: the robot, or a batch, of which the quickest counts; the default one if
-    None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and random robots
-    were walked, too. dtype: only settings of this precision. Raises ValueError with the best
-    reachable error if nothing meets the tolerance.
+    Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
+    measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
+    default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
+    random robots were walked, too. dtype: only settings of this precision. Raises ValueError with
+    the best reachable error if nothing meets the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
@@ -163,8 +164,10 @@ def setting_of(setting: str | Setting) -> Setting:
 def scene_class(scene: Scene | str) -> str:
     """The measured kind that stands for `scene`; ValueError for one that none stands for."""
     if isinstance(scene, str):
-        require_choice("scene", scene, SCENES)
-        return scene
+        require_choice("scene", scene, (*SCENES, *names.SCENES))
+        if scene in SCENES:
+            return scene
+        scene = Scene.named(scene)
     floor = getattr(scene, "floor", None)
     if type(floor) not in CLASSES:
         raise ValueError(

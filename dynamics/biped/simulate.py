@@ -90,7 +90,7 @@ class Trajectory:
 
 def step(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Float[Array, ""],
     dt: Float[Array, ""],
@@ -103,7 +103,8 @@ def step(
     Equations of MODEL 1.4 (eqs. 26-37); switching instants and exchanges of support are located
     inside the step and the step is split there (see RK4Split). Where the status is terminal, the
     state is the last one inside the model and its time says how far the step came. The topple check
-    looks at both ends of the step. Scalars: batch with vmap. Pass a model from `prepare` when
+    looks at both ends of the step. scene: a Scene, or a name (see Scene.named). Scalars: batch with
+    vmap. Pass a model from `prepare` when
     stepping often: from bare parameters it is built again at every call. Works in the widest
     floating type among the arguments. A torque or a state that is not finite gives the status
     NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before tracing.
@@ -112,7 +113,7 @@ def step(
     require_numeric(torque=torque, dt=dt)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    require_kinds(params, scene, state)
+    scene = require_kinds(params, scene, state)
     state.require_support()
     require_rest_on_grip(scene, state)
     require_scalars(params, torque=torque, dt=dt, **vars(state))
@@ -121,7 +122,7 @@ def step(
 
 def simulate(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -143,7 +144,7 @@ def simulate(
 
 def simulate_inverse(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     crank_acceleration: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -182,7 +183,7 @@ def _walk(
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    require_kinds(params, scene, state)
+    scene = require_kinds(params, scene, state)
     state.validate()
     require_scalars(params, **vars(state))
     require_room(duration, given_dt, scene, spec)

@@ -23,7 +23,7 @@ from stickslip.dynamics.biped.simulate import require_exchange, require_rest_on_
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.table import Table
 from stickslip.dynamics.checks import require_integer, require_kind, require_number
-from stickslip.dynamics.scene import Scene, Smoothed
+from stickslip.dynamics.scene import Scene, Smoothed, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Path(NamedTuple):
 
 def check_walk(
     params: BipedParams,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -139,7 +139,7 @@ def check_walk(
     """
     setting = setting_of(setting)
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
-    require_kind("scene", scene, Scene, "a Scene")
+    scene = scene_of(scene)
     require_kind("state", state, BipedState, "a BipedState")
     accepted = "a finite time > 0 [s]"
     require_number("duration", duration, low=0.0, strict=True, accepted=accepted)

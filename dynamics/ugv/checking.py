@@ -23,7 +23,7 @@ from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose
 from stickslip.dynamics.ugv.pose_solver import NEWTON, depth_allowed
 from stickslip.dynamics.ugv.settings import Setting
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import penetration
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Differences(NamedTuple):
 def check_poses(
     setting: Setting,
     params: UGVParams,
-    track: Track,
+    track: Track | str,
     x_front: Float[np.ndarray, ...] | None = None,
     leg_angles: Float[np.ndarray, "... 2"] | None = None,
     *,
@@ -110,7 +110,7 @@ def check_poses(
     """
     require_kind("setting", setting, Setting, "a Setting")
     require_kind("params", params, UGVParams, "UGVParams")
-    require_kind("track", track, Track, "a Track")
+    track = track_of(track)
     params.validate()
     require_number("friction", friction, low=0.0, accepted="a number >= 0")
     x, angles = _poses(params, track, x_front, leg_angles, count, seed)

@@ -59,7 +59,7 @@ class Equilibrium(NamedTuple):
 
 def equilibrium(
     params: UGVParams,
-    track: Track,
+    track: Track | str,
     x_front: Float[Array, ...],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric = 0.8,
@@ -70,15 +70,16 @@ def equilibrium(
     """Forces and torques that hold the vehicle still, both wheels with the same torque (eq. 43).
 
     x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
-    friction: mu between wheels and ground [-]. system: "closed", "five" (eq. 43, slips mended) or
-    "nine" (eqs. 40-42), which agree; the closed form is the fast one. solver: see PoseSolver.
+    track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-].
+    system: "closed", "five" (eq. 43, slips mended) or "nine" (eqs. 40-42), which agree; the closed
+    form is the fast one. solver: see PoseSolver.
 
     Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
     losses in the legs. Differentiable in every number.
     """
     friction = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
     require_choice("system", system, SYSTEMS)
-    x_front, leg_angles = require_place(
+    track, x_front, leg_angles = require_place(
         params, track, x_front, leg_angles, solver, friction=friction
     )
     return _equilibrium(params, track, x_front, leg_angles, friction, solver, system)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import gymnasium
-import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_kind, shown
+from stickslip.dynamics.checks import require_choice, require_kind
 from stickslip.envs.adapters.compiled import Compiled
 from stickslip.envs.adapters.packed import PackedEnvs
 from stickslip.envs.adapters.spaces import action_space, observation_space
@@ -46,22 +45,30 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         self._over = False
         self._info: dict[str, Any] = {}
         self._renderer: Any = None
+        self._drawn: Any = None
         self._window: Window | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode. No options are known; any given raise ValueError."""
+        """Begin an episode. options: what is different in this episode alone; see `help` of the
+        functional environment's class for their names. ValueError for unknown names and values.
+
+        How an episode starts is a number: other ones compile nothing but, once, the reset. A scene
+        or a track compiles a step the first time that its kind is asked for (seconds), and nothing
+        for other numbers of that kind.
+        """
+        params = self._episode_params(options)
         super().reset(seed=seed)
-        if options:
-            raise ValueError(f"options = {shown(options)}; accepted: none")
         if seed is not None or not self._seeded:
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
             self._seeded = True
-        obs = self._envs.reset()[0].astype(np.float32)
+        obs = self._envs.reset(params=params)[0].astype(np.float32)
         self._over, self._info = False, {}
         if self._renderer is not None:
             self._renderer.reset()
+        if self._drawn is not self._envs.params_of(0):
+            self._renderer, self._drawn = None, self._envs.params_of(0)
         if self.render_mode == "human":
             self.render()
         return obs, {}
@@ -87,10 +94,11 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
             return None
         if not self._envs.begun:
             raise ValueError("render without an episode; accepted: after reset()")
+        params = self.params if self._drawn is None else self._drawn
         if self._renderer is None:
-            self._renderer = self.functional.renderer(self.params)
-        state = jax.tree.map(lambda leaf: leaf[0], self._envs.states)
-        picture = self._renderer.draw(self.functional.picture(state, self._info, self.params))
+            self._renderer = self.functional.renderer(params)
+        state = self._envs.state_of(0)
+        picture = self._renderer.draw(self.functional.picture(state, self._info, params))
         if self.render_mode == "rgb_array":
             return picture
         if self._window is None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import jax
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -15,11 +15,13 @@ from stickslip.dynamics.checks import (
     require_choice,
     require_integer,
     require_kind,
+    require_known,
     shown,
 )
 from stickslip.envs.adapters.compiled import Compiled
 from stickslip.envs.adapters.gym import RENDER_MODES
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.adapters.pictures import Pictures
 from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 
@@ -69,7 +71,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._over = np.zeros(num_envs, bool)
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
-        self._renderers: list[Any] | None = None
+        self._pictures: Pictures | None = None
 
     def reset(
         self,
@@ -77,10 +79,18 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin episodes everywhere, or where options["reset_mask"] is true."""
-        mask = self._reset_mask(options)
+        """Begin episodes everywhere, or where options["reset_mask"] is true.
+
+        Other options are those of the single environment. They hold for the episodes that begin
+        here, in each of these environments, and not for those that autoreset begins after them.
+        """
+        given = options
+        if isinstance(options, Mapping):
+            given = {name: value for name, value in options.items() if name != "reset_mask"}
+            require_known(given, ("reset_mask", *self.functional.option_names()), "option of reset")
+        params, mask = self._episode_params(given), self._reset_mask(options)
         self._seed(seed, mask)
-        obs = self._envs.reset(mask).astype(np.float32)
+        obs = self._envs.reset(mask, params).astype(np.float32)
         if mask is not None and self._obs is not None:
             obs = np.where(mask[:, None], obs, self._obs)
         self._obs = obs.copy()
@@ -89,8 +99,8 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._results.autoreset[mask] = True  # their infos are of the episode before
         if mask is None:
             self._results = None
-            for renderer in self._renderers or []:
-                renderer.reset()
+            if self._pictures is not None:
+                self._pictures.reset()
         return obs, {}
 
     def step(
@@ -121,16 +131,13 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             return None
         if not self._envs.begun:
             raise ValueError("render without episodes; accepted: after reset()")
-        if self._renderers is None:
-            self._renderers = [self.functional.renderer(self.params) for _ in range(self.num_envs)]
-        pictures = []
-        for i, renderer in enumerate(self._renderers):
-            state = jax.tree.map(lambda leaf, i=i: leaf[i], self._envs.states)
-            info = {}
-            if self._results is not None and not self._results.autoreset[i]:
-                info = {name: column[i].item() for name, column in self._results.info.items()}
-            pictures.append(renderer.draw(self.functional.picture(state, info, self.params)))
-        return tuple(pictures)
+        if self._pictures is None:
+            self._pictures = Pictures(self.functional, self.params, self._envs)
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if self._results is not None:
+            for i in map(int, np.flatnonzero(~self._results.autoreset)):
+                infos[i] = {name: col[i].item() for name, col in self._results.info.items()}
+        return self._pictures.of(infos)
 
     def _gather_infos(self, results: Results) -> dict[str, Any]:
         """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
@@ -165,10 +172,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._envs.seed(seeds)
 
     def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
-        given = dict(options or {})
-        mask = given.pop("reset_mask", None)
-        if given:
-            raise ValueError(f"options = {shown(given)}; accepted: reset_mask")
+        mask = (options or {}).get("reset_mask")
         if mask is None:
             return None
         mask = np.asarray(mask)

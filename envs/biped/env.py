@@ -23,6 +23,7 @@ from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import draw, drawn_robot, drawn_scene
+from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
 from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
@@ -31,6 +32,8 @@ from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array, Float
 
 
@@ -88,6 +91,20 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
     rate, friction, masses, payload or commanded rate.
 
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | phase | rad | pi/2 to 3 pi/2 |
+    | crank_rate | rad/s | finite |
+    | commanded_rate | rad/s | > 0 |
+    | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
+    | payload | kg | >= 0, in place of the scene's |
+    | mass | - | > 0, a factor on every mass and inertia |
+
+    The first three change the start alone: the steps are those of any episode. The others compile
+    a step the first time that such a floor or load is asked for, and no more for other numbers.
+
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
     (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10
@@ -115,6 +132,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
+    episode_entries = ("scene", "randomisation")
 
     def __post_init__(self):
         super().__post_init__()
@@ -136,15 +154,30 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """What `make_params` takes."""
         return keyword_names(make_params)
 
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: BipedEnvParams) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
+
     @property
     def default_params(self) -> BipedEnvParams:
         """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
         return self.make_params()
 
     def make_params(self, **changes: Any) -> BipedEnvParams:
-        """Parameters with some entries changed: biped, scene, randomisation, dtype or any number of
-        BipedEnvParams. Raises ValueError naming the field or the unknown name. The dtype is the
-        setting's unless given."""
+        """Parameters with some entries changed: biped, scene (a Scene, or a name of
+        stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.
+        Raises ValueError naming the field or the unknown name. The dtype is the setting's unless
+        given."""
         require_known(changes, self.parameter_names(), "parameter of BipedEnv")
         if self.setting is None:
             return make_params(self.fidelity, **changes)

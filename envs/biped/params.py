@@ -18,6 +18,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.boundary import require_exchange
 from stickslip.dynamics.biped.fidelity import Fidelity
+from stickslip.dynamics.brief import joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -32,7 +33,8 @@ from stickslip.dynamics.numeric import (
     require_broadcast,
     require_numeric,
 )
-from stickslip.dynamics.scene import Grip, Scene
+from stickslip.dynamics.scene import Grip, Scene, scene_of
+from stickslip.envs.functional import defaults_of
 from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
@@ -55,6 +57,8 @@ class Randomisation:
     commanded_rate: Range | None = None
     phase: Range | None = None
     crank_rate: Range | None = None
+
+    __repr__ = short_repr
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
@@ -98,6 +102,15 @@ class BipedEnvParams:
     energy_weight: Numeric
     fall_penalty: Numeric
     unit_payload: Inertia | None = field(init=False, repr=False)
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Scene, robot, what is drawn, and the numbers that are not those of `make_params`."""
+        words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
 
     def __post_init__(self):
         require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
@@ -177,11 +190,11 @@ NUMBERS: dict[str, dict[str, Any]] = {
 
 def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
-    kinds = {"scene": Scene, "randomisation": Randomisation}
-    for name, kind in kinds.items():
-        if name in given:
-            require_kind(name, given[name], kind, f"a {kind.__name__}")
-            given[name].validate()
+    if "scene" in given:
+        given["scene"] = scene_of(given["scene"]).validate()
+    if "randomisation" in given:
+        require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
+        given["randomisation"].validate()
     return {
         name: as_number(name, value, **NUMBERS[name]) if name in NUMBERS else value
         for name, value in given.items()
@@ -202,7 +215,7 @@ ROBOT = ("biped", "fidelity", "dtype")
 CONTROL_PERIOD = 0.02
 """Time from one action to the next [s], unless another is chosen."""
 
-DEFAULT_SCENE = Scene.uniform(0.06, 0.05)
+DEFAULT_SCENE = Scene.named("slippery")
 """Too slippery for a constant crank rate of 3 rad/s, which needs 0.08."""
 
 
@@ -210,7 +223,7 @@ def make_params(
     fidelity: Fidelity,
     *,
     biped: BipedParams | None = None,
-    scene: Scene | None = None,
+    scene: Scene | str | None = None,
     randomisation: Randomisation | None = None,
     dtype: Any = None,
     torque_limit: Numeric = 4.0,
@@ -226,10 +239,10 @@ def make_params(
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
     biped = BipedParams.from_bars() if biped is None else biped
-    scene = DEFAULT_SCENE if scene is None else scene
+    scene = DEFAULT_SCENE if scene is None else scene_of(scene)
     drawn = Randomisation() if randomisation is None else randomisation
-    kinds = {"biped": (biped, BipedParams), "scene": (scene, Scene)}
-    for name, (given, kind) in (kinds | {"randomisation": (drawn, Randomisation)}).items():
+    kinds = {"biped": (biped, BipedParams), "randomisation": (drawn, Randomisation)}
+    for name, (given, kind) in kinds.items():
         require_kind(name, given, kind, f"None or a {kind.__name__}")
     biped.validate()
     numbers = {

@@ -22,6 +22,7 @@ from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
+from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
 from stickslip.envs.ugv.state import Attitude, StepWork, UGVEnvState, UGVTotals
@@ -30,6 +31,8 @@ from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.station import Station, station_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array, Float
 
 
@@ -85,6 +88,17 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     `start`), the legs straight down (or at `start_angles`). `UGVRandomisation` draws ground,
     friction and angles from the reset's key.
 
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | start_angles | rad | rear and front, within the legs' range |
+    | friction | - | >= 0 |
+    | track | - | a Track or a name; the drive is as long as it, in steps of `spacing` at most |
+
+    The first changes the start alone: the steps are those of any episode. The others compile a step
+    the first time that such a ground is asked for (seconds), and no more for other numbers.
+
     ## End
     Terminated, with the Status in info["status"]: WHEEL_SLIP (a wheel needs more than mu N),
     ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), HOLLOW_GROUND,
@@ -111,6 +125,17 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
+    episode_entries = (
+        "odometer",
+        "randomisation",
+        "friction",
+        "spacing",
+        "start",
+        "end",
+        "start_angles",
+        "given_penalty",
+        "failure_penalty",
+    )
 
     def __post_init__(self):
         super().__post_init__()
@@ -129,14 +154,30 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """What `make_params` takes."""
         return keyword_names(make_params)
 
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: UGVEnvParams) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
+
     @property
     def default_params(self) -> UGVEnvParams:
         """Default vehicle on the chapter's bump, mu = 0.8, legs straight down at first."""
         return self.make_params()
 
     def make_params(self, **changes: Any) -> UGVEnvParams:
-        """Parameters with some entries changed: vehicle, track, randomisation, dtype or any number
-        of UGVEnvParams. Raises ValueError naming the field or the unknown name."""
+        """Parameters with some entries changed: vehicle, track (a Track, or a name of
+        stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,
+        dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
+        name."""
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")
         return make_params(self.measure, **changes)
 

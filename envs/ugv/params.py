@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -25,7 +26,9 @@ from stickslip.dynamics.numeric import (
     require_one,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.envs.ugv.randomisation import UGVRandomisation
+from stickslip.envs.functional import defaults_of
+from stickslip.envs.ugv.names import RANDOM_TRACKS
+from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
@@ -69,6 +72,20 @@ class UGVEnvParams:
     given_penalty: Numeric | None
     penalty_unit: str = field(metadata={"static": True})
     failure_penalty: Numeric = field(init=False)
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Ground, vehicle, way, what is drawn, and the numbers that are not `make_params`'s."""
+        words = [f"track={self.track!r}", f"vehicle={self.vehicle!r}"]
+        words.append(f"steps={brief(self.steps)}, spacing={brief(self.spacing)}")
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        apart = ("spacing", "start", "end", "failure_penalty")  # they follow from track and vehicle
+        names = [name for name in (*NUMBERS, "start_angles") if name not in apart]
+        if self.given_penalty is not None:
+            words.append(f"failure_penalty={brief(self.given_penalty)}")
+        return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
 
     def __post_init__(self):
         penalty = self.given_penalty
@@ -114,15 +131,20 @@ class UGVEnvParams:
         return np.asarray(self.waypoint(np.arange(int(self.steps) + 1)), np.float64)
 
     def replace(self, **changes: Any) -> UGVEnvParams:
-        """A copy with some entries changed, validated: fields, or `track`. The numbers take the
-        type of those before. ValueError for an unknown name."""
+        """A copy with some entries changed, validated: fields, or `track` (a Track, or a name as in
+        `make_params`). The numbers take the type of those before. ValueError for unknown names."""
         hidden = ("given_penalty", "penalty_unit")
         known = [one.name for one in fields(self) if one.init and one.name not in hidden]
         require_known(changes, [*known, "track", "failure_penalty"])
         dtype = jnp.result_type(self.start)
-        kinds = {"vehicle", "track", "randomisation", "odometer"} & set(changes)
+        kinds = {"vehicle", "randomisation", "odometer"} & set(changes)
         _require_kinds(**{name: changes[name] for name in kinds})
         changes = _as_numbers(changes)
+        if "track" in changes:
+            drawn = changes.get("randomisation", self.randomisation)
+            if changes["track"] in RANDOM_TRACKS and "randomisation" not in changes:
+                drawn = replace(drawn, track=None)
+            changes["track"], changes["randomisation"] = ground_of(changes["track"], drawn)
         if "failure_penalty" in changes:
             changes["given_penalty"] = changes.pop("failure_penalty")
         track = changes.pop("track", None)
@@ -183,8 +205,7 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _require_kinds(**given: Any) -> None:
-    kinds = {"vehicle": UGVParams, "track": Track, "randomisation": UGVRandomisation}
-    kinds["odometer"] = Odometer
+    kinds = {"vehicle": UGVParams, "randomisation": UGVRandomisation, "odometer": Odometer}
     for name, value in given.items():
         require_kind(name, value, kinds[name], f"None or a {kinds[name].__name__}")
 
@@ -193,7 +214,7 @@ def make_params(
     criterion: Criterion,
     *,
     vehicle: UGVParams | None = None,
-    track: Track | None = None,
+    track: Track | str | None = None,
     randomisation: UGVRandomisation | None = None,
     dtype: Any = None,
     friction: Numeric = 0.8,
@@ -211,14 +232,15 @@ def make_params(
 ) -> UGVEnvParams:
     """Gather the numbers; see UGVEnvParams for their meaning and units.
 
-    start, end, spacing: waypoints are those of `PostureProblem.along`: by default from so far in
-    that the rear wheel stays on the track in every posture to the track's end, and evenly spaced by
-    at most `spacing`. failure_penalty: by default `penalty_for` the criterion.
+    track: a Track, one of TRACKS by its name, or one of RANDOM_TRACKS, which randomisation then
+    draws. start, end, spacing: waypoints are those of `PostureProblem.along`: by default from so
+    far in that the rear wheel stays on the track in every posture to the track's end, and evenly
+    spaced by at most `spacing`. failure_penalty: by default `penalty_for` the criterion.
     """
     vehicle = UGVParams() if vehicle is None else vehicle
-    track = Track.bump() if track is None else track
     drawn = UGVRandomisation() if randomisation is None else randomisation
-    _require_kinds(vehicle=vehicle, track=track, randomisation=drawn)
+    _require_kinds(vehicle=vehicle, randomisation=drawn)
+    track, drawn = ground_of("bump" if track is None else track, drawn)
     drawn.validate(vehicle)
     numbers = _as_numbers(
         {

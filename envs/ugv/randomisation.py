@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
+from stickslip.dynamics.brief import short_repr
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_memory,
+    shown,
+)
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.dynamics.ugv.roughness import rough_waves
 from stickslip.dynamics.ugv.shapes import Bump
 from stickslip.dynamics.ugv.spline import hermite_table
+from stickslip.dynamics.ugv.track import track_of
 from stickslip.envs.ranges import Range, require_range
+from stickslip.envs.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
 
+CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
+"""Roughness of ISO 8608 [m^3]."""
 BYTES = 256
 """About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
@@ -44,6 +56,22 @@ class RandomTrack:
     waves: int = field(default=32, metadata={"static": True})
     pieces: int = field(default=96, metadata={"static": True})
     cells: int = field(default=48, metadata={"static": True})
+
+    __repr__ = short_repr
+
+    @classmethod
+    def named(cls, name: str) -> RandomTrack:
+        """One of RANDOM_TRACKS by its name.
+
+        random-bump: bumps of 2 to 20 cm. random-rough: classes A to D of ISO 8608. random-mixed:
+        bumps up to 15 cm on classes A to C.
+        """
+        require_choice("track", name, RANDOM_TRACKS)
+        if name == "random-bump":
+            return cls((0.02, 0.2))
+        if name == "random-rough":
+            return cls(roughness=(CLASS_A, CLASS_D))
+        return cls((0.0, 0.15), roughness=(CLASS_A, CLASS_C))
 
     def validate(self) -> RandomTrack:
         """Return self, or raise ValueError naming the field."""
@@ -100,6 +128,8 @@ class UGVRandomisation:
     friction: Range | None = None
     start_angles: Range | None = None
 
+    __repr__ = short_repr
+
     def validate(self, vehicle: UGVParams) -> UGVRandomisation:
         """Return self, or raise ValueError naming the range."""
         if self.track is not None:
@@ -110,6 +140,20 @@ class UGVRandomisation:
         if self.start_angles is not None:
             vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
         return self
+
+
+def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisation]:
+    """The ground and what is drawn, where the ground may be a name: of TRACKS, or of RANDOM_TRACKS,
+    which is drawn anew for every episode in place of level ground. ValueError for another one."""
+    if isinstance(track, str):
+        require_choice("track", track, (*TRACKS, *RANDOM_TRACKS), also="a Track")
+        if track in RANDOM_TRACKS:
+            if drawn.track is not None:
+                raise ValueError(
+                    f"track = {track!r} beside a track in randomisation; accepted: one of them"
+                )
+            return Track.flat(), replace(drawn, track=RandomTrack.named(track))
+    return track_of(track), drawn
 
 
 def uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):

@@ -67,7 +67,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
         start, end: the front wheel's first and last place [m]; by default the first one is so far
         in that the rear wheel stays on the track in every posture, and the last one is the track's
-        end. options: the other fields. ValueError for a track that is too short.
+        end. track: a Track, or one of TRACKS by its name. options: the other fields. ValueError for
+        a track that is too short.
         """
         known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
         require_known(options, sorted(known))
