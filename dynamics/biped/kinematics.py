@@ -16,9 +16,10 @@ import numpy as np
 from stickslip.dynamics.checks import is_concrete
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.linkage import Linkage
+    from stickslip.dynamics.numeric import Number
 
 BODIES = (
     *(str(number) for number in range(1, 14)),
@@ -75,7 +76,7 @@ class _Leg(NamedTuple):
     closure: Float[Array, ""]
 
 
-def kinematics(params: Linkage, theta: Float[Array, ""]) -> Kinematics:
+def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     """All 24 links for crank angle `theta` [rad] of the supporting leg (eqs. 3-11, MODEL 1.1-1.2).
 
     Closed form: the loops are closed by intersecting circles on the chapter's branches (knee

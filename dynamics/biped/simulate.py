@@ -33,7 +33,8 @@ from stickslip.dynamics.checks import (
     require_number,
 )
 from stickslip.dynamics.numeric import (
-    Numeric,
+    Number,
+    Numbers,
     all_finite,
     as_float,
     float_type,
@@ -46,7 +47,7 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
 
 
 @jax.tree_util.register_dataclass
@@ -92,8 +93,8 @@ def step(
     params: BipedParams | BipedModel,
     scene: Scene,
     state: BipedState,
-    torque: Float[Array, ""],
-    dt: Float[Array, ""],
+    torque: Real[Number, ""],
+    dt: Real[Number, ""],
     *,
     fidelity: Fidelity = "reduced",
     integrator: str | Integrator = "rk4_split",
@@ -124,7 +125,7 @@ def simulate(
     params: BipedParams | BipedModel,
     scene: Scene,
     state: BipedState,
-    torque: Numeric | Callable[[BipedState], Numeric],
+    torque: Numbers | Callable[[BipedState], Number],
     duration: float,
     dt: float,
     *,
@@ -146,7 +147,7 @@ def simulate_inverse(
     params: BipedParams | BipedModel,
     scene: Scene,
     state: BipedState,
-    crank_acceleration: Numeric | Callable[[BipedState], Numeric],
+    crank_acceleration: Numbers | Callable[[BipedState], Number],
     duration: float,
     dt: float,
     *,

@@ -22,7 +22,11 @@ from stickslip.dynamics.numeric import Numeric, float_type
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    Profile = tuple[Float[Array, "..."], Float[Array, "..."], Float[Array, "..."]]
+    Values = Float[Array, "..."]
+    """A number for each member of a batch."""
+    Points = Float[Array, "... 2"]
+    """A point, or a vector, for each."""
+    Profile = tuple[Values, Values, Values]
 
 
 class Shape(Protocol):

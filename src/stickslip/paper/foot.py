@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -119,7 +119,7 @@ def _below(residual: float) -> str:
     return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
 
 
-def foot_forces(motion: InverseDynamics) -> FootForces:
+def foot_forces(motion: InverseDynamics[Any]) -> FootForces:
     """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
     ground = np.stack([np.asarray(motion.friction_force), np.asarray(motion.normal_force)], -1)
