@@ -10,13 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents import biped_task
-from stickslip.agents.config import flags_given, from_flags
-from stickslip.agents.controllers import CONTROLLERS
-from stickslip.agents.evaluate import MOST_EPISODES
+from stickslip.agents.biped import task as biped_task
+from stickslip.agents.biped.config import flags_given, from_flags
+from stickslip.agents.biped.controllers import CONTROLLERS
+from stickslip.agents.biped.evaluate import MOST_EPISODES
 from stickslip.agents.machines import config_kind, machine_of
-from stickslip.agents.places import named_controller, places_of, read_named
-from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
+from stickslip.agents.tasks.places import named_controller, places_of, read_named
+from stickslip.agents.ugv.names import UGV_BASELINES, is_ugv
 from stickslip.agents.view_files import (
     require_new,
     require_writable,
@@ -28,8 +28,8 @@ from stickslip.dynamics.checks import require_integer
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from stickslip.agents.evaluate import Evaluation
-    from stickslip.agents.places import Named, Place
+    from stickslip.agents.biped.evaluate import Evaluation
+    from stickslip.agents.tasks.places import Named, Place
 
 BIPED: Any = biped_task
 
@@ -46,7 +46,7 @@ def train_command(given: Mapping[str, Any]) -> bool:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
-    from stickslip.agents.train import train
+    from stickslip.agents.training.run import train
 
     config = None if given["resume"] else from_flags(given, kind)
     algorithm = config.algorithm if config else ""
@@ -99,7 +99,7 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
     if kind is BIPED:
         table = evaluation(given, named, places, progress)
     else:
-        from stickslip.agents import ugv_commands
+        from stickslip.agents.ugv import commands as ugv_commands
 
         table = ugv_commands.evaluation(given, named, places, progress)
     print("\n" + table.to_text())
@@ -117,7 +117,7 @@ def evaluation(
     progress: Callable[[str], None],
 ) -> Evaluation:
     """The biped's table of `stickslip evaluate`."""
-    from stickslip.agents.evaluate import evaluate, joined
+    from stickslip.agents.biped.evaluate import evaluate, joined
 
     parts = []
     for place in places:
@@ -130,9 +130,9 @@ def evaluation(
 
 def view_command(given: Mapping[str, Any]) -> None:
     """`stickslip view`: print the task, write an animation (and a plot), or show a window."""
-    from stickslip.agents.plots import plot_episode
-    from stickslip.agents.rollout import rollout
-    from stickslip.agents.train_products import FPS, write_film
+    from stickslip.agents.biped.plots import plot_episode
+    from stickslip.agents.biped.products import FPS, write_film
+    from stickslip.agents.evaluation.rollout import rollout
 
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
@@ -140,7 +140,7 @@ def view_command(given: Mapping[str, Any]) -> None:
     kind, name, seconds = kind_of([given["who"]]), given["who"], given["seconds"]
     named = read_named([name], kind)
     if kind is not BIPED:
-        from stickslip.agents import ugv_commands
+        from stickslip.agents.ugv import commands as ugv_commands
 
         return ugv_commands.view(given, named)
     (place,) = places_of(named, given, kind, "rest")
@@ -161,7 +161,7 @@ def kind_of(who: Sequence[str]) -> Any:
     """The tasks of the machine that the names are of: a module that is a places.Kind."""
     if not is_ugv(who):
         return BIPED
-    from stickslip.agents import ugv_parts
+    from stickslip.agents.ugv import task as ugv_parts
 
     return ugv_parts
 

@@ -14,24 +14,24 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.checkpoint import list_checkpoints
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.controllers import CONTROLLERS
-from stickslip.agents.evaluate import evaluate
-from stickslip.agents.film import plot_comparison
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.controllers import CONTROLLERS
+from stickslip.agents.biped.evaluate import evaluate
+from stickslip.agents.biped.products import write_products
+from stickslip.agents.biped.training import make_task
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures.film import plot_comparison
 from stickslip.agents.policy import load_policy
-from stickslip.agents.rollout import rollout
-from stickslip.agents.train import Trained, train
-from stickslip.agents.train_products import write_products
-from stickslip.agents.train_run import read_config
-from stickslip.agents.train_task import make_task
+from stickslip.agents.training.checkpoint import list_checkpoints
+from stickslip.agents.training.directory import read_config
+from stickslip.agents.training.run import Trained, train
 from stickslip.dynamics.checks import require_number
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.train_task import Task
+    from stickslip.agents.biped.training import Task
 
 PRODUCTS = 6.0
 """About how long table and pictures take, in durations of the first evaluation."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
-from stickslip.agents.config_fields import BIPED, Configuration, content_of
-from stickslip.agents.foreign import RefusedError
+from stickslip.agents.foreign.reading import RefusedError
+from stickslip.agents.training.configuration import BIPED, Configuration, content_of
 from stickslip.dynamics.plain_checks import shown
 
 if TYPE_CHECKING:
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 MACHINES = (BIPED, "ugv")
 """The names that the command line knows; the first one is meant where none is given."""
-CONFIGS = {BIPED: ("config", "TrainConfig"), "ugv": ("ugv_config", "UGVTrainConfig")}
+CONFIGS = {BIPED: ("biped.config", "TrainConfig"), "ugv": ("ugv.config", "UGVTrainConfig")}
 """Module of stickslip.agents and class of each machine's configuration."""
 
 
 class Machine(Protocol):
-    """The module <machine>_training of stickslip.agents."""
+    """The module <machine>.machine of stickslip.agents."""
 
     EVALUATED: tuple[str, ...]
     """What evaluations.csv holds of each evaluation; "return" among it."""
@@ -63,7 +63,7 @@ def machine_named(arguments: Sequence[str]) -> str:
 
 def machine_of(config: Configuration) -> Machine:
     """The machine that a configuration is of."""
-    found: Any = import_module(f"stickslip.agents.{config.machine}_training")
+    found: Any = import_module(f"stickslip.agents.{config.machine}.machine")
     return found
 
 

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.envs.biped import BipedEnvState
-    from stickslip.envs.biped_params import BipedEnvParams
+    from stickslip.envs.biped.env import BipedEnvState
+    from stickslip.envs.biped.params import BipedEnvParams
 
 Memory = TypeVar("Memory")
 

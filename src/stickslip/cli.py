@@ -94,8 +94,8 @@ class _Version(argparse.Action):
 
 
 def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    from stickslip.agents.config_fields import add_flags
     from stickslip.agents.machines import MACHINES, config_kind, machine_named
+    from stickslip.agents.training.configuration import add_flags
 
     parser.add_argument(
         "machine",
@@ -140,10 +140,10 @@ def _add_view(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
     """Which floor, load and start; which ground for the UGV."""
-    from stickslip.agents.biped_names import BIPED_BASELINES
-    from stickslip.agents.scenes import SCENE, SCENES
-    from stickslip.agents.ugv_names import UGV_BASELINES
-    from stickslip.agents.ugv_tracks import GROUND, TRACK_NAMES, VIEWED
+    from stickslip.agents.biped.names import BIPED_BASELINES
+    from stickslip.agents.biped.scenes import SCENE, SCENES
+    from stickslip.agents.ugv.names import UGV_BASELINES
+    from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
     from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
     several: dict[str, Any] = {"action": Names, "names": (*SCENES, *TRACK_NAMES)}

@@ -8,13 +8,13 @@ from itertools import count
 import pytest
 
 from stickslip.agents import demo as module
-from stickslip.agents import plots_training
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.controllers import ConstantTorque
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.demo import demo
-from stickslip.agents.metrics import MetricsFile
-from stickslip.agents.remaining import Remaining
-from stickslip.agents.train import Trained
+from stickslip.agents.pictures import learning as plots_training
+from stickslip.agents.training.metrics import MetricsFile
+from stickslip.agents.training.remaining import Remaining
+from stickslip.agents.training.run import Trained
 from stickslip.cli import WRONG_INPUT, main
 
 SMALL = TrainConfig.of(
@@ -57,7 +57,8 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from stickslip.agents import plots, train_products
+    from stickslip.agents.biped import plots
+    from stickslip.agents.biped import products as train_products
 
     titles: list[str] = []
     for place in (plots, plots_training):

@@ -7,10 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from stickslip.agents.controllers import ConstantTorque
-from stickslip.agents.film import film, plot_comparison, plot_episode
-from stickslip.agents.histories import histories
-from stickslip.agents.rollout import rollout
+from stickslip.agents.biped.controllers import ConstantTorque
+from stickslip.agents.biped.histories import histories
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures.film import film, plot_comparison, plot_episode
 from stickslip.envs import BipedEnv
 
 pytest.importorskip("matplotlib")

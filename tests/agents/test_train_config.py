@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from stickslip.agents.config import (
+from stickslip.agents.biped.config import (
     DEFAULTS,
     PPOSettings,
     TrainConfig,
@@ -18,10 +18,10 @@ from stickslip.agents.config import (
     from_flags,
     rule_of,
 )
-from stickslip.agents.config_fields import Configuration
 from stickslip.agents.machines import read_configuration
-from stickslip.agents.metrics import MetricsFile, read_columns, read_rows
-from stickslip.agents.ugv_config import UGVTrainConfig
+from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.training.metrics import MetricsFile, read_columns, read_rows
+from stickslip.agents.ugv.config import UGVTrainConfig
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
 
 def test_tensorboard_reads_the_log_and_hides_what_a_resumption_repeats(tmp_path: Path):
     accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    from stickslip.agents.train_log import TensorBoard
+    from stickslip.agents.training.tensorboard import TensorBoard
 
     for upto, offset in ((0, 0.0), (20, 0.5)):
         with TensorBoard(tmp_path, upto) as board:

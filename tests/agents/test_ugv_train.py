@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.machines import machine_named, read_configuration
-from stickslip.agents.metrics import read_columns
 from stickslip.agents.policy import load_policy, read_metadata
-from stickslip.agents.train import Trained, train
-from stickslip.agents.ugv_config import UGVTrainConfig
-from stickslip.agents.ugv_task import make_ugv_task
-from stickslip.agents.ugv_tracks import TRACK_NAMES, ground_by_name
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.run import Trained, train
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name
+from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import OK, WRONG_INPUT, main
 
 pytest.importorskip("stable_baselines3")

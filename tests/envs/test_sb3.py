@@ -12,7 +12,7 @@ pytest.importorskip("stable_baselines3")
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from stickslip.envs.sb3 import SB3VecEnv
+from stickslip.envs.adapters.sb3 import SB3VecEnv
 from tests.envs.helpers import task
 from tests.envs.toy import Toy, ToyParams
 
