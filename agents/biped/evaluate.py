@@ -188,7 +188,7 @@ class Evaluation:
 
 def evaluate(
     env: BipedEnv,
-    controllers: Mapping[str, Controller],
+    controllers: Mapping[str, Controller[Any]],
     scenes: Mapping[str, BipedEnvParams],
     *,
     episodes: int = 32,
@@ -237,7 +237,7 @@ def seeds_of(
 
 
 def play(
-    env: BipedEnv, controller: Controller, params: BipedEnvParams, seeds: Sequence[int]
+    env: BipedEnv, controller: Controller[Any], params: BipedEnvParams, seeds: Sequence[int]
 ) -> Episodes:
     """The episodes of the seeds, as NumPy arrays."""
     require_room(len(seeds), horizon(params))

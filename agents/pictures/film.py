@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def film(
     env: BipedEnv,
-    controller: Controller,
+    controller: Controller[Any],
     params: BipedEnvParams,
     key: Array | int,
     path: str | Path,

@@ -67,9 +67,9 @@ LEG_BODIES = np.array([[body_of(link, leg) for link in LEG_LINKS] for leg in (0,
 class UnitSolutions(NamedTuple):
     """Per unit of crank acceleration, crank rate squared, foot acceleration and gravity."""
 
-    joint_forces: Float[Array, "68 4"]
-    torque: Float[Array, " 4"]
-    ground: Float[Array, "3 4"]
+    joint_forces: Float[Array, "68 *columns"]
+    torque: Float[Array, "*columns"]
+    ground: Float[Array, "3 *columns"]
     """Friction, normal force, moment about the ankle."""
 
 

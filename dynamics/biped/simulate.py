@@ -260,6 +260,7 @@ def _simulate(
     spec, fidelity, policy, drive: type[Drive], count, params, scene, state, values, size
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
+    scene = replace(scene, payload=None)  # the model carries it
     dtype = float_type(model, scene, state, values)
     state = state.astype(dtype)
 

@@ -13,7 +13,7 @@ from stickslip.dynamics.biped.joints import JOINT_FORCES
 from stickslip.dynamics.biped.kinematics import BODIES
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Shaped
 
     from stickslip.dynamics.biped.params import BipedParams
 
@@ -59,7 +59,7 @@ def all_columns(equations: BodyEquations, system: str, signed_mu) -> Float[Array
     return jnp.concatenate([rows, row[None]])
 
 
-def own_rows(per_body: Float[Array, "24 3 *k"], system: str) -> Float[Array, "n *k"]:
+def own_rows(per_body: Shaped[Array, "24 3 *k"], system: str) -> Shaped[Array, "n *k"]:
     """The body equations that belong to a system: not the foot's moment, in "inverse" no foot."""
     foot = 3 * FOOT + np.arange(3)
     left_out = foot if system == "inverse" else foot[2:]

@@ -96,7 +96,7 @@ def check_poses(
     setting: Setting,
     params: UGVParams,
     track: Track,
-    x_front: Real[Number, ...] | Lists | None = None,
+    x_front: Real[Number, "..."] | Lists | None = None,
     leg_angles: Real[Number, "... 2"] | Lists | None = None,
     *,
     friction: float = 0.8,

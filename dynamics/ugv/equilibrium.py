@@ -27,29 +27,29 @@ if TYPE_CHECKING:
 class Forces(NamedTuple):
     """What the ground exerts on the wheels [N]: F along it forwards, N out of it."""
 
-    F_rear: Float[Array, ...]
-    N_rear: Float[Array, ...]
-    F_front: Float[Array, ...]
-    N_front: Float[Array, ...]
+    F_rear: Float[Array, "..."]
+    N_rear: Float[Array, "..."]
+    F_front: Float[Array, "..."]
+    N_front: Float[Array, "..."]
 
 
 class Equilibrium(NamedTuple):
     """Forces [N], wheel torque and leg torques [N m], margins [N] and the pose they belong to."""
 
-    F_rear: Float[Array, ...]
-    N_rear: Float[Array, ...]
-    F_front: Float[Array, ...]
-    N_front: Float[Array, ...]
-    torque: Float[Array, ...]
+    F_rear: Float[Array, "..."]
+    N_rear: Float[Array, "..."]
+    F_front: Float[Array, "..."]
+    N_front: Float[Array, "..."]
+    torque: Float[Array, "..."]
     """M on each wheel, anticlockwise positive: driving forwards is negative."""
-    grip_rear: Float[Array, ...]
+    grip_rear: Float[Array, "..."]
     """Friction left at the rear wheel, mu N - |F|; negative: it slips."""
-    grip_front: Float[Array, ...]
+    grip_front: Float[Array, "..."]
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators, rear and front; positive drives the leg outwards."""
-    clearance: Float[Array, ...]
+    clearance: Float[Array, "..."]
     """The pose's [m]."""
-    status: Int[Array, ...]
+    status: Int[Array, "..."]
     """The pose's, or ROLLOVER, GROUNDED, WHEEL_SLIP, NO_SOLUTION."""
     pose: Pose
 
@@ -62,9 +62,9 @@ class Equilibrium(NamedTuple):
 def equilibrium(
     params: UGVParams,
     track: Track,
-    x_front: Real[Number, ...] | Lists,
+    x_front: Real[Number, "..."] | Lists,
     leg_angles: Real[Number, "... 2"] | Lists,
-    friction: Real[Number, ...] | Lists = 0.8,
+    friction: Real[Number, "..."] | Lists = 0.8,
     *,
     solver: PoseSolver = NEWTON,
     system: str = "closed",

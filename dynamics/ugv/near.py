@@ -30,8 +30,8 @@ class Near:
     """
 
     shape: Any
-    base: Float[Array, ...]
-    anchor: tuple[Float[Array, ...], ...]
+    base: Float[Array, "..."]
+    anchor: tuple[Float[Array, "..."], ...]
 
     def profile(self, u: Values) -> Profile:
         """Height above the base [m], slope [-] and second derivative [1/m], u [m] from the base."""
@@ -46,7 +46,7 @@ class Near:
         return self.profile(u)[0]
 
     @property
-    def grain(self) -> Float[Array, ...]:
+    def grain(self) -> Float[Array, "..."]:
         """The largest number [m] whose rounding a height near the base may carry, [...]."""
         size = jnp.abs(self.anchor[-1])
         return size if hasattr(self.shape, "near") else size + jnp.abs(self.base)
@@ -82,8 +82,8 @@ def in_two(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def locate(
-    knots: Float[Array, "pieces+1"],
-    rests: Float[Array, "pieces+1"],
+    knots: Float[Array, "knots"],
+    rests: Float[Array, "knots"],
     even: bool,
     base: Values,
     u: Values,

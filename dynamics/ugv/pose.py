@@ -39,9 +39,9 @@ class Pose(NamedTuple):
 
     rear: Contact
     front: Contact
-    wheelbase: Float[Array, ...]
+    wheelbase: Float[Array, "..."]
     """R: between the wheel centres [m] (eq. 39)."""
-    pitch: Float[Array, ...]
+    pitch: Float[Array, "..."]
     """Angle of the body above the horizontal, nose up positive [rad]."""
     rear_hinge: Float[Array, "... 2"]
     front_hinge: Float[Array, "... 2"]
@@ -49,10 +49,10 @@ class Pose(NamedTuple):
     """Centre of mass of the body; of the legs below."""
     rear_leg: Float[Array, "... 2"]
     front_leg: Float[Array, "... 2"]
-    clearance: Float[Array, ...]
+    clearance: Float[Array, "..."]
     """Least height above the ground [m], measured vertically at points of the body, a line from
     hinge to hinge, and of the legs as far as they stand out of the wheels."""
-    status: Int[Array, ...]
+    status: Int[Array, "..."]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
     origin: Float[Array, "... 2"]
     """Where the points' frame has its origin in the world [m]: zero, or out of `stand` where the
@@ -89,7 +89,7 @@ class Pose(NamedTuple):
 def pose(
     params: UGVParams,
     track: Track,
-    x_front: Real[Number, ...] | Lists,
+    x_front: Real[Number, "..."] | Lists,
     leg_angles: Real[Number, "... 2"] | Lists,
     *,
     solver: PoseSolver = NEWTON,
@@ -147,7 +147,7 @@ def require_place(
 def place(
     params: UGVParams,
     track: Track,
-    x_front: Real[Number, ...],
+    x_front: Real[Number, "..."],
     leg_angles: Real[Number, "... 2"],
     solver: PoseSolver,
 ) -> Pose:
@@ -158,7 +158,7 @@ def place(
 def stand(
     params: UGVParams,
     track: Track,
-    x_front: Real[Number, ...],
+    x_front: Real[Number, "..."],
     leg_angles: Real[Number, "... 2"],
     solver: PoseSolver,
 ) -> Pose:

@@ -22,7 +22,7 @@ NARROWINGS = 10
 class Contact(NamedTuple):
     """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
 
-    x: Float[Array, ...]
+    x: Float[Array, "..."]
     """Where the wheel touches [m]."""
     point: Float[Array, "... 2"]
     """The same as a point (x, f(x)) [m]."""
@@ -30,7 +30,7 @@ class Contact(NamedTuple):
     """The wheel's centre (s, g) of eq. (38) [m]."""
     tangent: Float[Array, "... 2"]
     """(cos beta, sin beta), along the ground forwards."""
-    stretch: Float[Array, ...]
+    stretch: Float[Array, "..."]
     """How far the centre moves for each metre along the ground [-]: 1 less radius over the ground's
     radius of curvature. Not positive: the ground is hollower than the wheel."""
 
@@ -45,7 +45,7 @@ class Contact(NamedTuple):
         return jnp.stack([-self.tangent[..., 1], self.tangent[..., 0]], -1)
 
 
-def contact(track: Track | Near, x: Float[Array, ...], radius: Values | float) -> Contact:
+def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float) -> Contact:
     """The contact at x (eq. 38, with f' for the f that is printed there); no check for a second."""
     f, df, d2f = track.profile(x)
     q = jnp.sqrt(1 + df**2)

@@ -69,7 +69,7 @@ class PostureGrid:
         return self.stations.torque.size + (self.start is not None) + (self.end is not None)
 
     @property
-    def limits(self) -> Float[np.ndarray, "K-1"]:
+    def limits(self) -> Float[np.ndarray, "steps"]:
         """The longest move of a leg in each step [rad]."""
         rate = self.problem.leg_rate
         dx = np.diff(self.problem.x)

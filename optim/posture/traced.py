@@ -48,8 +48,8 @@ class Posture:
 
     def stations_at(
         self,
-        x: Float[Array, ...],
-        friction: Float[Array, ...],
+        x: Float[Array, "..."],
+        friction: Float[Array, "..."],
         angles: Float[Array, "... 2"],
     ) -> Station:
         """Any stations on the problem's track."""

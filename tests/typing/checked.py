@@ -10,15 +10,39 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Callable
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from typing import Any, runtime_checkable
 
-from beartype import beartype
+from beartype import BeartypeConf, beartype
+from beartype.roar import BeartypeDecorHintException
 from jaxtyping import jaxtyped
 
-checked = jaxtyped(typechecker=beartype)
+FUNCTIONS: list[Callable[..., Any]] = []
+"""All that is checked, without its checks."""
+UNREAD: list[str] = []
+"""Annotations with a shape that mean nothing where they stand, and so are not checked."""
 NAME = "_checked_at_run_time"
+
+_whole_numbers_are_numbers = beartype(conf=BeartypeConf(is_pep484_tower=True))
+
+
+def checked(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with its arguments and its result held to their annotations at every call."""
+    FUNCTIONS.append(function)
+    for name, said in function.__annotations__.items():
+        if isinstance(said, str) and '"' in said:
+            try:
+                eval(said, function.__globals__)
+            except Exception as error:  # noqa: BLE001, whatever a library raises
+                where = f"{function.__module__}.{function.__qualname__}"
+                UNREAD.append(f"{where}, {name}: {said} ({error})")
+    try:
+        return jaxtyped(function, typechecker=_whole_numbers_are_numbers)
+    except BeartypeDecorHintException:  # Self, or a named tuple of some type
+        function.__annotations__.pop("return")
+        return jaxtyped(function, typechecker=_whole_numbers_are_numbers)
 
 
 class InEarnest(ast.NodeTransformer):
@@ -32,7 +56,10 @@ class InEarnest(ast.NodeTransformer):
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.generic_visit(node)
         every = (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
-        if node.returns or any(one.annotation for one in every):
+        stub = any(
+            isinstance(one, ast.Name) and one.id == "overload" for one in node.decorator_list
+        )
+        if not stub and (node.returns or any(one.annotation for one in every)):
             node.decorator_list.append(ast.Name(NAME, ast.Load(), lineno=node.lineno, col_offset=0))
         return node
 

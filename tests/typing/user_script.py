@@ -5,8 +5,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.controllers import ComputedTorque
-from stickslip.agents.evaluate import evaluate
+from stickslip.agents.biped.controllers import ComputedTorque
+from stickslip.agents.biped.evaluate import evaluate
 from stickslip.dynamics import Scene, Status, recommend
 from stickslip.dynamics.biped import BipedParams, BipedState, kinematics, simulate, step
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
@@ -21,7 +21,14 @@ angles: list[float] = np.asarray(walk.states.crank_angle).tolist()
 fell = bool(walk.status > Status.SLIP_ONSET)
 state, contact = step(robot, Scene.uniform(0.5), walk.final, torque=1, dt=0.01)
 height = float(kinematics(robot, 2.0).centres[12, 1]) + float(contact.normal_force)
-rows = jax.vmap(lambda theta: kinematics(robot, theta).closure)(jnp.linspace(1.6, 4.7, 64))
+
+
+def closure(theta: jax.Array) -> jax.Array:
+    """How far the linkage is from coming apart."""
+    return kinematics(robot, theta).closure
+
+
+margins = jax.vmap(closure)(walk.states.phase)
 setting = recommend(1e-4, floor, batch=64).setting
 
 ground = Track.from_points([0.0, 1.0, 2.0, 8.0], [0.0, 0.1, 0.0, 0.0])
@@ -33,7 +40,7 @@ env = BipedEnv(see_patch=True, setting=setting)
 params = env.make_params(scene=floor, randomisation=Randomisation(payload=(0.0, 2.0)))
 key = jax.random.key(0)
 obs, now = env.reset(key, params)
-obs, now, reward, over, late, info = env.step(key, now, jnp.asarray([0.1]), params)
+obs, now, reward, over, late, info = env.step(key, now, [0.1], params)
 print(float(reward), bool(over | late), info["status"], obs.shape, now.biped.phase)
 
 adapter = GymEnv(BipedEnv(autoreset="disabled"), BipedEnv().default_params)
