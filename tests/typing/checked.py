@@ -56,9 +56,7 @@ class InEarnest(ast.NodeTransformer):
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
         self.generic_visit(node)
         every = (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
-        stub = any(
-            isinstance(one, ast.Name) and one.id == "overload" for one in node.decorator_list
-        )
+        stub = "overload" in map(ast.unparse, node.decorator_list)
         if not stub and (node.returns or any(one.annotation for one in every)):
             node.decorator_list.append(ast.Name(NAME, ast.Load(), lineno=node.lineno, col_offset=0))
         return node

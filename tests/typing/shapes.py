@@ -95,7 +95,10 @@ def test_what_has_another_shape_or_type_is_refused(theta: Any):
         traced_shapes(lambda: kinematics(BARS(), theta))
 
 
-@pytest.mark.parametrize("theta", [2, 2.0, np.float32(2), np.asarray(2.0), jnp.asarray(2.0)])
+NUMBERS = (2, 2.0, np.float32(2), np.asarray(2.0), jnp.ones(()))
+
+
+@pytest.mark.parametrize("theta", first_quick(NUMBERS))
 def test_the_linkage_and_its_inertia(theta: Any):
     def everything():
         robot = BARS()
@@ -105,6 +108,7 @@ def test_the_linkage_and_its_inertia(theta: Any):
     traced_shapes(everything)
 
 
+@pytest.mark.long
 def test_dynamics_at_an_instant():
     def everything():
         motion, forces = (2.0, 3.0, 0.0), (2.0, 3.0, 0.1, 1.0, 0.5, 0.4)
@@ -125,7 +129,8 @@ def test_the_chapters_systems(system: str, solver: str):
         traced_shapes(lambda: condition_number(BARS(), 2.0, solver=solver))
 
 
-@pytest.mark.parametrize("fidelity", first_quick(FIDELITIES))
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.long
 def test_a_step_of_every_fidelity(fidelity: Any):
     state = BipedState(crank_rate=1.0)
     traced_shapes(lambda: step(BARS(), Scene.grip(), state, 1.0, 0.01, fidelity=fidelity))
@@ -133,13 +138,18 @@ def test_a_step_of_every_fidelity(fidelity: Any):
 
 @pytest.mark.parametrize(("floor", "integrator"), first_quick(WALKS))
 def test_walks(floor: str, integrator: Any):
-    def everything():
-        robot, state = BARS(), BipedState()
-        given = (robot, FLOORS[floor](), state)
-        function = simulate(*given, lambda now: 1.0, 0.02, 0.01, integrator=integrator)
-        return function, simulate_inverse(*given, 0.0, 0.02, 0.01, integrator=integrator)
+    def walk():
+        given = (BARS(), FLOORS[floor](), BipedState())
+        return simulate(*given, lambda now: 1.0, 0.02, 0.01, integrator=integrator)
 
-    traced_shapes(everything)
+    traced_shapes(walk)
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.long
+def test_prescribed_walks(floor: str):
+    given = (FLOORS[floor](), BipedState(crank_rate=1.0))
+    traced_shapes(lambda: simulate_inverse(BARS(), *given, 0.0, 0.02, 0.01))
 
 
 @pytest.mark.parametrize("track", first_quick(TRACKS))
@@ -183,14 +193,14 @@ def test_a_posture_problem_as_arrays(criterion: str):
     assert problem.bounds[0].shape == (problem.n,)
 
 
-@pytest.mark.parametrize(
-    "env", first_quick([BipedEnv(see_patch=True), UGVEnv()]), ids=lambda env: type(env).__name__
-)
+@pytest.mark.parametrize("env", first_quick([BipedEnv(see_patch=True), UGVEnv()]))
 def test_an_episode_of_every_environment(env: Any):
     def everything(key):
         params = env.default_params
         obs, state = env.reset(key, params)
         action = jnp.zeros(len(env.action_names), obs.dtype)
-        return env.step(key, state, action, params), env.step(key, state, list(action), params)
+        return env.step(key, state, action, params), env.step(
+            key, state, [0.0] * len(action), params
+        )
 
     jax.eval_shape(everything, jax.random.key(0))
