@@ -88,7 +88,7 @@ def float_type(*trees: Any):
     return jnp.result_type(*floating)
 
 
-def all_finite(*trees):
+def all_finite(*trees: Any) -> jax.Array:
     """Whether every number is finite."""
     leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
     finite = jnp.ones((), bool)

@@ -40,6 +40,7 @@ from stickslip.dynamics.ugv.shapes import (
 from stickslip.dynamics.ugv.spline import Spline, hermite_table, spline_through
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.ugv.shapes import Profile
@@ -230,7 +231,7 @@ class Track:
         """
         return replace(self, shape=hermite_table(self.profile, start, end, pieces))
 
-    def astype(self, dtype) -> Track:
+    def astype(self, dtype: DTypeLike) -> Track:
         """The same track with every number as an array of `dtype`.
 
         ValueError where points are one number in it.

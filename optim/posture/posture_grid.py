@@ -24,8 +24,9 @@ from stickslip.optim.posture.traced import Posture
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float
+    from jaxtyping import Array, Bool, Float
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.problem import PostureProblem
 
 CHUNK = 16_384
@@ -119,7 +120,7 @@ class PostureGrid:
         """The first waypoint whose choice is the grid's, and one past the last."""
         return int(self.start is not None), len(self.problem.x) - int(self.end is not None)
 
-    def within(self, step: int, a, b) -> np.ndarray:
+    def within(self, step: int, a: Number, b: Number) -> np.ndarray:
         """Whether the rate allows the move from angles a to b [..., 2] in that step."""
         move = np.max(np.abs(np.asarray(b) - np.asarray(a)), -1)
         return move <= self.limits[step] * (1 + ROUNDING)
@@ -187,7 +188,12 @@ def build_grid(
     return PostureGrid(problem, rear, front, stations, met, *ends)
 
 
-def _evaluate(problem: PostureProblem, x, friction, pairs):
+def _evaluate(
+    problem: PostureProblem,
+    x: Float[Array | np.ndarray, "rows"],
+    friction: Float[Array | np.ndarray, "rows"],
+    pairs: Float[np.ndarray, "rows N 2"],
+):
     """Stations [rows, N] and which constraints they meet."""
     with jax.enable_x64(True):
         return jax.tree.map(

@@ -124,11 +124,11 @@ def stations(posture: Posture, angles: Float[Array, "... K 2"]) -> Station:
 def stations_and_slopes(posture: Posture, angles: Float[Array, "K 2"]) -> tuple[Station, Station]:
     """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
 
-    def of_one(x, friction, pair):
+    def of_one(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
         found = posture.stations_at(x, friction, pair)
         return found._replace(status=jnp.zeros_like(found.torque)), found.status
 
-    def with_slopes(x, friction, pair):
+    def with_slopes(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
         slopes, status = jax.jacfwd(of_one, argnums=2, has_aux=True)(x, friction, pair)
         return slopes, status
 

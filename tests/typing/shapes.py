@@ -136,7 +136,8 @@ def test_a_step_of_every_fidelity(fidelity: Any):
     traced_shapes(lambda: step(BARS(), Scene.grip(), state, 1.0, 0.01, fidelity=fidelity))
 
 
-@pytest.mark.parametrize(("floor", "integrator"), first_quick(WALKS))
+@pytest.mark.parametrize(("floor", "integrator"), WALKS)
+@pytest.mark.long
 def test_walks(floor: str, integrator: Any):
     def walk():
         given = (BARS(), FLOORS[floor](), BipedState())
@@ -193,10 +194,13 @@ def test_a_posture_problem_as_arrays(criterion: str):
     assert problem.bounds[0].shape == (problem.n,)
 
 
-@pytest.mark.parametrize("env", first_quick([BipedEnv(see_patch=True), UGVEnv()]))
-def test_an_episode_of_every_environment(env: Any):
+@pytest.mark.parametrize(
+    ("env", "options"),
+    first_quick([(BipedEnv(see_patch=True), {"scene": FLOORS["patches"]}), (UGVEnv(), {})]),
+)
+def test_an_episode_of_every_environment(env: Any, options: dict[str, Callable[[], Any]]):
     def everything(key):
-        params = env.default_params
+        params = env.make_params(**{name: made() for name, made in options.items()})
         obs, state = env.reset(key, params)
         action = jnp.zeros(len(env.action_names), obs.dtype)
         return env.step(key, state, action, params), env.step(

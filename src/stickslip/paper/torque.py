@@ -34,6 +34,7 @@ from stickslip.paper.result import (
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
+    from matplotlib.axes import Axes
 
     from stickslip.dynamics.numeric import Number
 
@@ -207,7 +208,9 @@ def _level(height: float, step: float, still: dict[float, float]) -> Claim:
     )
 
 
-def _with_loads(params: BipedParams, angles, crank_rate: float) -> dict[float, np.ndarray]:
+def _with_loads(
+    params: BipedParams, angles: jax.Array, crank_rate: float
+) -> dict[float, np.ndarray]:
     return {
         load: np.asarray(steady(_loaded(params, load), angles, crank_rate).torque) for load in LOADS
     }
@@ -235,7 +238,7 @@ def _columns(setting: Setting, curves: dict[str, np.ndarray]) -> Columns:
     return {"time / T [-]": _share(setting), **curves}
 
 
-def _finish(axis, note: str) -> None:
+def _finish(axis: Axes, note: str) -> None:
     drawing.name_panel(axis, "motor torque [N m]", note, "time in steps, t / T")
     drawing.mark(axis, y=0.0)
     axis.set_xlim(0, 1)
