@@ -10,6 +10,7 @@ PIP := $(PY) -m pip --disable-pip-version-check --no-input
 INSTALLED := $(VENV)/.installed
 TYPING := build/typing
 LAYERS := dynamics optim envs agents
+SHAPES := tests/typing/shapes.py tests/dynamics/test_kinematics.py
 SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
 
 # Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
@@ -18,10 +19,10 @@ ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo r
 $(INSTALLED): fresh-venv
 endif
 
-.PHONY: help venv test check test-long lint typecheck format demo bench clean fresh-venv
+.PHONY: help venv test check test-long test-shapes lint typecheck format demo bench clean fresh-venv
 
 help:  ## list the targets
-	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-10s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
@@ -32,6 +33,9 @@ check: lint typecheck  ## lint and types only
 
 test-long: $(INSTALLED)  ## the tests that take minutes
 	@$(PY) -m pytest -m long -n 2 --dist loadfile
+
+test-shapes: $(INSTALLED)  ## what signatures say of types and shapes, checked at every call
+	@$(PY) -m pytest -p tests.typing.checked -m "long or not long" $(SHAPES)
 
 lint: $(INSTALLED)  ## ruff: rules and formatting
 	@$(PY) -m ruff check $(SOURCES)
@@ -45,6 +49,7 @@ typecheck: $(INSTALLED)  ## basedpyright, in its "standard" mode
 		mkdir -p "$${link%/*}" && ln -s "$(CURDIR)/$$file" "$$link"; done
 	@set -o pipefail; $(VENV)/bin/basedpyright --warnings \
 		| sed -E 's#$(TYPING)/stickslip/(($(subst $() ,|,$(LAYERS)))/)#\1#g; s#$(TYPING)/#src/#g'
+	@$(PY) tests/typing/as_user.py
 
 format: $(INSTALLED)  ## apply ruff's fixes and formatting
 	@$(PY) -m ruff check --fix $(SOURCES)

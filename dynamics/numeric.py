@@ -1,6 +1,7 @@
 """The type of a numeric field, and the floating type that a computation works in."""
 
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 import jax
@@ -9,9 +10,14 @@ import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 
+Number = jax.Array | np.ndarray | np.number[Any] | int | float
+"""What functions take as a number, or as an array of numbers."""
+Lists = Sequence[Number] | Sequence[Sequence[Number]]
+"""What they take for an array, too, where they make one of it."""
+Numbers = Number | Lists
 Numeric = Any
-"""A Python number, a NumPy or a JAX array: given as any of them and read as an array, which no
-narrower type says."""
+"""The type of a numeric field: given as a Number and read as an array, which no narrower type says.
+"""
 
 
 def float_kind(dtype: Any, otherwise: Any):
@@ -82,7 +88,7 @@ def float_type(*trees: Any):
     return jnp.result_type(*floating)
 
 
-def all_finite(*trees):
+def all_finite(*trees: Any) -> jax.Array:
     """Whether every number is finite."""
     leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
     finite = jnp.ones((), bool)

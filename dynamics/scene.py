@@ -8,7 +8,7 @@ differentiated.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import Any, TypedDict, Unpack, get_args
 
 import jax
 import jax.numpy as jnp
@@ -25,7 +25,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.names import SCENES
-from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
+from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast, require_numeric
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")
@@ -86,6 +86,14 @@ class Smoothed:
 Floor = Grip | Uniform | Patches | Smoothed
 
 
+class SceneOptions(TypedDict, total=False):
+    """What every scene's constructor takes beside its floor; see Scene."""
+
+    payload: Numbers | None
+    steps: str
+    outputs: str
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Scene:
@@ -112,19 +120,21 @@ class Scene:
         return f"Scene.{type(self.floor).__name__.lower()}({joined(self, *numbers, usual=usual)})"
 
     @classmethod
-    def grip(cls, **options) -> Scene:
+    def grip(cls, **options: Unpack[SceneOptions]) -> Scene:
         """A floor without slip. Options: payload, steps, outputs."""
         return cls._with(Grip(), options)
 
     @classmethod
-    def _with(cls, floor: Floor, options: dict[str, Any]) -> Scene:
+    def _with(cls, floor: Floor, options: SceneOptions) -> Scene:
         require_known(options, ("payload", "steps", "outputs"), "option of a scene")
-        if options.get("payload") is not None:
-            options["payload"] = as_number("payload", options["payload"], **PAYLOAD)
+        if (payload := options.get("payload")) is not None:
+            options["payload"] = as_number("payload", payload, **PAYLOAD)
         return cls(floor, **options).validate()
 
     @classmethod
-    def uniform(cls, mu_static: Numeric, mu_kinetic: Numeric | None = None, **options) -> Scene:
+    def uniform(
+        cls, mu_static: Numbers, mu_kinetic: Numbers | None = None, **options: Unpack[SceneOptions]
+    ) -> Scene:
         """One friction everywhere; mu_kinetic defaults to mu_static."""
         mu_static = as_number("mu_static", mu_static, **FRICTION)
         if mu_kinetic is None:
@@ -134,21 +144,28 @@ class Scene:
 
     @classmethod
     def patches(
-        cls, edges: Numeric, mu_static: Numeric, mu_kinetic: Numeric | None = None, **options
+        cls,
+        edges: Numbers,
+        mu_static: Numbers,
+        mu_kinetic: Numbers | None = None,
+        **options: Unpack[SceneOptions],
     ) -> Scene:
         """Friction by floor position; see Patches. Ice from 0.3 m to 0.6 m:
         `Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])`."""
         _require_edges(edges)
-        given = {"mu_static": mu_static, "mu_kinetic": mu_kinetic}
-        if mu_kinetic is None:
-            given["mu_kinetic"] = mu_static
+        given = {
+            "mu_static": mu_static,
+            "mu_kinetic": mu_static if mu_kinetic is None else mu_kinetic,
+        }
         for name, value in given.items():
             require_number(name, value, **FRICTION)
         numbers = (jnp.asarray(value) for value in (edges, *given.values()))
         return cls._with(Patches(*numbers), options)
 
     @classmethod
-    def smoothed(cls, mu_kinetic: Numeric, slip_speed: Numeric = 0.01, **options) -> Scene:
+    def smoothed(
+        cls, mu_kinetic: Numbers, slip_speed: Numbers = 0.01, **options: Unpack[SceneOptions]
+    ) -> Scene:
         """Friction smoothed over sliding speeds of about slip_speed [m/s]; see Smoothed."""
         mu_kinetic = as_number("mu_kinetic", mu_kinetic, **FRICTION)
         slip_speed = as_number("slip_speed", slip_speed, **SLIP_SPEED)
@@ -209,7 +226,7 @@ FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= 
 SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
 
 
-def _check_friction(mu_static: Numeric, mu_kinetic: Numeric) -> None:
+def _check_friction(mu_static: Numbers, mu_kinetic: Numbers) -> None:
     require_number("mu_static", mu_static, **FRICTION)
     require_number("mu_kinetic", mu_kinetic, **FRICTION)
     if is_concrete(mu_static, mu_kinetic) and np.any(
@@ -236,7 +253,7 @@ def _check_patches(floor: Patches) -> None:
     _require_edges(floor.edges)
 
 
-def _require_edges(edges: Numeric) -> None:
+def _require_edges(edges: Numbers) -> None:
     accepted = "at least one floor position, all finite and strictly increasing [m]"
     require_number("edges", edges, accepted=accepted)
     if is_concrete(edges) and np.any(np.diff(np.atleast_1d(np.asarray(edges, float))) <= 0):

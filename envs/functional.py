@@ -27,7 +27,9 @@ from stickslip.dynamics.checks import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Real
+
+    from stickslip.dynamics.numeric import Lists, Number
 
 AUTORESET = ("same_step", "next_step", "disabled")
 
@@ -120,7 +122,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return _jit_reset(self, key, params)
 
     def step(
-        self, key: Array, state: State, action: Float[Array, " act"], params: Params
+        self, key: Array, state: State, action: Real[Number, " act"] | Lists, params: Params
     ) -> tuple[
         Float[Array, " obs"],
         State,

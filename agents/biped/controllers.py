@@ -131,7 +131,7 @@ CONTROLLERS: dict[str, Any] = dict(
 """The baselines by the names that the command line knows."""
 
 
-def controller_by_name(name: str, **settings: Any) -> Controller:
+def controller_by_name(name: str, **settings: Any) -> Controller[Any]:
     """A baseline with some settings changed. ValueError for an unknown name or setting."""
     require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]

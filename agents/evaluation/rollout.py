@@ -54,7 +54,7 @@ class Rollout(NamedTuple):
 
 def rollout(
     env: Any,
-    controller: Controller,
+    controller: Controller[Any],
     params: Any,
     key: Array | int,
     steps: int | None = None,

@@ -40,8 +40,8 @@ class MLPPolicy(Memoryless):
     alone and remembers nothing. Computes in the weights' type.
     """
 
-    weights: tuple[Array, ...]
-    biases: tuple[Array, ...]
+    weights: tuple[Array, "..."]
+    biases: tuple[Array, "..."]
     shift: Array
     scale: Array
     activation: str = field(default="tanh", metadata={"static": True})

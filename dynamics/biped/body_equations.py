@@ -36,9 +36,10 @@ class BodyEquations(NamedTuple):
     """Of a unit motor torque: +1 on the crank, -1 on the hip."""
     ground: Float[Array, "24 3 3"]
     """Of unit friction, normal force and ground moment, the forces at the ankle."""
-    loads: Float[Array, "24 3 4"]
+    loads: Float[Array, "24 3 columns"]
     """Mass times acceleration, I times turning acceleration, of unit crank acceleration, crank
-    rate squared, foot acceleration; and minus the weight of unit gravity."""
+    rate squared, foot acceleration; and minus the weight of unit gravity: 4 columns, or one of a
+    motion that is made of them."""
 
 
 def body_equations(params: BipedParams, motion: LinkMotion) -> BodyEquations:
@@ -80,7 +81,7 @@ def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
     return jnp.stack(columns, axis=-1)
 
 
-def ground_balance(equations: BodyEquations, motion: LinkMotion) -> Float[Array, "3 4"]:
+def ground_balance(equations: BodyEquations, motion: LinkMotion) -> Float[Array, "3 columns"]:
     """Friction, normal force and moment about the ankle, per column of `loads` (eqs. 29-30).
 
     The sum of all bodies' equations, moments about the ankle: joint forces and torque cancel.
@@ -91,6 +92,6 @@ def ground_balance(equations: BodyEquations, motion: LinkMotion) -> Float[Array,
     return jnp.sum(jnp.stack([loads[:, 0], loads[:, 1], moments], axis=1), axis=0)
 
 
-def cross(a: Float[Array, "*n 2"], b: Float[Array, "*n 2"]) -> Float[Array, "*n"]:
-    """The plane's cross product a_x b_y - a_y b_x."""
+def cross(a: Float[Array, "*#n 2"], b: Float[Array, "*#n 2"]) -> Float[Array, "..."]:
+    """The plane's cross product a_x b_y - a_y b_x, of vectors whose batches broadcast."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -53,7 +53,9 @@ def parabola_slope(samples):
     return start - 4 * middle + 3 * end
 
 
-def _first_root(start, linear, square):
+def _first_root(
+    start: Float[Array, ""], linear: Float[Array, ""], square: Float[Array, ""]
+) -> Float[Array, ""]:
     """Least positive root of start + linear s + square s^2 where it falls through zero."""
     discriminant = linear**2 - 4 * square * start
     positive = discriminant > 0

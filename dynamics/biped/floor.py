@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.scene import Floor, Grip, Patches, Smoothed, Uniform
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Int
 
 
@@ -19,7 +20,9 @@ class Friction(NamedTuple):
     mu_kinetic: Float[Array, ""]
 
 
-def patch_at(floor: Floor, position, direction) -> Int[Array, ""]:
+def patch_at(
+    floor: Floor, position: Float[Array, ""], direction: Float[Array, ""]
+) -> Int[Array, ""]:
     """Which patch the foot is on at a floor position [m]; on an edge, the one it moves into."""
     if not isinstance(floor, Patches):
         return jnp.zeros_like(position, jnp.int32)
@@ -29,10 +32,12 @@ def patch_at(floor: Floor, position, direction) -> Int[Array, ""]:
 
 
 @overload
-def friction_on(floor: Uniform | Patches | Smoothed, patch, dtype) -> Friction: ...
+def friction_on(
+    floor: Uniform | Patches | Smoothed, patch: Int[Array, ""], dtype: DTypeLike
+) -> Friction: ...
 @overload
-def friction_on(floor: Floor, patch, dtype) -> Friction | None: ...
-def friction_on(floor: Floor, patch, dtype) -> Friction | None:
+def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None: ...
+def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None:
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):
         return None
@@ -46,12 +51,14 @@ def friction_on(floor: Floor, patch, dtype) -> Friction | None:
     )
 
 
-def smoothed_direction(floor: Smoothed, velocity):
+def smoothed_direction(floor: Smoothed, velocity: Float[Array, ""]) -> Float[Array, ""]:
     """What stands for the direction of sliding on a smoothed floor, between -1 and 1."""
     return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
 
 
-def edge_ahead(floor: Patches, patch, direction, dtype):
+def edge_ahead(
+    floor: Patches, patch: Int[Array, ""], direction: Float[Array, ""], dtype: DTypeLike
+) -> Float[Array, ""]:
     """Floor position of the edge the foot moves towards [m]; infinite past the outermost."""
     edges = jnp.asarray(floor.edges, dtype)
     infinite = jnp.full((1,), jnp.inf, dtype)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, overload
 
 import jax.numpy as jnp
 
@@ -23,17 +23,20 @@ from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, 
 from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt
-from stickslip.dynamics.numeric import all_finite, float_type
+from stickslip.dynamics.numeric import Number, all_finite, float_type
 from stickslip.dynamics.scene import OUTPUTS, Scene, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
 
     from stickslip.dynamics.biped.params import BipedParams
 
 
-class InverseDynamics(NamedTuple):
+JointForces = TypeVar("JointForces")
+
+
+class InverseDynamics(NamedTuple, Generic[JointForces]):
     """What a prescribed motion needs; forces on the foot, ground frame."""
 
     torque: Float[Array, ""]
@@ -42,9 +45,9 @@ class InverseDynamics(NamedTuple):
     normal_force: Float[Array, ""]
     zmp: Float[Array, ""]
     """Zero-moment point from the ankle, forwards [m]."""
-    joint_forces: Float[Array, " 68"] | None = None
-    """With outputs="joints": in the order of JOINT_FORCES [N]."""
-    status: Int[Array, ""] | None = None
+    joint_forces: JointForces
+    """With outputs="joints": [68] in the order of JOINT_FORCES [N]; else None."""
+    status: Int[Array, ""]
     """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
 
 
@@ -69,16 +72,42 @@ class ForwardDynamics(NamedTuple):
     """With outputs="joints": in the order of JOINT_FORCES [N]."""
 
 
+@overload
 def inverse_dynamics(
     params: BipedParams,
-    theta: Float[Array, ""],
-    crank_rate: Float[Array, ""],
-    crank_acceleration: Float[Array, ""],
-    foot_velocity: Float[Array, ""] = 0.0,  # type: ignore[assignment]
-    foot_acceleration: Float[Array, ""] = 0.0,  # type: ignore[assignment]
+    theta: Real[Number, ""],
+    crank_rate: Real[Number, ""],
+    crank_acceleration: Real[Number, ""],
+    foot_velocity: Real[Number, ""] = 0.0,
+    foot_acceleration: Real[Number, ""] = 0.0,
+    *,
+    outputs: Literal["forces"] = "forces",
+) -> InverseDynamics[None]: ...
+
+
+@overload
+def inverse_dynamics(
+    params: BipedParams,
+    theta: Real[Number, ""],
+    crank_rate: Real[Number, ""],
+    crank_acceleration: Real[Number, ""],
+    foot_velocity: Real[Number, ""] = 0.0,
+    foot_acceleration: Real[Number, ""] = 0.0,
+    *,
+    outputs: Literal["joints"],
+) -> InverseDynamics[Float[Array, " 68"]]: ...
+
+
+def inverse_dynamics(
+    params: BipedParams,
+    theta: Real[Number, ""],
+    crank_rate: Real[Number, ""],
+    crank_acceleration: Real[Number, ""],
+    foot_velocity: Real[Number, ""] = 0.0,
+    foot_acceleration: Real[Number, ""] = 0.0,
     *,
     outputs: str = "forces",
-) -> InverseDynamics:
+) -> InverseDynamics[Any]:
     """Torque and ground force of a prescribed motion (eqs. 18-19 and 30-31, reduced: MODEL 1.4).
 
     theta [rad] of the supporting leg, rates [rad/s, rad/s^2], foot [m/s, m/s^2]. No friction law:
@@ -108,12 +137,12 @@ def inverse_dynamics(
 
 def forward_dynamics(
     params: BipedParams | BipedModel,
-    theta: Float[Array, ""],
-    crank_rate: Float[Array, ""],
-    foot_velocity: Float[Array, ""],
-    torque: Float[Array, ""],
-    mu_static: Float[Array, ""],
-    mu_kinetic: Float[Array, ""],
+    theta: Real[Number, ""],
+    crank_rate: Real[Number, ""],
+    foot_velocity: Real[Number, ""],
+    torque: Real[Number, ""],
+    mu_static: Real[Number, ""],
+    mu_kinetic: Real[Number, ""],
     *,
     fidelity: Fidelity = "reduced",
     outputs: str = "forces",

@@ -8,9 +8,10 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, kinematics
+from stickslip.dynamics.numeric import Number, float_type
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.params import BipedParams
 
@@ -51,7 +52,7 @@ class GroundMoment(NamedTuple):
     """sum m y [kg m]"""
 
 
-def reduced_inertia(params: BipedParams, theta: Float[Array, ""]) -> ReducedInertia:
+def reduced_inertia(params: BipedParams, theta: Real[Number, ""]) -> ReducedInertia:
     """M, dM, P, dP, Y, dY at crank angle `theta` [rad] of the supporting leg (MODEL 1.4).
 
     Exact: forward-mode differentiation of the kinematics, where the chapter's eqs. (23)-(25) take
@@ -61,7 +62,7 @@ def reduced_inertia(params: BipedParams, theta: Float[Array, ""]) -> ReducedIner
     return ReducedInertia(M, dM, P, dP, Y, dY)
 
 
-def ground_moment(params: BipedParams, theta: Float[Array, ""]) -> GroundMoment:
+def ground_moment(params: BipedParams, theta: Real[Number, ""]) -> GroundMoment:
     """L, dL and the first mass moments about the supporting ankle, at crank angle `theta` [rad]."""
     (_, _, _, L), (_, _, _, dL) = _momenta_and_slopes(params, theta)
     X, Y = jnp.sum(body_masses(params)[:, None] * kinematics(params, theta).centres, axis=0)
@@ -74,7 +75,9 @@ def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     return mass.at[12].add(params.payload)[LINK_OF_BODY]
 
 
-def _momenta_and_slopes(params: BipedParams, theta):
+def _momenta_and_slopes(params: BipedParams, theta: Number):
+    if jnp.issubdtype(jnp.result_type(theta), jnp.integer):
+        theta = jnp.asarray(theta, float_type(params))
     return jax.jvp(lambda angle: _momenta(params, angle), (theta,), (jnp.ones_like(theta),))
 
 

@@ -29,6 +29,8 @@ from stickslip.dynamics.checks import require_choice
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.biped.body_equations import BodyEquations
+    from stickslip.dynamics.biped.link_motion import LinkMotion
     from stickslip.dynamics.biped.params import BipedParams
 
 
@@ -109,6 +111,6 @@ class JointInertia:
         motion, equations = self._equations(theta)
         return unit_solutions(self.params, equations, motion, self.solver)
 
-    def _equations(self, theta):
+    def _equations(self, theta: Float[Array, ""]) -> tuple[LinkMotion, BodyEquations]:
         motion = link_motion(self.params, theta, self.difference_step)
         return motion, body_equations(self.params, motion)

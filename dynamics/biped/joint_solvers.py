@@ -67,9 +67,9 @@ LEG_BODIES = np.array([[body_of(link, leg) for link in LEG_LINKS] for leg in (0,
 class UnitSolutions(NamedTuple):
     """Per unit of crank acceleration, crank rate squared, foot acceleration and gravity."""
 
-    joint_forces: Float[Array, "68 4"]
-    torque: Float[Array, " 4"]
-    ground: Float[Array, "3 4"]
+    joint_forces: Float[Array, "68 *columns"]
+    torque: Float[Array, "*columns"]
+    ground: Float[Array, "3 *columns"]
     """Friction, normal force, moment about the ankle."""
 
 
@@ -88,7 +88,11 @@ def unit_solutions(
 
 
 def solution_of(
-    params: BipedParams, equations: BodyEquations, motion: LinkMotion, solver: str, u
+    params: BipedParams,
+    equations: BodyEquations,
+    motion: LinkMotion,
+    solver: str,
+    u: Float[Array, " 4"],
 ) -> UnitSolutions:
     """Joint forces [68], torque and ground force [3] of one motion u = (alpha, w^2, a1, g)."""
     alone = equations._replace(loads=(equations.loads @ u)[..., None])
@@ -116,12 +120,14 @@ def _whole(params: BipedParams, equations: BodyEquations, solver: str) -> UnitSo
     return UnitSolutions(forces, torque, jnp.concatenate([ground, moment[None]]))
 
 
-def _row_scale(length):
+def _row_scale(length: Float[Array, ""]) -> Float[Array, " 3"]:
     one = jnp.ones_like(length)
     return jnp.stack([one, one, length])
 
 
-def _legs_whole(equations: BodyEquations, loads, length):
+def _legs_whole(
+    equations: BodyEquations, loads: Float[Array, "2 11 3 k"], length: Float[Array, ""]
+) -> Float[Array, "2 33 k"]:
     """Both legs' joint forces [2, 33, k] by one LU each."""
     right = (loads / _row_scale(length)[:, None]).reshape(2, 33, loads.shape[-1])
     return jax.vmap(solve_dense)(leg_matrices(equations, length), right)
@@ -167,7 +173,7 @@ def _plan() -> tuple[_Group, ...]:
 _PLAN = _plan()
 
 
-def _legs(motion: LinkMotion, loads):
+def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> Float[Array, "2 33 k"]:
     """Both legs' joint forces [2, 33, k], group by group from the foot; loads [2, 11, 3, k]."""
     joints = {(on, by): place for on, by, place in (*LEG_PINS, LEG_SLOT)}
     at = {joint: place_of(motion.pins, motion.hip_pins, place) for joint, place in joints.items()}
@@ -187,7 +193,13 @@ def _legs(motion: LinkMotion, loads):
     return jnp.concatenate([forces[joint] for joint in ordered], axis=1)
 
 
-def _remaining(link: _Link, at, centres, loads, forces):
+def _remaining(
+    link: _Link,
+    at: dict[tuple[int, int], Float[Array, "2 2"]],
+    centres: Float[Array, "2 11 2"],
+    loads: Float[Array, "2 11 3 k"],
+    forces: dict[tuple[int, int], Array],
+) -> tuple[Float[Array, "2 2 k"], Float[Array, "2 k"]]:
     """Force and moment about its outer pin that a link still needs: [2, 2, k], [2, k]."""
     place = LEG_LINKS.index(link.link)
     load, about = loads[:, place], at[link.outer]
@@ -200,7 +212,9 @@ def _remaining(link: _Link, at, centres, loads, forces):
     return force, turn
 
 
-def _inner_force(arms, turns, normal):
+def _inner_force(
+    arms: list[Float[Array, "2 2"]], turns: list[Float[Array, "2 k"]], normal: Float[Array, " 2"]
+) -> Float[Array, "2 2 k"]:
     """Force on a group's first link in its inner joint [2, 2, k], from moments about outer pins.
 
     A pair: arm_1 x force = turn_1, arm_2 x (-force) = turn_2; the divisor vanishes only where the
@@ -213,12 +227,17 @@ def _inner_force(arms, turns, normal):
     return (other[..., None] * turn[:, None] + arm[..., None] * back[:, None]) / span
 
 
-def _moment(arm, force):
+def _moment(arm: Float[Array, "2 2"], force: Float[Array, "2 2 k"]) -> Float[Array, "2 k"]:
     """arm x force for arm [2, 2] and force [2, 2, k]."""
     return arm[:, 0, None] * force[:, 1] - arm[:, 1, None] * force[:, 0]
 
 
-def _crank(equations: BodyEquations, motion: LinkMotion, legs, ground) -> UnitSolutions:
+def _crank(
+    equations: BodyEquations,
+    motion: LinkMotion,
+    legs: Float[Array, "66 k"],
+    ground: Float[Array, "3 k"],
+) -> UnitSolutions:
     """The motor's axis and torque from the crank's three equations, the legs' forces given."""
     rest = equations.loads[CRANK] - equations.forces[CRANK, :, : legs.shape[0]] @ legs
     axis = rest[:2]

@@ -16,9 +16,10 @@ import numpy as np
 from stickslip.dynamics.checks import is_concrete
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.linkage import Linkage
+    from stickslip.dynamics.numeric import Number, Numeric
 
 BODIES = (
     *(str(number) for number in range(1, 14)),
@@ -75,7 +76,7 @@ class _Leg(NamedTuple):
     closure: Float[Array, ""]
 
 
-def kinematics(params: Linkage, theta: Float[Array, ""]) -> Kinematics:
+def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     """All 24 links for crank angle `theta` [rad] of the supporting leg (eqs. 3-11, MODEL 1.1-1.2).
 
     Closed form: the loops are closed by intersecting circles on the chapter's branches (knee
@@ -227,13 +228,13 @@ def _dtype(params: Linkage):
     return jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
 
 
-def _legs(params: Linkage, theta) -> tuple[_Leg, _Leg]:
+def _legs(params: Linkage, theta: Number) -> tuple[_Leg, _Leg]:
     """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
     both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
     return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))
 
 
-def _leg(params: Linkage, angle) -> _Leg:
+def _leg(params: Linkage, angle: Float[Array, ""]) -> _Leg:
     """One leg and the hip in the hip frame, for its own crank angle."""
     zero = jnp.zeros_like(angle)
     A = jnp.stack([zero, zero])
@@ -273,7 +274,9 @@ def _leg(params: Linkage, angle) -> _Leg:
     return _Leg(jnp.stack(origins), jnp.stack(directions), pins, jnp.min(margins))
 
 
-def _meet(p, q, from_p, from_q, *, side: int):
+def _meet(
+    p: Float[Array, " 2"], q: Float[Array, " 2"], from_p: Numeric, from_q: Numeric, *, side: int
+) -> tuple[Float[Array, " 2"], Float[Array, ""]]:
     """The point at the given distances from p and q, left (side=1) or right of the way p to q.
 
     Also the closing margin: the squared height of the triangle over its base squared, which is
@@ -287,7 +290,7 @@ def _meet(p, q, from_p, from_q, *, side: int):
     return p + along * base + side * _root(margin) * normal, margin
 
 
-def _root(square):
+def _root(square: Float[Array, ""]) -> Float[Array, ""]:
     """Square root, 0 below 0, with a finite derivative everywhere."""
     inside = square > 0
     return jnp.where(inside, jnp.sqrt(jnp.where(inside, square, 1.0)), 0.0)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.params import BipedParams
 
+    Places = tuple[Float[Array, "24 2"], Float[Array, " 24"]]
+
 
 class LinkMotion(NamedTuple):
     """Where the 24 bodies are and how they go on with the crank angle; order of BODIES.
@@ -91,13 +93,13 @@ def require_difference_step(step: float) -> None:
         )
 
 
-def _places(params: BipedParams, theta):
+def _places(params: BipedParams, theta: Float[Array, ""]) -> Places:
     """What is differentiated: centres [24, 2] and angles [24]."""
     now = kinematics(params, theta)
     return now.centres, now.angles
 
 
-def _change(before, after):
+def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Array, "..."]:
     """after - before; angles, the array of rank 1, by the shorter way round."""
     change = after - before
     if change.ndim > 1:
@@ -105,7 +107,9 @@ def _change(before, after):
     return change - 2 * np.pi * jnp.round(change / (2 * np.pi))
 
 
-def _motion(params: BipedParams, theta, places, slopes, curvatures) -> LinkMotion:
+def _motion(
+    params: BipedParams, theta: Float[Array, ""], places: Places, slopes: Places, curvatures: Places
+) -> LinkMotion:
     now = kinematics(params, theta)
     (centres, angles), (d_centres, d_angles), (dd_centres, dd_angles) = places, slopes, curvatures
     return LinkMotion(

@@ -55,10 +55,10 @@ from stickslip.dynamics.biped.whole_system import (
     unknown_columns,
 )
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.numeric import Number, float_type
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.link_motion import LinkMotion
     from stickslip.dynamics.biped.params import BipedParams
@@ -99,15 +99,15 @@ class NewtonEuler(NamedTuple):
 
 def newton_euler(
     params: BipedParams,
-    theta: Float[Array, ""],
-    crank_rate: Float[Array, ""],
+    theta: Real[Number, ""],
+    crank_rate: Real[Number, ""],
     *,
     system: str,
-    torque: Numeric = None,
-    crank_acceleration: Numeric = None,
-    foot_acceleration: Numeric = None,
-    mu_kinetic: Numeric = None,
-    direction: Numeric = None,
+    torque: Real[Number, ""] | None = None,
+    crank_acceleration: Real[Number, ""] | None = None,
+    foot_acceleration: Real[Number, ""] | None = None,
+    mu_kinetic: Real[Number, ""] | None = None,
+    direction: Real[Number, ""] | None = None,
     solver: str = "groups",
     difference_step: float | None = None,
 ) -> NewtonEuler:
@@ -147,12 +147,12 @@ def newton_euler(
 
 def condition_number(
     params: BipedParams,
-    theta: Float[Array, ""],
+    theta: Real[Number, ""],
     *,
     system: str = "inverse_ground",
     solver: str = "lu",
-    mu_kinetic: Numeric = 0.0,
-    direction: Numeric = 1.0,
+    mu_kinetic: Real[Number, ""] = 0.0,
+    direction: Real[Number, ""] = 1.0,
     difference_step: float | None = None,
 ) -> Float[Array, ""]:
     """Condition number (2-norm) of the matrix that a solver factors, at crank angle `theta` [rad].

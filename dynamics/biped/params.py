@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -21,11 +21,18 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import (
+    Number,
+    Numbers,
     Numeric,
     float_kind,
     require_broadcast,
     require_numeric,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jax.typing import DTypeLike
 
 LINKS = (
     "foot",
@@ -126,33 +133,33 @@ class BipedParams:
     @classmethod
     def from_bars(
         cls,
-        crank_length: Numeric = 0.030,
-        bar_density: Numeric = 1.48,
-        hip_mass: Numeric = 0.70,
-        foot_mass: Numeric = 0.30,
-        foot_inertia: Numeric = 1e-3,
-        offset: Numeric = 2.0,
-        payload: Numeric = 0.0,
-        heel: Numeric = 8.0,
-        toe: Numeric = 8.0,
-        gravity: Numeric = 9.81,
+        crank_length: Numbers = 0.030,
+        bar_density: Numbers = 1.48,
+        hip_mass: Numbers = 0.70,
+        foot_mass: Numbers = 0.30,
+        foot_inertia: Numbers = 1e-3,
+        offset: Numbers = 2.0,
+        payload: Numbers = 0.0,
+        heel: Numbers = 8.0,
+        toe: Numbers = 8.0,
+        gravity: Numbers = 9.81,
         *,
-        ground_link: Numeric = 2.0,
-        rod: Numeric = 5.0,
-        rod_pin: Numeric = 2.5,
-        rocker: Numeric = 2.5,
-        tendon_drop: Numeric = 12.0,
-        upper_tendon: Numeric = 6.0,
-        lower_tendon: Numeric = 6.0,
-        femur: Numeric = 9.0,
-        femur_pin: Numeric = 3.0,
-        tibia: Numeric = 18.0,
-        tibia_pin: Numeric = 6.0,
-        stabiliser: Numeric = 4.2,
-        slot_depth: Numeric = 4.0,
-        hip_centre: tuple[Numeric, Numeric] = (1.0, -6.0),
-        hip_span: Numeric = 16.0,
-        dtype=None,
+        ground_link: Numbers = 2.0,
+        rod: Numbers = 5.0,
+        rod_pin: Numbers = 2.5,
+        rocker: Numbers = 2.5,
+        tendon_drop: Numbers = 12.0,
+        upper_tendon: Numbers = 6.0,
+        lower_tendon: Numbers = 6.0,
+        femur: Numbers = 9.0,
+        femur_pin: Numbers = 3.0,
+        tibia: Numbers = 18.0,
+        tibia_pin: Numbers = 6.0,
+        stabiliser: Numbers = 4.2,
+        slot_depth: Numbers = 4.0,
+        hip_centre: Sequence[Number] = (1.0, -6.0),
+        hip_span: Numbers = 16.0,
+        dtype: DTypeLike | None = None,
     ) -> BipedParams:
         """Uniform bars of one density, a hip and two feet; the defaults are the reference robot.
 
@@ -188,11 +195,11 @@ class BipedParams:
         mass = jnp.asarray(self.mass)
         return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + self.payload
 
-    def astype(self, dtype) -> BipedParams:
+    def astype(self, dtype: DTypeLike) -> BipedParams:
         """The same robot with every field as an array of `dtype`."""
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
 
-    def replace(self, **changes: Numeric) -> BipedParams:
+    def replace(self, **changes: Numbers) -> BipedParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
         require_known(changes, [field.name for field in fields(self)])
         accepted = "finite numbers"

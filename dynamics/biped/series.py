@@ -108,7 +108,9 @@ def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.cos(angles), transform, integrate
 
 
-def _clenshaw(coefficients, theta):
+def _clenshaw(
+    coefficients: Float[Array, "degrees k"], theta: Float[Array, ""]
+) -> Float[Array, " k"]:
     """Sums of the series at `theta` (Clenshaw's recurrence); beyond the ends it goes on."""
     half = (SUPPORT_END - SUPPORT_START) / 2
     u = (theta - SUPPORT_START) / half - 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -33,7 +33,8 @@ from stickslip.dynamics.checks import (
     require_number,
 )
 from stickslip.dynamics.numeric import (
-    Numeric,
+    Number,
+    Numbers,
     all_finite,
     as_float,
     float_type,
@@ -46,7 +47,7 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
 
 
 @jax.tree_util.register_dataclass
@@ -92,8 +93,8 @@ def step(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    torque: Float[Array, ""],
-    dt: Float[Array, ""],
+    torque: Real[Number, ""],
+    dt: Real[Number, ""],
     *,
     fidelity: Fidelity = "reduced",
     integrator: str | Integrator = "rk4_split",
@@ -124,7 +125,7 @@ def simulate(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    torque: Numeric | Callable[[BipedState], Numeric],
+    torque: Numbers | Callable[[BipedState], Number],
     duration: float,
     dt: float,
     *,
@@ -146,7 +147,7 @@ def simulate_inverse(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    crank_acceleration: Numeric | Callable[[BipedState], Numeric],
+    crank_acceleration: Numbers | Callable[[BipedState], Number],
     duration: float,
     dt: float,
     *,
@@ -196,7 +197,7 @@ def _walk(
     return _simulate(spec, fidelity, policy, kind, count, params, scene, state, values, size)
 
 
-def _one_a_step(kind: type[Drive], values: Numeric, count: int) -> Float[Array, " n"]:
+def _one_a_step(kind: type[Drive], values: Any, count: int) -> Float[Array, " n"]:
     """The drive's number for each of `count` steps, or ValueError."""
     name = kind._fields[0]
     require_number(name, values, accepted="finite numbers, or a function of the state")
@@ -261,6 +262,7 @@ def _simulate(
     spec, fidelity, policy, kind: type[Drive], count, params, scene, state, values, size
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
+    scene = replace(scene, payload=None)  # the model carries it
     dtype = float_type(model, scene, state, values)
     state = state.astype(dtype)
 

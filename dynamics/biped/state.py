@@ -13,6 +13,7 @@ from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.model import BipedModel
@@ -46,7 +47,7 @@ class BipedState:
         phase = jnp.asarray(self.phase)
         return phase + np.pi * jnp.asarray(self.steps).astype(phase.dtype)
 
-    def astype(self, dtype) -> BipedState:
+    def astype(self, dtype: DTypeLike) -> BipedState:
         """The same state as arrays of `dtype`, and steps as int32; time is no number where steps
         are none, so that a step says NON_FINITE."""
         numbers = {name: jnp.asarray(value, dtype) for name, value in vars(self).items()}

@@ -120,7 +120,9 @@ def _nodes_and_transform(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return nodes, np.linalg.inv(np.vander(nodes, increasing=True))
 
 
-def _evaluate(coefficients, theta):
+def _evaluate(
+    coefficients: Float[Array, "pieces 3 powers"], theta: Float[Array, ""]
+) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
     """Values and slopes of the three polynomials of one table at `theta` (Horner's rule)."""
     pieces, _, powers = coefficients.shape
     scale = pieces / (SUPPORT_END - SUPPORT_START)

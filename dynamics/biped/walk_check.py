@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
     from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.numeric import Numeric
+    from stickslip.dynamics.numeric import Number, Numbers
 
 SENSITIVE = 1e3
 """A walk that makes more than this of what it starts with is called sensitive."""
@@ -95,7 +95,7 @@ class WalkCheck:
 class Options(NamedTuple):
     """What makes a walk's program: the torque's function or None, seconds, periods, integrator."""
 
-    policy: Callable[[BipedState], Numeric] | None
+    policy: Callable[[BipedState], Number] | None
     duration: float
     periods: int
     integrator: Integrator
@@ -115,7 +115,7 @@ def check_walk(
     params: BipedParams,
     scene: Scene | str,
     state: BipedState,
-    torque: Numeric | Callable[[BipedState], Numeric],
+    torque: Numbers | Callable[[BipedState], Number],
     duration: float,
     setting: str | Setting = "balanced",
     *,

@@ -13,7 +13,7 @@ from stickslip.dynamics.biped.joints import JOINT_FORCES
 from stickslip.dynamics.biped.kinematics import BODIES
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Shaped
 
     from stickslip.dynamics.biped.params import BipedParams
 
@@ -38,7 +38,9 @@ UNKNOWN = {
 _EQUATIONS = 3 * len(BODIES)
 
 
-def all_columns(equations: BodyEquations, system: str, signed_mu) -> Float[Array, "n 73"]:
+def all_columns(
+    equations: BodyEquations, system: str, signed_mu: Float[Array, ""] | float
+) -> Float[Array, "n 73"]:
     """A system's rows with a column for every quantity, unknown or given; [N, N m] by row.
 
     signed_mu: direction times mu_kinetic, for Coulomb's law f + signed_mu N = 0 as the last row of
@@ -59,7 +61,7 @@ def all_columns(equations: BodyEquations, system: str, signed_mu) -> Float[Array
     return jnp.concatenate([rows, row[None]])
 
 
-def own_rows(per_body: Float[Array, "24 3 *k"], system: str) -> Float[Array, "n *k"]:
+def own_rows(per_body: Shaped[Array, "24 3 *k"], system: str) -> Shaped[Array, "n *k"]:
     """The body equations that belong to a system: not the foot's moment, in "inverse" no foot."""
     foot = 3 * FOOT + np.arange(3)
     left_out = foot if system == "inverse" else foot[2:]
@@ -107,7 +109,9 @@ def solve_whole(
     return columns[:, None] * solution
 
 
-def solve_dense(matrix, right, *, refine: bool = False):
+def solve_dense(
+    matrix: Float[Array, "n n"], right: Float[Array, "n k"], *, refine: bool = False
+) -> Float[Array, "n k"]:
     """LU with partial pivoting; refine: one step of iterative refinement in the same precision."""
     factors = lu_factor(matrix)
     solution = lu_solve(factors, right)
@@ -116,7 +120,12 @@ def solve_dense(matrix, right, *, refine: bool = False):
     return solution
 
 
-def foot_moment(equations: BodyEquations, loads, joint_forces, ground):
+def foot_moment(
+    equations: BodyEquations,
+    loads: Float[Array, "*k"],
+    joint_forces: Float[Array, "68 *k"],
+    ground: Float[Array, "2 *k"],
+) -> Float[Array, "*k"]:
     """The ground's moment about the ankle, by the foot's moment equation (30); trailing axes kept.
 
     loads: what the foot's third row is to sum to; joint_forces [68, ...]; ground [2, ...]: f, N.

@@ -21,7 +21,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.equilibrium import Equilibrium, equilibrium
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose
-from stickslip.dynamics.ugv.pose_solver import NEWTON, depth_allowed
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed
 from stickslip.dynamics.ugv.settings import Setting
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import penetration
@@ -29,7 +29,10 @@ from stickslip.dynamics.ugv.wheel import penetration
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Float
+    from jaxtyping import Float, Real
+
+    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.ugv.shapes import Values
 
 UNPLACED = (
     Status.NO_SOLUTION,
@@ -93,8 +96,8 @@ def check_poses(
     setting: Setting,
     params: UGVParams,
     track: Track | str,
-    x_front: Float[np.ndarray, ...] | None = None,
-    leg_angles: Float[np.ndarray, "... 2"] | None = None,
+    x_front: Real[Number, "..."] | Lists | None = None,
+    leg_angles: Real[Number, "... 2"] | Lists | None = None,
     *,
     friction: float = 0.8,
     count: int = 1000,
@@ -145,7 +148,7 @@ def check_poses(
     )
 
 
-def entered(params: UGVParams, track: Track, placed: Pose):
+def entered(params: UGVParams, track: Track, placed: Pose) -> Values:
     """How deep the ground enters a wheel of the poses [m], for use inside a trace."""
     wheels = placed.rear, placed.front
     r, samples = params.wheel_radius, NEWTON.samples
@@ -191,11 +194,11 @@ def differences(
     return Differences(torque, contact, wrong, unseen)
 
 
-def _pose(x, rear, front) -> tuple[float, float, float]:
+def _pose(x: float, rear: float, front: float) -> tuple[float, float, float]:
     return float(x), float(rear), float(front)
 
 
-def _margin(truth: Equilibrium, weight, r) -> np.ndarray:
+def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray:
     """The least distance of a pose from another status [-]."""
     forces = (truth.N_rear, truth.N_front, truth.grip_rear, truth.grip_front)
     return np.min(
@@ -207,13 +210,20 @@ def _margin(truth: Equilibrium, weight, r) -> np.ndarray:
     )
 
 
-def _resolved(truth: Equilibrium, radius, setting: Setting) -> np.ndarray:
+def _resolved(truth: Equilibrium, radius: np.ndarray, setting: Setting) -> np.ndarray:
     """How deep ground may enter a wheel unseen in the setting's precision [m], wherever it lies."""
     size = np.asarray(truth.pose.wheelbase) + 2 * radius
     return np.asarray(depth_allowed(size.astype(setting.dtype)), float)
 
 
-def _poses(params, track, x_front, leg_angles, count, seed):
+def _poses(
+    params: UGVParams,
+    track: Track,
+    x_front: Any,
+    leg_angles: Any,
+    count: int,
+    seed: int,
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 2"]]:
     """The given poses, or random ones, as [n] and [n, 2] in float64."""
     if (x_front is None) != (leg_angles is None):
         raise ValueError("x_front and leg_angles; accepted: both, or neither to have them drawn")
@@ -248,7 +258,7 @@ def _in(dtype: str, values: Any) -> Any:
 _entered = jax.jit(entered)
 
 
-def _timed(solver, *arguments):
+def _timed(solver: PoseSolver, *arguments):
     """The solver's answer as NumPy arrays, and the processor seconds of a second call."""
     jax.block_until_ready(equilibrium(*arguments, solver=solver))
     begun = time.process_time()

@@ -9,45 +9,47 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number, require_choice
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Lists, Number
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose, require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
 from stickslip.dynamics.ugv.systems import SYSTEMS, solve_system
 from stickslip.dynamics.ugv.track import Track
-from stickslip.dynamics.ugv.wheel import cross, dot
+from stickslip.dynamics.ugv.wheel import Contact, cross, dot
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
+
+    from stickslip.dynamics.ugv.shapes import Points, Values
 
 
 class Forces(NamedTuple):
     """What the ground exerts on the wheels [N]: F along it forwards, N out of it."""
 
-    F_rear: Float[Array, ...]
-    N_rear: Float[Array, ...]
-    F_front: Float[Array, ...]
-    N_front: Float[Array, ...]
+    F_rear: Float[Array, "..."]
+    N_rear: Float[Array, "..."]
+    F_front: Float[Array, "..."]
+    N_front: Float[Array, "..."]
 
 
 class Equilibrium(NamedTuple):
     """Forces [N], wheel torque and leg torques [N m], margins [N] and the pose they belong to."""
 
-    F_rear: Float[Array, ...]
-    N_rear: Float[Array, ...]
-    F_front: Float[Array, ...]
-    N_front: Float[Array, ...]
-    torque: Float[Array, ...]
+    F_rear: Float[Array, "..."]
+    N_rear: Float[Array, "..."]
+    F_front: Float[Array, "..."]
+    N_front: Float[Array, "..."]
+    torque: Float[Array, "..."]
     """M on each wheel, anticlockwise positive: driving forwards is negative."""
-    grip_rear: Float[Array, ...]
+    grip_rear: Float[Array, "..."]
     """Friction left at the rear wheel, mu N - |F|; negative: it slips."""
-    grip_front: Float[Array, ...]
+    grip_front: Float[Array, "..."]
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators, rear and front; positive drives the leg outwards."""
-    clearance: Float[Array, ...]
+    clearance: Float[Array, "..."]
     """The pose's [m]."""
-    status: Int[Array, ...]
+    status: Int[Array, "..."]
     """The pose's, or ROLLOVER, GROUNDED, WHEEL_SLIP, NO_SOLUTION."""
     pose: Pose
 
@@ -60,9 +62,9 @@ class Equilibrium(NamedTuple):
 def equilibrium(
     params: UGVParams,
     track: Track | str,
-    x_front: Float[Array, ...],
-    leg_angles: Float[Array, "... 2"],
-    friction: Numeric = 0.8,
+    x_front: Real[Number, "..."] | Lists,
+    leg_angles: Real[Number, "... 2"] | Lists,
+    friction: Real[Number, "..."] | Lists = 0.8,
     *,
     solver: PoseSolver = NEWTON,
     system: str = "closed",
@@ -77,21 +79,31 @@ def equilibrium(
     Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
     losses in the legs. Differentiable in every number.
     """
-    friction = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
+    mu = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
     require_choice("system", system, SYSTEMS)
     track, x_front, leg_angles = require_place(
-        params, track, x_front, leg_angles, solver, friction=friction
+        params, track, x_front, leg_angles, solver, friction=mu
     )
-    return _equilibrium(params, track, x_front, leg_angles, friction, solver, system)
+    return _equilibrium(params, track, x_front, leg_angles, mu, solver, system)
 
 
 @partial(jax.jit, static_argnums=(5, 6))
-def _equilibrium(params, track, x_front, leg_angles, friction, solver, system):
+def _equilibrium(
+    params: UGVParams,
+    track: Track,
+    x_front: Real[Array, "..."],
+    leg_angles: Real[Array, "... 2"],
+    friction: Real[Array, "..."],
+    solver: PoseSolver,
+    system: str,
+) -> Equilibrium:
     forces = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
     return forces._replace(pose=forces.pose.in_world())
 
 
-def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "closed"):
+def balance(
+    params: UGVParams, placed: Pose, friction: Real[Array, "..."] | float, system: str = "closed"
+) -> Equilibrium:
     """`equilibrium` of a pose, without checks, for use inside a trace."""
     if system == "closed":
         forces = ground_forces(params, placed)
@@ -124,7 +136,9 @@ def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "c
     )
 
 
-def ground_forces(params: UGVParams, placed: Pose, difference: Numeric = 0.0) -> Forces:
+def ground_forces(
+    params: UGVParams, placed: Pose, difference: Real[Array, "..."] | float = 0.0
+) -> Forces:
     """The forces with F_front - F_rear = difference [N] (eq. 42; 0: the same torque at each wheel).
 
     With a motor at each wheel the three equations of the whole vehicle leave one force free; this
@@ -151,7 +165,7 @@ def ground_forces(params: UGVParams, placed: Pose, difference: Numeric = 0.0) ->
     return Forces(F_front - difference, N_rear, F_front, N_front)
 
 
-def weight_moment(params: UGVParams, placed: Pose, x):
+def weight_moment(params: UGVParams, placed: Pose, x: Values) -> Values:
     """Clockwise moment of the five weights about a point at x [N m]."""
     wheels = placed.rear.centre[..., 0] + placed.front.centre[..., 0] - 2 * x
     legs = placed.rear_leg[..., 0] + placed.front_leg[..., 0] - 2 * x
@@ -160,7 +174,7 @@ def weight_moment(params: UGVParams, placed: Pose, x):
     return mass * params.gravity
 
 
-def leg_torques(params: UGVParams, placed: Pose, forces: Forces):
+def leg_torques(params: UGVParams, placed: Pose, forces: Forces) -> Points:
     """Torques of the leg actuators [..., 2], rear and front [N m], positive outwards.
 
     The moment about its hinge of all that acts on a leg and its wheel from outside, balanced. By
@@ -174,7 +188,9 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces):
     return jnp.stack([rear, -front], -1)
 
 
-def _moment(params: UGVParams, wheel, leg, hinge, F, N):
+def _moment(
+    params: UGVParams, wheel: Contact, leg: Points, hinge: Points, F: Values, N: Values
+) -> Values:
     """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
     force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal
     weights = (

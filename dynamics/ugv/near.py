@@ -15,9 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Int
 
-    from stickslip.dynamics.ugv.shapes import Profile, Shape
+    from stickslip.dynamics.ugv.shapes import Profile, Shape, Values
 
 
 @jax.tree_util.register_dataclass
@@ -30,10 +30,10 @@ class Near:
     """
 
     shape: Any
-    base: Float[Array, ...]
-    anchor: tuple[Float[Array, ...], ...]
+    base: Float[Array, "..."]
+    anchor: tuple[Float[Array, "..."], ...]
 
-    def profile(self, u: Float[Array, "..."]) -> Profile:
+    def profile(self, u: Values) -> Profile:
         """Height above the base [m], slope [-] and second derivative [1/m], u [m] from the base."""
         more = (1,) * (jnp.ndim(u) - self.base.ndim)
         base, *anchor = (jnp.reshape(v, (*v.shape, *more)) for v in (self.base, *self.anchor))
@@ -41,24 +41,24 @@ class Near:
         height = sum(part - there for part, there in zip(parts, anchor, strict=True))
         return height, slope, second  # pyright: ignore[reportReturnType]
 
-    def height(self, u: Float[Array, "..."]) -> Float[Array, "..."]:
+    def height(self, u: Values) -> Values:
         """Above the base [m]."""
         return self.profile(u)[0]
 
     @property
-    def grain(self) -> Float[Array, ...]:
+    def grain(self) -> Float[Array, "..."]:
         """The largest number [m] whose rounding a height near the base may carry, [...]."""
         size = jnp.abs(self.anchor[-1])
         return size if hasattr(self.shape, "near") else size + jnp.abs(self.base)
 
 
-def seen_from(shape: Shape, base: Float[Array, "..."]) -> Near:
+def seen_from(shape: Shape, base: Values) -> Near:
     """The ground from `base` [...] [m], a floating array."""
     parts, _, _ = parts_of(shape, base, jnp.zeros_like(base))
     return Near(shape, base, tuple(jnp.broadcast_to(part, base.shape) for part in parts))
 
 
-def parts_of(shape: Any, base, u):
+def parts_of(shape: Any, base: Values, u: Values) -> tuple[tuple[Values, ...], Values, Values]:
     """Height in parts, large and exact ones first; slope; second derivative, at base + u.
 
     Of a shape that only knows `profile`, and so rounds base + u, one part.
@@ -81,7 +81,13 @@ def in_two(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, values - first
 
 
-def locate(knots, rests, even: bool, base, u):
+def locate(
+    knots: Float[Array, "knots"],
+    rests: Float[Array, "knots"],
+    even: bool,
+    base: Values,
+    u: Values,
+) -> tuple[Int[Array, "..."], Values, Values]:
     """The piece that base + u lies in, how far behind its left knot that is, and how far outside.
 
     knots + rests: [pieces + 1] increasing places [m], in two parts. Outside the first or the last

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -17,7 +18,12 @@ from stickslip.dynamics.checks import (
     require_number,
 )
 from stickslip.dynamics.derived import register_derived, settle
-from stickslip.dynamics.numeric import Numeric, require_broadcast
+from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.ugv.shapes import Points
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
 NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
@@ -62,13 +68,13 @@ class UGVParams:
                 settle(self, **{name: as_number(name, value, accepted=accepted)})
             self.validate()
 
-    def replace(self, **changes: Numeric) -> UGVParams:
+    def replace(self, **changes: Numbers) -> UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
         require_known(changes, [field.name for field in fields(self)])
         return replace(self, **changes)
 
     @property
-    def weight(self):
+    def weight(self) -> Numeric:
         """Weight of the whole half vehicle [N]."""
         return (2 * self.wheel_mass + 2 * self.leg_mass + self.body_mass) * self.gravity
 
@@ -105,7 +111,7 @@ class UGVParams:
                 f"folded to leg_angle_min take, 2 leg_length cos(leg_angle_min) = {folded} m"
             )
 
-    def check_leg_angles(self, leg_angles, name: str = "leg_angles") -> None:
+    def check_leg_angles(self, leg_angles: Any, name: str = "leg_angles") -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
         require_number(name, leg_angles, accepted="finite angles [..., 2] [rad]")
         if np.shape(leg_angles)[-1:] != (2,):
@@ -128,7 +134,9 @@ class UGVParams:
             )
 
 
-def legs(params: UGVParams, leg_angles):
+def legs(
+    params: UGVParams, leg_angles: Float[Array | np.ndarray, "... 2"]
+) -> tuple[Points, Points]:
     """Wheel centres in the body's frame (MODEL 2): rear and front, [..., 2] each [m].
 
     The frame has its origin at the rear hinge and x along the body; leg_angles [..., 2] [rad].

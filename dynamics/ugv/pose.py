@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number
-from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.numeric import Lists, Number, float_type
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.params import UGVParams, legs
@@ -25,7 +25,9 @@ from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import Contact, contact, cross, dot, penetration
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
+
+    from stickslip.dynamics.ugv.shapes import Points, Values
 
 
 class Pose(NamedTuple):
@@ -37,9 +39,9 @@ class Pose(NamedTuple):
 
     rear: Contact
     front: Contact
-    wheelbase: Float[Array, ...]
+    wheelbase: Float[Array, "..."]
     """R: between the wheel centres [m] (eq. 39)."""
-    pitch: Float[Array, ...]
+    pitch: Float[Array, "..."]
     """Angle of the body above the horizontal, nose up positive [rad]."""
     rear_hinge: Float[Array, "... 2"]
     front_hinge: Float[Array, "... 2"]
@@ -47,20 +49,20 @@ class Pose(NamedTuple):
     """Centre of mass of the body; of the legs below."""
     rear_leg: Float[Array, "... 2"]
     front_leg: Float[Array, "... 2"]
-    clearance: Float[Array, ...]
+    clearance: Float[Array, "..."]
     """Least height above the ground [m], measured vertically at points of the body, a line from
     hinge to hinge, and of the legs as far as they stand out of the wheels."""
-    status: Int[Array, ...]
+    status: Int[Array, "..."]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
     origin: Float[Array, "... 2"]
     """Where the points' frame has its origin in the world [m]: zero, or out of `stand` where the
     front wheel touches."""
 
-    def potential_energy(self, params: UGVParams):
+    def potential_energy(self, params: UGVParams) -> Values:
         """Of all five bodies above y = 0 [J]; far up, energy_above_origin keeps more digits."""
         return self.energy_above_origin(params) + params.weight * self.origin[..., 1]
 
-    def energy_above_origin(self, params: UGVParams):
+    def energy_above_origin(self, params: UGVParams) -> Values:
         """Potential energy of all five bodies above `origin` [J]."""
         wheels = params.wheel_mass * (self.rear.centre[..., 1] + self.front.centre[..., 1])
         legs = params.leg_mass * (self.rear_leg[..., 1] + self.front_leg[..., 1])
@@ -87,8 +89,8 @@ class Pose(NamedTuple):
 def pose(
     params: UGVParams,
     track: Track | str,
-    x_front: Float[Array, ...],
-    leg_angles: Float[Array, "... 2"],
+    x_front: Real[Number, "..."] | Lists,
+    leg_angles: Real[Number, "... 2"] | Lists,
     *,
     solver: PoseSolver = NEWTON,
 ) -> Pose:
@@ -112,11 +114,11 @@ def pose(
 def require_place(
     params: UGVParams,
     track: Track | str,
-    x_front,
-    leg_angles,
+    x_front: Any,
+    leg_angles: Any,
     solver: PoseSolver,
-    **others: Numeric,
-) -> tuple:
+    **others: Any,
+) -> tuple[Track, Number, Number]:
     """The track, and x_front and leg_angles as arrays, or ValueError for what places no vehicle;
     others: numbers whose shapes have to go with theirs."""
     require_kind("params", params, UGVParams, "a UGVParams")
@@ -137,16 +139,30 @@ def require_place(
         ) from None
     track.require_resolved(float_type(params, track, x_front, leg_angles))
     listed = (list, tuple)
-    places = (jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles))
-    return track, *places
+    x_front, leg_angles = (
+        jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles)
+    )
+    return track, x_front, leg_angles
 
 
-def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
+def place(
+    params: UGVParams,
+    track: Track,
+    x_front: Real[Number, "..."],
+    leg_angles: Real[Number, "... 2"],
+    solver: PoseSolver,
+) -> Pose:
     """`pose` without checks, for use inside a trace."""
     return stand(params, track, x_front, leg_angles, solver).in_world()
 
 
-def stand(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
+def stand(
+    params: UGVParams,
+    track: Track,
+    x_front: Real[Number, "..."],
+    leg_angles: Real[Number, "... 2"],
+    solver: PoseSolver,
+) -> Pose:
     """`place` with the points counted from where the front wheel touches, in x and in height.
 
     So nothing depends on how far the track lies from x = 0 and y = 0 but `origin`. Forces, torques
@@ -199,7 +215,7 @@ def stand(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:
 _place = jax.jit(place, static_argnums=4)
 
 
-def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int):
+def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Values:
     """Least height above the ground of the body and of what the wheels leave of the legs [m]."""
     if samples == 0:
         return jnp.full_like(placed.wheelbase, jnp.inf)
@@ -215,14 +231,16 @@ def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int):
     return least
 
 
-def turned(vector, along):
+def turned(vector: Points, along: Points) -> Points:
     """The vector in the world, given in a frame whose x axis is the unit vector `along`."""
     x, y = vector[..., 0], vector[..., 1]
     cos, sin = along[..., 0], along[..., 1]
     return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
 
 
-def _status(params, ground: Near, placed: Pose, missed, solver):
+def _status(
+    params: UGVParams, ground: Near, placed: Pose, missed: tuple[Values, Values], solver: PoseSolver
+) -> Int[Array, "..."]:
     """The first of the pose's failures that applies."""
     dtype = placed.wheelbase.dtype
     eps = jnp.finfo(dtype).eps

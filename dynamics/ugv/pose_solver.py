@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +17,12 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.wheel import Contact, contact, dot, penetration
+
+if TYPE_CHECKING:
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.ugv.shapes import Points, Values
 
 METHODS = ("newton", "scan")
 MOST_ITERATIONS = 100
@@ -60,11 +67,11 @@ class PoseSolver:
         if self.method == "scan" and self.samples == 0:
             raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
 
-    def stop_gap(self, dtype) -> float:
+    def stop_gap(self, dtype: DTypeLike) -> float:
         """Relative error of the wheelbase at which an adaptive iteration stops."""
         return max(self.tolerance or 0.0, 4 * float(jnp.finfo(dtype).eps))
 
-    def accepted_gap(self, dtype) -> float:
+    def accepted_gap(self, dtype: DTypeLike) -> float:
         """Error relative to the vehicle's size and place above which a pose is NOT_CONVERGED."""
         return max(self.tolerance or 0.0, 64 * float(jnp.finfo(dtype).eps))
 
@@ -73,7 +80,9 @@ NEWTON = PoseSolver()
 """The default."""
 
 
-def locate(track: Near, radius, front: Contact, wheelbase, solver: PoseSolver):
+def locate(
+    track: Near, radius: Values | float, front: Contact, wheelbase: Values, solver: PoseSolver
+) -> tuple[Values, Values, Values]:
     """The rear contact [m], by how much the wheelbase is missed there [m] and its slope in x [-].
 
     In the frame of the track's base. The distance between the centres is at least the wheelbase R
@@ -92,7 +101,9 @@ def locate(track: Near, radius, front: Contact, wheelbase, solver: PoseSolver):
     return polished, *miss(track, radius, front.centre, wheelbase, polished)
 
 
-def miss(track: Near, radius, centre, wheelbase, x):
+def miss(
+    track: Near, radius: Values | float, centre: Points, wheelbase: Values, x: Values
+) -> tuple[Values, Values]:
     """By how much the wheel at x is farther than the wheelbase from `centre` [m] (eq. 39), and the
     slope of that in x."""
     rear = contact(track, x, radius)
@@ -104,7 +115,14 @@ def miss(track: Near, radius, centre, wheelbase, x):
     return distance - wheelbase, rate
 
 
-def _newton(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
+def _newton(
+    track: Near,
+    radius: Values | float,
+    front: Contact,
+    wheelbase: Values,
+    low: Values,
+    solver: PoseSolver,
+) -> Values:
     """Newton's method from the chord along the front tangent, halving where it would not do."""
     high = front.x
     guess = jnp.clip(front.x - wheelbase * front.tangent[..., 0], low, high)
@@ -115,7 +133,15 @@ def _newton(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
     return guess
 
 
-def _narrowed(track, radius, centre, wheelbase, x, far, near):
+def _narrowed(
+    track: Near,
+    radius: Values | float,
+    centre: Points,
+    wheelbase: Values,
+    x: Values,
+    far: Values,
+    near: Values,
+) -> tuple[Values, Values, Values, Values]:
     """Newton's point if it lies in the bracket, else its middle; the bracket; the miss at x."""
     gap, rate = miss(track, radius, centre, wheelbase, x)
     far, near = jnp.where(gap > 0, x, far), jnp.where(gap > 0, near, x)
@@ -124,7 +150,15 @@ def _narrowed(track, radius, centre, wheelbase, x, far, near):
     return jnp.where(inside, newton, (far + near) / 2), far, near, gap
 
 
-def _refine(track, radius, centre, wheelbase, bracket, guess, solver: PoseSolver):
+def _refine(
+    track: Near,
+    radius: Values | float,
+    centre: Points,
+    wheelbase: Values,
+    bracket: tuple[Values, Values],
+    guess: Values,
+    solver: PoseSolver,
+) -> Values:
     """Narrow the bracket (missing by more than 0, by less) until the wheelbase is met.
 
     Where Newton's method does not at least halve the miss, the next point is the middle.
@@ -149,7 +183,14 @@ def _refine(track, radius, centre, wheelbase, bracket, guess, solver: PoseSolver
     return jax.lax.while_loop(more, narrow, (0, start))[1][0]
 
 
-def _scan(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
+def _scan(
+    track: Near,
+    radius: Values | float,
+    front: Contact,
+    wheelbase: Values,
+    low: Values,
+    solver: PoseSolver,
+) -> Values:
     """The nearest crossing behind the front wheel where the wheel clears the ground.
 
     Every interval in which the miss changes sign is refined. Where the ground enters the wheel at
@@ -173,7 +214,7 @@ def _scan(track, radius, front: Contact, wheelbase, low, solver: PoseSolver):
     return jnp.where(jnp.isfinite(best), best, nearest)
 
 
-def size_near(ground: Near, wheelbase, radius):
+def size_near(ground: Near, wheelbase: Values, radius: Values | float) -> Values:
     """The largest number [m] whose rounding a vehicle's place carries: its own size, wherever on
     the ground it stands; of the shape of wheelbase."""
     grain = ground.grain
@@ -181,6 +222,6 @@ def size_near(ground: Near, wheelbase, radius):
     return wheelbase + 2 * radius + jnp.reshape(grain, (*grain.shape, *more))
 
 
-def depth_allowed(size):
+def depth_allowed(size: Float[Array | np.ndarray, "..."]) -> Float[Array | np.ndarray, "..."]:
     """How far the ground may seem to enter a wheel by rounding [m], at numbers of `size`."""
     return 256 * jnp.finfo(size.dtype).eps * size

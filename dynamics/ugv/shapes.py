@@ -22,7 +22,11 @@ from stickslip.dynamics.numeric import Numeric, float_type
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    Profile = tuple[Float[Array, "..."], Float[Array, "..."], Float[Array, "..."]]
+    Values = Float[Array, "..."]
+    """A number for each member of a batch."""
+    Points = Float[Array, "... 2"]
+    """A point, or a vector, for each."""
+    Profile = tuple[Values, Values, Values]
 
 
 class Shape(Protocol):
@@ -275,14 +279,14 @@ def require_function(function: Any, points: np.ndarray) -> None:
                 )
 
 
-def _bend(z, joint):
+def _bend(z: Values, joint: Values) -> Profile:
     """Integral of a slope rising from 0 to 1 over `joint` about z = 0: value, slope, second."""
     u = jnp.clip(z / joint + 0.5, 0.0, 1.0)
     past = jnp.maximum(z - joint / 2, 0.0)
     return joint * u**3 * (1 - u / 2) + past, u * u * (3 - 2 * u), 6 * u * (1 - u) / joint
 
 
-def _quintic_rise(z, length):
+def _quintic_rise(z: Values, length: Values) -> Profile:
     """From 0 to 1 over `length` about z = 0: value, slope, second derivative."""
     u = jnp.clip(z / length + 0.5, 0.0, 1.0)
     value = u**3 * (10 - u * (15 - 6 * u))

@@ -6,16 +6,24 @@ subsystem is (m_w + 2 m_l + m_b) g, and the right side of the fourth of (43) is 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import jax.numpy as jnp
 
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose
 from stickslip.dynamics.ugv.wheel import cross
 
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.numeric import Numeric
+    from stickslip.dynamics.ugv.shapes import Points, Values
+
 SYSTEMS = ("closed", "five", "nine")
 
 
-def solve_system(params: UGVParams, placed: Pose, system: str):
+def solve_system(params: UGVParams, placed: Pose, system: str) -> tuple[Values, ...]:
     """F_rear, N_rear, F_front, N_front, torque from the five or the nine equations."""
     rows, right = (five if system == "five" else nine)(params, placed)
     solution = jnp.linalg.solve(rows, right[..., None])[..., 0]
@@ -23,7 +31,7 @@ def solve_system(params: UGVParams, placed: Pose, system: str):
     return tuple(solution[..., i] for i in order)
 
 
-def nine(params: UGVParams, placed: Pose):
+def nine(params: UGVParams, placed: Pose) -> tuple[Float[Array, "... 9 9"], Float[Array, "... 9"]]:
     """Eqs. (40)-(42): [..., 9, 9] and [..., 9].
 
     Unknowns: F_r, N_r, F_f, N_f, F_lw (x, y; rear leg on rear wheel), F_wl (x, y; front wheel on
@@ -50,7 +58,7 @@ def nine(params: UGVParams, placed: Pose):
     return _matrix(rows), jnp.stack(right, -1)
 
 
-def five(params: UGVParams, placed: Pose):
+def five(params: UGVParams, placed: Pose) -> tuple[Float[Array, "... 5 5"], Float[Array, "... 5"]]:
     """Eq. (43), with F_f among its unknowns F_r, N_r, F_f, N_f, M: [..., 5, 5] and [..., 5]."""
     r, g = params.wheel_radius, params.gravity
     tr, nr, tf, nf, zero, one = _directions(placed)
@@ -67,7 +75,7 @@ def five(params: UGVParams, placed: Pose):
     return _matrix(rows), jnp.stack(right, -1)
 
 
-def second_subsystem(params: UGVParams, placed: Pose):
+def second_subsystem(params: UGVParams, placed: Pose) -> tuple[Points, Numeric]:
     """Centre of mass [..., 2] and mass of rear wheel, legs and body (C2 of Fig. 23)."""
     mass = params.wheel_mass + 2 * params.leg_mass + params.body_mass
     moment = (
@@ -78,21 +86,21 @@ def second_subsystem(params: UGVParams, placed: Pose):
     return moment / mass, mass
 
 
-def whole(params: UGVParams, placed: Pose):
+def whole(params: UGVParams, placed: Pose) -> tuple[Points, Numeric]:
     """Centre of mass [..., 2] and mass of the whole half vehicle (C3)."""
     carried, mass = second_subsystem(params, placed)
     total = mass + params.wheel_mass
     return (mass * carried + params.wheel_mass * placed.front.centre) / total, total
 
 
-def _directions(placed: Pose):
+def _directions(placed: Pose) -> tuple[Points, Points, Points, Points, Values, Values]:
     """Tangents and normals at both contacts, [..., 2] each, and zeros and ones of their batch."""
     zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
     rear, front = placed.rear, placed.front
     return rear.tangent, rear.normal, front.tangent, front.normal, zero, one
 
 
-def _arms(params: UGVParams, placed: Pose):
+def _arms(params: UGVParams, placed: Pose) -> tuple[Points, Points, Points, Points]:
     """The lever arms C2T, C2E, C3T and C3D of eqs. (41)-(43), [..., 2] each."""
     C2, _ = second_subsystem(params, placed)
     C3, _ = whole(params, placed)
@@ -100,5 +108,5 @@ def _arms(params: UGVParams, placed: Pose):
     return rear - C2, placed.front.centre - C2, rear - C3, front - C3
 
 
-def _matrix(rows):
+def _matrix(rows: list[list[Values]]) -> Float[Array, "... n n"]:
     return jnp.stack([jnp.stack(jnp.broadcast_arrays(*row), -1) for row in rows], -2)

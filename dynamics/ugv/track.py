@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Number, Numbers, Numeric
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.dynamics.ugv.near import Near, seen_from
 from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
@@ -35,13 +35,15 @@ from stickslip.dynamics.ugv.shapes import (
     Shape,
     Sinusoid,
     Step,
+    as_floats,
     require_function,
     require_numbers,
 )
 from stickslip.dynamics.ugv.spline import Spline, hermite_table, spline_through
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.ugv.shapes import Profile
 
@@ -74,21 +76,21 @@ class Track:
             numbers = [numbers[0], f"{len(numbers) - 1} more"]
         return f"Track({kind}({', '.join(numbers)}), {', '.join(ends)})"
 
-    def profile(self, x: Float[Array, "..."]) -> Profile:
+    def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
         return self.shape.profile(x)
 
-    def height(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def height(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f(x) [m]."""
         return self.profile(x)[0]
 
-    def slope(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def slope(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f'(x) [-], the tangent of the ground's angle."""
         return self.profile(x)[1]
 
-    def seen_from(self, x: Float[Array, "..."]) -> Near:
+    def seen_from(self, x: Real[Number, "..."]) -> Near:
         """The ground with distances and heights counted from its points at x [...] [m]."""
-        return seen_from(self.shape, x)
+        return seen_from(self.shape, *as_floats(x))
 
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where points of the ground are one number in `dtype`."""
@@ -96,7 +98,9 @@ class Track:
             self.shape.require_resolved(dtype)
 
     @classmethod
-    def from_function(cls, function: Callable, start: Numeric = 0.0, end: Numeric = 10.0) -> Track:
+    def from_function(
+        cls, function: Callable[[Array], Array], start: Number = 0.0, end: Number = 10.0
+    ) -> Track:
         """y = function(x): one number to one number, in jax.numpy, twice differentiable.
 
         The function is kept as it is, static and hashable; slope and second derivative come from
@@ -110,7 +114,7 @@ class Track:
         return track
 
     @classmethod
-    def from_points(cls, x: Numeric, y: Numeric, interpolation: str = "cubic") -> Track:
+    def from_points(cls, x: Numbers, y: Numbers, interpolation: str = "cubic") -> Track:
         """A curve through concrete points, x strictly increasing [m], two or more.
 
         interpolation: "cubic", the natural spline, twice continuously differentiable; "pchip" and
@@ -132,24 +136,24 @@ class Track:
         return build(**numbers)
 
     @classmethod
-    def flat(cls, start: Numeric = 0.0, end: Numeric = 8.0) -> Track:
+    def flat(cls, start: Number = 0.0, end: Number = 8.0) -> Track:
         """Level ground, y = 0."""
         return _placed(Flat(), start, end)
 
     @classmethod
-    def incline(cls, slope: Numeric = 0.3, start: Numeric = 0.0, end: Numeric = 8.0) -> Track:
+    def incline(cls, slope: Number = 0.3, start: Number = 0.0, end: Number = 8.0) -> Track:
         """One endless slope [-] through the origin."""
         return _placed(Incline(slope), start, end)
 
     @classmethod
     def bump(
         cls,
-        height: Numeric = 0.1,
-        centre: Numeric = 4.0,
-        width: Numeric = 1.0,
+        height: Number = 0.1,
+        centre: Number = 4.0,
+        width: Number = 1.0,
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 8.0,
+        start: Number = 0.0,
+        end: Number = 8.0,
     ) -> Track:
         """The chapter's soft bump, height exp(-((x - centre) / width)^2); see Bump."""
         return _placed(Bump(height, centre, width), start, end)
@@ -157,11 +161,11 @@ class Track:
     @classmethod
     def sinusoid(
         cls,
-        amplitude: Numeric = 0.05,
-        wavelength: Numeric = 2.0,
+        amplitude: Number = 0.05,
+        wavelength: Number = 2.0,
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 8.0,
+        start: Number = 0.0,
+        end: Number = 8.0,
     ) -> Track:
         """amplitude sin(2 pi x / wavelength), without end; see Sinusoid."""
         return _placed(Sinusoid(amplitude, wavelength), start, end)
@@ -169,13 +173,13 @@ class Track:
     @classmethod
     def ramp(
         cls,
-        slope: Numeric = 0.3,
-        position: Numeric = 2.0,
-        length: Numeric = 4.0,
-        joint: Numeric = 1.0,
+        slope: Number = 0.3,
+        position: Number = 2.0,
+        length: Number = 4.0,
+        joint: Number = 1.0,
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 8.0,
+        start: Number = 0.0,
+        end: Number = 8.0,
     ) -> Track:
         """A straight of `slope` between two levels, with smooth joints; see Ramp."""
         return _placed(Ramp(slope, position, length, joint), start, end)
@@ -183,12 +187,12 @@ class Track:
     @classmethod
     def step(
         cls,
-        height: Numeric = 0.1,
-        position: Numeric = 4.0,
-        length: Numeric = 0.5,
+        height: Number = 0.1,
+        position: Number = 4.0,
+        length: Number = 0.5,
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 8.0,
+        start: Number = 0.0,
+        end: Number = 8.0,
     ) -> Track:
         """A smoothed step; see Step. By default its foot's least radius is 0.45 m."""
         return _placed(Step(height, position, length), start, end)
@@ -196,13 +200,13 @@ class Track:
     @classmethod
     def ditch(
         cls,
-        depth: Numeric = 0.1,
-        position: Numeric = 4.0,
-        width: Numeric = 1.0,
-        side: Numeric = 0.5,
+        depth: Number = 0.1,
+        position: Number = 4.0,
+        width: Number = 1.0,
+        side: Number = 0.5,
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 8.0,
+        start: Number = 0.0,
+        end: Number = 8.0,
     ) -> Track:
         """A smoothed ditch; see Ditch."""
         return _placed(Ditch(depth, position, width, side), start, end)
@@ -213,9 +217,9 @@ class Track:
         key: int | Array = 0,
         iso_class: str = "C",
         *,
-        start: Numeric = 0.0,
-        end: Numeric = 20.0,
-        margin: Numeric = 2.0,
+        start: Number = 0.0,
+        end: Number = 20.0,
+        margin: Number = 2.0,
         **options,
     ) -> Track:
         """Random ground of an ISO 8608 class, "A" (very good road) to "H".
@@ -233,7 +237,7 @@ class Track:
         shape = rough_shape(key, level, start - margin, end + margin, **options)
         return _placed(shape, start, end)
 
-    def resampled(self, start: Numeric, end: Numeric, pieces: int) -> Track:
+    def resampled(self, start: Number, end: Number, pieces: int) -> Track:
         """The same ground from start to end [m] as a table of quintics: one price for any shape.
 
         How exact it is: hermite_table. Past the ends it goes on straight, so enclose the drive and
@@ -241,7 +245,7 @@ class Track:
         """
         return replace(self, shape=hermite_table(self.profile, start, end, pieces))
 
-    def astype(self, dtype) -> Track:
+    def astype(self, dtype: DTypeLike) -> Track:
         """The same track with every number as an array of `dtype`.
 
         ValueError where points are one number in it.
@@ -259,7 +263,7 @@ def track_of(track: Any) -> Track:
     return track
 
 
-def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:
+def _placed(shape: Shape, start: Number, end: Number) -> Track:
     """A track whose numbers have been checked: they are kept as they are given."""
     if not isinstance(shape, Function):
         require_numbers(shape)
@@ -267,7 +271,7 @@ def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:
     return Track(shape, start, end)
 
 
-def _require_ends(start: Numeric, end: Numeric) -> None:
+def _require_ends(start: Number, end: Number) -> None:
     for name, value in (("start", start), ("end", end)):
         require_number(name, value, accepted="a finite position [m]")
     if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):

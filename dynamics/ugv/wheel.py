@@ -11,7 +11,9 @@ from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.dynamics.ugv.shapes import Points, Values
 
 NARROWINGS = 10
 """Of the interval in which the ground may come nearest to a wheel's centre."""
@@ -20,7 +22,7 @@ NARROWINGS = 10
 class Contact(NamedTuple):
     """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
 
-    x: Float[Array, ...]
+    x: Float[Array, "..."]
     """Where the wheel touches [m]."""
     point: Float[Array, "... 2"]
     """The same as a point (x, f(x)) [m]."""
@@ -28,22 +30,22 @@ class Contact(NamedTuple):
     """The wheel's centre (s, g) of eq. (38) [m]."""
     tangent: Float[Array, "... 2"]
     """(cos beta, sin beta), along the ground forwards."""
-    stretch: Float[Array, ...]
+    stretch: Float[Array, "..."]
     """How far the centre moves for each metre along the ground [-]: 1 less radius over the ground's
     radius of curvature. Not positive: the ground is hollower than the wheel."""
 
     @property
-    def slope_angle(self):
+    def slope_angle(self) -> Values:
         """beta = atan f'(x) [rad]."""
         return jnp.arctan2(self.tangent[..., 1], self.tangent[..., 0])
 
     @property
-    def normal(self):
+    def normal(self) -> Points:
         """(-sin beta, cos beta), out of the ground."""
         return jnp.stack([-self.tangent[..., 1], self.tangent[..., 0]], -1)
 
 
-def contact(track: Track | Near, x: Float[Array, ...], radius) -> Contact:
+def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float) -> Contact:
     """The contact at x (eq. 38, with f' for the f that is printed there); no check for a second."""
     f, df, d2f = track.profile(x)
     q = jnp.sqrt(1 + df**2)
@@ -57,7 +59,9 @@ def contact(track: Track | Near, x: Float[Array, ...], radius) -> Contact:
     )
 
 
-def penetration(track: Track | Near, wheel: Contact, radius, samples: int):
+def penetration(
+    track: Track | Near, wheel: Contact, radius: Values | float, samples: int
+) -> Values:
     """How deep the ground reaches into the wheel [m], >= 0: zero where it touches at one point.
 
     The distance from the wheel's centre to the ground is looked up below `samples` points of the
@@ -107,7 +111,9 @@ def penetration(track: Track | Near, wheel: Contact, radius, samples: int):
     return jnp.maximum(radius[..., 0] - deepest, 0)
 
 
-def _encloses(d_left, g_left, d_right, g_right):
+def _encloses(
+    d_left: Values, g_left: Values, d_right: Values, g_right: Values
+) -> Bool[Array, "..."]:
     """Whether a minimum of the distance lies between two points, by values and slopes there."""
     falls, grows = g_left < 0, g_right > 0
     return (
@@ -117,18 +123,18 @@ def _encloses(d_left, g_left, d_right, g_right):
     )
 
 
-def _from_centre(track: Track | Near, centre, x):
+def _from_centre(track: Track | Near, centre: Points, x: Values) -> tuple[Values, Values]:
     """Distance of the ground at x from the wheel's centre [m], and half the slope of its square."""
     f, df, _ = track.profile(x)
     across, up = x - centre[..., 0], f - centre[..., 1]
     return jnp.sqrt(across**2 + up**2), across + up * df
 
 
-def dot(a, b):
+def dot(a: Points, b: Points) -> Values:
     """Scalar product of vectors [..., 2]."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
 
 
-def cross(a, b):
+def cross(a: Points, b: Points) -> Values:
     """z component of the vector product of vectors [..., 2]."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

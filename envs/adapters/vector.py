@@ -125,7 +125,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         reward = results.reward.astype(np.float64)
         return obs, reward, results.terminated, results.truncated, infos
 
-    def render(self) -> tuple[np.ndarray, ...] | None:
+    def render(self) -> tuple[np.ndarray, "..."] | None:
         """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             return None

@@ -190,7 +190,7 @@ def criterion_by_name(criterion: str | Criterion | Weighted) -> Criterion | Weig
     return CRITERIA[criterion]
 
 
-def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[Array, ...]:
+def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[Array, "..."]:
     """What the step from a to b adds to a sum; for criteria whose kind is "sum"."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, [step_cost(one, a, b) for one, _ in criterion.parts])
@@ -201,7 +201,7 @@ def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[
     return jnp.sum(each, -1)
 
 
-def station_cost(criterion: Criterion | Weighted, a: Station) -> Float[Array, ...]:
+def station_cost(criterion: Criterion | Weighted, a: Station) -> Float[Array, "..."]:
     """The largest of a station's terms; for criteria whose kind is "max"."""
     if isinstance(criterion, Weighted) or criterion.kind != "max":
         raise ValueError(f"{criterion.name} has no cost of a station; accepted: worst stations")
@@ -210,14 +210,14 @@ def station_cost(criterion: Criterion | Weighted, a: Station) -> Float[Array, ..
 
 def pointwise_cost(
     criterion: Criterion | Weighted, a: Station, before: Station
-) -> Float[Array, ...]:
+) -> Float[Array, "..."]:
     """A station judged alone: its cost, or what stands for it where the criterion is a sum."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, [pointwise_cost(one, a, before) for one, _ in criterion.parts])
     return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
 
 
-def drive_cost(criterion: Criterion | Weighted, stations: Station) -> Float[Array, ...]:
+def drive_cost(criterion: Criterion | Weighted, stations: Station) -> Float[Array, "..."]:
     """The value of a whole drive; waypoints along the stations' leading axis, [K, ...]."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, [drive_cost(one, stations) for one, _ in criterion.parts])
@@ -232,7 +232,7 @@ def steps(stations: Station) -> tuple[Station, Station]:
     return stations.map(lambda of: of[:-1]), stations.map(lambda of: of[1:])
 
 
-def nothing_yet(criterion: Criterion | Weighted, like: Float[Array, ...]) -> Float[Array, ...]:
+def nothing_yet(criterion: Criterion | Weighted, like: Float[Array, "..."]) -> Float[Array, "..."]:
     """What `accumulate` starts from: zero, shaped like `like`; for a Weighted [parts, ...]."""
     if isinstance(criterion, Weighted):
         return jnp.stack([jnp.zeros_like(like)] * len(criterion.parts))
@@ -241,11 +241,11 @@ def nothing_yet(criterion: Criterion | Weighted, like: Float[Array, ...]) -> Flo
 
 def accumulate(
     criterion: Criterion | Weighted,
-    so_far: Float[Array, ...],
+    so_far: Float[Array, "..."],
     a: Station,
     b: Station,
     first: Numeric,
-) -> Float[Array, ...]:
+) -> Float[Array, "..."]:
     """The cost so far after the step from a to b; first: whether it is a drive's first step.
 
     The increments add up to `drive_cost` exactly. For a Weighted the costs of its parts are kept,
@@ -262,7 +262,7 @@ def accumulate(
     return larger(jnp.where(first, begin, larger(so_far, begin)), end)
 
 
-def total(criterion: Criterion | Weighted, so_far: Float[Array, ...]) -> Float[Array, ...]:
+def total(criterion: Criterion | Weighted, so_far: Float[Array, "..."]) -> Float[Array, "..."]:
     """One number of what `accumulate` keeps."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, list(so_far))

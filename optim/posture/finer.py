@@ -62,7 +62,7 @@ def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
 
 
 def evaluate_finer(
-    problem: PostureProblem, x: Float[np.ndarray, "2K"], factor: int = FACTOR
+    problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int = FACTOR
 ) -> Fine:
     """A drive between its waypoints, `factor` times finer; less where that makes too many."""
     factor = max(min(factor, MOST // len(problem.x)), 1)

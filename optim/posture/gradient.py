@@ -173,7 +173,9 @@ def _good(problem: PostureProblem, x: np.ndarray, best: float) -> bool:
     return problem.is_feasible(x) and problem.objective(x) <= best + 1e-6 * abs(best)
 
 
-def _slsqp(form: Epigraph, x, iterations: int, tolerance: float, bar: Bar) -> OptimizeResult:
+def _slsqp(
+    form: Epigraph, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> OptimizeResult:
     return minimize(
         form.objective,
         form.start(x),
@@ -190,11 +192,13 @@ def _slsqp(form: Epigraph, x, iterations: int, tolerance: float, bar: Bar) -> Op
     )
 
 
-def _trust(form: Epigraph, x, iterations: int, tolerance: float, bar: Bar) -> OptimizeResult:
+def _trust(
+    form: Epigraph, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> OptimizeResult:
     slopes: Any = form.jacobian
     inside = NonlinearConstraint(form.constraints, 0.0, np.inf, jac=slopes)
 
-    def advance(intermediate_result):
+    def advance(intermediate_result: OptimizeResult) -> None:
         bar.advance()
 
     with warnings.catch_warnings():

@@ -154,7 +154,9 @@ def _connected(moves: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, co
     return bool(np.any(reached))
 
 
-def _costs(grid: PostureGrid, tail, head, threshold: float | None, slack: float) -> np.ndarray:
+def _costs(
+    grid: PostureGrid, tail: np.ndarray, head: np.ndarray, threshold: float | None, slack: float
+) -> np.ndarray:
     """The cost of each edge: of its step, or of the station that it leads to, 0 to the sink."""
     K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
     layers = [grid.layer(k).stations for k in range(K)]

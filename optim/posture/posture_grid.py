@@ -24,8 +24,9 @@ from stickslip.optim.posture.traced import Posture
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float
+    from jaxtyping import Array, Bool, Float
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.problem import PostureProblem
 
 CHUNK = 16_384
@@ -81,7 +82,7 @@ class PostureGrid:
         return self.stations.torque.size + (self.start is not None) + (self.end is not None)
 
     @property
-    def limits(self) -> Float[np.ndarray, "K-1"]:
+    def limits(self) -> Float[np.ndarray, "steps"]:
         """The longest move of a leg in each step [rad]."""
         rate = self.problem.leg_rate
         dx = np.diff(self.problem.x)
@@ -132,7 +133,7 @@ class PostureGrid:
         """The first waypoint whose choice is the grid's, and one past the last."""
         return int(self.start is not None), len(self.problem.x) - int(self.end is not None)
 
-    def within(self, step: int, a, b) -> np.ndarray:
+    def within(self, step: int, a: Number, b: Number) -> np.ndarray:
         """Whether the rate allows the move from angles a to b [..., 2] in that step."""
         move = np.max(np.abs(np.asarray(b) - np.asarray(a)), -1)
         return move <= self.limits[step] * (1 + ROUNDING)
@@ -203,7 +204,12 @@ def _given_layer(problem: PostureProblem, k: int, pair: np.ndarray) -> Layer:
     return jax.tree.map(lambda of: of[0], row)
 
 
-def _evaluate(problem: PostureProblem, x, friction, pairs) -> Layer:
+def _evaluate(
+    problem: PostureProblem,
+    x: Float[Array | np.ndarray, "rows"],
+    friction: Float[Array | np.ndarray, "rows"],
+    pairs: Float[np.ndarray, "rows N 2"],
+) -> Layer:
     """Stations [rows, N] and which constraints they meet."""
     with jax.enable_x64(True):
         posture = replace(problem.posture, criterion=None)

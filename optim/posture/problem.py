@@ -26,7 +26,12 @@ from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Array, Float, Real
+
+    from stickslip.dynamics.numeric import Lists, Number
+
+    Vector = Real[Number, "n"] | Lists
+    Batch = Real[Number, "B n"] | Lists
 
 
 @dataclass(frozen=True)
@@ -126,15 +131,15 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """The posture for what is the same by every criterion, so that all share one program."""
         return replace(self.posture, criterion=None)
 
-    def objective_of(self, angles):
+    def objective_of(self, angles: Float[Array, "K 2"]) -> Float[Array, ""]:
         """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
         return self.posture.objective(angles)
 
-    def constraints_of(self, angles):
+    def constraints_of(self, angles: Float[Array, "K 2"]) -> dict[str, Float[Array, "..."]]:
         """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
         return self.posture.constraints(self.posture.stations(angles), angles)
 
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
         with jax.enable_x64(True):
@@ -146,9 +151,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         feasible = self.meets(angles.reshape(-1), flat)
         return Evaluation(value, flat, feasible, missed_by(self, angles, at))
 
-    def sample(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+    def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
         """See Problem; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
@@ -159,19 +162,19 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             missed = traced.shortfall(self._shared, at, angles)
         return np.array(value)[:count], np.array(missed)[:count]
 
-    def objective(self, x: Float[np.ndarray, "n"]) -> float:
+    def objective(self, x: Vector) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
         with jax.enable_x64(True):
             at = traced.stations(self._shared, self.angles(x))
             return float(traced.value(self.posture.criterion, at))
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
         with jax.enable_x64(True):
             at, slopes = traced.stations_and_slopes(self._shared, self.angles(x))
             return np.array(traced.gradient(self.posture.criterion, at, slopes)).reshape(-1)
 
-    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+    def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
         """The values of a batch; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
@@ -180,7 +183,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             at = traced.stations(self._shared, angles)
             return np.array(traced.values(self.posture.criterion, at))[:count]
 
-    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+    def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
         angles = self.angles(x)
         with jax.enable_x64(True):
@@ -188,7 +191,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             margins = jax.tree.map(np.asarray, traced.constraints(self._shared, at, angles))
         return self._flat(margins)
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         require_jacobian(self)
         with jax.enable_x64(True):
@@ -232,7 +235,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         sizes |= {"pose": K}
         return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
 
-    def residuals(self, x: Float[np.ndarray, "n"]) -> dict[str, float]:
+    def residuals(self, x: Vector) -> dict[str, float]:
         """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
@@ -240,12 +243,12 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """
         return missed_by(self, self.angles(x), self.stations(x))
 
-    def stations(self, x: Float[np.ndarray, "n"]) -> Station:
+    def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
         with jax.enable_x64(True):
             return jax.tree.map(np.asarray, traced.stations(self._shared, self.angles(x)))
 
-    def angles(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "K 2"]:
+    def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
         return self._batch(self._numbers(x)[None])[0]
 
@@ -256,7 +259,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def _flat(self, margins: dict[str, np.ndarray]) -> Float[np.ndarray, "m"]:
         return np.concatenate([margins[name].reshape(-1) for name in self.constraint_names])
 
-    def _padded(self, X) -> tuple[Float[np.ndarray, "P K 2"], int]:
+    def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
         """A batch as angles, repeated up to a power of two, and how many drives it has."""
         drives = len(X) if np.ndim(X) else 0
         size = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
@@ -271,7 +274,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             return x
         return as_floats("x", x, f"{self.n} finite numbers, two for each waypoint [rad]")
 
-    def _batch(self, X) -> np.ndarray:
+    def _batch(self, X: Any) -> np.ndarray:
         array = self._numbers(X)
         if array.ndim != 2 or array.shape[1] != self.n:
             shape = array.shape[1:]

@@ -33,32 +33,32 @@ SOLVER = PoseSolver()
 class Station(NamedTuple):
     """The UGV held still with its front wheel at x; every entry of one batch shape [...]."""
 
-    x: Float[Array, ...]
+    x: Float[Array, "..."]
     """Where the front wheel touches [m]."""
     leg_angles: Float[Array, "... 2"]
     """Rear and front [rad]."""
-    torque: Float[Array, ...]
+    torque: Float[Array, "..."]
     """M on each wheel [N m], anticlockwise positive: driving forwards is negative."""
-    lag: Float[Array, ...]
+    lag: Float[Array, "..."]
     """Angle of the rear and the front wheel against their legs, summed, less what both turn on
     level ground, -per_metre (x - start of the odometer) [rad]. Keeps the digits of short steps at
     the end of long ways. Only differences mean something: see `turned`."""
-    per_metre: Float[Array, ...]
+    per_metre: Float[Array, "..."]
     """How far both wheels turn on a metre of level ground, 2 / r [rad/m]."""
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators [N m], positive outwards; times d(leg_angles) is their work."""
-    F_rear: Float[Array, ...]
+    F_rear: Float[Array, "..."]
     """Friction along the ground [N]; N: normal force; of each wheel."""
-    N_rear: Float[Array, ...]
-    F_front: Float[Array, ...]
-    N_front: Float[Array, ...]
-    friction: Float[Array, ...]
+    N_rear: Float[Array, "..."]
+    F_front: Float[Array, "..."]
+    N_front: Float[Array, "..."]
+    friction: Float[Array, "..."]
     """mu between wheels and ground [-]."""
-    grip: Float[Array, ...]
+    grip: Float[Array, "..."]
     """The lesser of both wheels' mu N - |F| [N]."""
-    clearance: Float[Array, ...]
+    clearance: Float[Array, "..."]
     """Of body and legs above the ground [m]; infinite where the solver leaves it out."""
-    status: Int[Array, ...]
+    status: Int[Array, "..."]
     """Status of `balance`."""
 
     def map(self, function: Callable[[Any], Any]) -> Station:
@@ -66,7 +66,7 @@ class Station(NamedTuple):
         return Station._make(function(of) for of in self)
 
     @property
-    def numbers(self) -> tuple[Float[Array, ...], ...]:
+    def numbers(self) -> tuple[Float[Array, "..."], ...]:
         """All entries but the status, which has no slope."""
         return self[: self._fields.index("status")]
 
@@ -75,13 +75,13 @@ class Station(NamedTuple):
         return Station(*numbers, status=self.status)
 
     @property
-    def turn(self) -> Float[Array, ...]:
+    def turn(self) -> Float[Array, "..."]:
         """Angle of both wheels against their legs, summed [rad]; falls when driving forwards. Only
         differences mean something: M d(turn) is the work of both motors."""
         return self.lag - self.per_metre * self.x
 
     @property
-    def placed(self) -> Bool[Array, ...]:
+    def placed(self) -> Bool[Array, "..."]:
         """Whether the vehicle has a place on the track and finite forces."""
         placed = self.status == PLACED[0]
         for status in PLACED[1:]:
@@ -89,7 +89,7 @@ class Station(NamedTuple):
         return placed
 
     @property
-    def finite(self) -> Bool[Array, ...]:
+    def finite(self) -> Bool[Array, "..."]:
         """Whether every number that a criterion reads is finite."""
         legs = jnp.sum(self.leg_torques, -1)
         return jnp.isfinite(self.torque + self.lag + legs + self.N_rear + self.N_front)
@@ -99,7 +99,7 @@ def station(
     params: UGVParams,
     track: Track,
     odometer: Odometer,
-    x_front: Float[Array, ...],
+    x_front: Float[Array, "..."],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
     solver: PoseSolver = SOLVER,
@@ -143,6 +143,6 @@ def station_of(
     )
 
 
-def turned(a: Station, b: Station) -> Float[Array, ...]:
+def turned(a: Station, b: Station) -> Float[Array, "..."]:
     """How far both wheels turn against their legs from station a to station b, summed [rad]."""
     return (b.lag - a.lag) - b.per_metre * (b.x - a.x)

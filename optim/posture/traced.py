@@ -48,8 +48,8 @@ class Posture:
 
     def stations_at(
         self,
-        x: Float[Array, ...],
-        friction: Float[Array, ...],
+        x: Float[Array, "..."],
+        friction: Float[Array, "..."],
         angles: Float[Array, "... 2"],
     ) -> Station:
         """Any stations on the problem's track."""
@@ -126,11 +126,11 @@ def stations(posture: Posture, angles: Float[Array, "... K 2"]) -> Station:
 def stations_and_slopes(posture: Posture, angles: Float[Array, "K 2"]) -> tuple[Station, Station]:
     """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
 
-    def numbers_of(x, friction, pair):
+    def numbers_of(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
         at = posture.stations_at(x, friction, pair)
         return at._replace(status=jnp.zeros_like(at.torque)), at.status
 
-    def with_slopes(x, friction, pair):
+    def with_slopes(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
         slopes, status = jax.jacfwd(numbers_of, argnums=2, has_aux=True)(x, friction, pair)
         return slopes, status
 

@@ -104,7 +104,7 @@ class Setting:
         return Affine(*(np.concatenate(part) for part in zip(*rows, strict=True)))
 
 
-def cone(F: Affine, N: Affine, mu) -> Affine:
+def cone(F: Affine, N: Affine, mu: float) -> Affine:
     """F - mu N and -F - mu N of each wheel, [4]: none positive where |F| <= mu N."""
     alpha, beta = (
         np.stack([f - mu * n, -f - mu * n], -1).ravel() for f, n in zip(F, N, strict=True)

@@ -118,6 +118,18 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
             np.testing.assert_allclose(ratio, -mu, rtol=1e-12)
 
 
+def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
+    params, floor = default_params(), Scene.grip(outputs="state")
+    scene = Scene.grip(outputs="state", payload=2.0)
+    walks = [
+        simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
+        for robot, where in ((params, scene), (params.replace(payload=2.0), floor))
+    ]
+    assert_same(walks[0], walks[1])
+    alone = simulate(params, floor, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
+    assert abs(float(alone.final.phase - walks[0].final.phase)) > 1e-3
+
+
 def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     number = go(Scene.grip(), state_of(), 0.9)
     function = simulate(

@@ -12,6 +12,8 @@ from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import drawing
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from stickslip.dynamics.ugv import Pose
     from stickslip.optim import PostureProblem, PostureResult, Station
 
@@ -63,7 +65,7 @@ def scene_height(problem: PostureProblem, placed: Pose) -> float:
     return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
 
-def draw_angles(axis: Any, problem: PostureProblem, stations: Station) -> None:
+def draw_angles(axis: Axes, problem: PostureProblem, stations: Station) -> None:
     """Both leg angles in degrees; the range dashed."""
     for leg, (name, look) in enumerate((("rear", REAR), ("front", FRONT))):
         axis.plot(stations.x, np.degrees(stations.leg_angles[:, leg]), label=name, **look)
@@ -74,14 +76,14 @@ def draw_angles(axis: Any, problem: PostureProblem, stations: Station) -> None:
     drawing.name_panel(axis, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
 
 
-def draw_torque(axis: Any, stations: Station) -> None:
+def draw_torque(axis: Axes, stations: Station) -> None:
     """The torque of each wheel."""
     axis.plot(stations.x, stations.torque, color=theme.INK, lw=1.4)
     drawing.mark(axis, y=0.0)
     drawing.name_panel(axis, "torque on each wheel [N m]", "negative: drives forwards")
 
 
-def draw_grip(axis: Any, problem: PostureProblem, stations: Station) -> None:
+def draw_grip(axis: Axes, problem: PostureProblem, stations: Station) -> None:
     """What friction each wheel has left; below 0 it slips."""
     for name, F, N, look in (
         ("rear", stations.F_rear, stations.N_rear, REAR),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
 from stickslip.optim import PostureProblem, PostureResult
 from stickslip.records.table import Column, Table, json_text
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
 
 ENERGIES = {
     "wheel_energy": "work of the wheels' motors",
@@ -60,7 +63,7 @@ def rows(
         found.append(("between waypoints", _between(result, unit)))
         found.append(("feasible", "yes" if result.feasible else "no"))
         found.append(("constraints missed by", _missed(result.residuals)))
-        found.append(("wheels", _overlap(problem, result)))
+        found.append(("wheels", _overlap(problem, result.x.reshape(-1, 2))))
     found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
     found += [
         ("evaluations", str(result.evaluations)),
@@ -122,9 +125,9 @@ def _missed(residuals: Mapping[str, float]) -> str:
     return shown or f"nothing ({', '.join(residuals)})"
 
 
-def _overlap(problem: PostureProblem, result: PostureResult) -> str:
+def _overlap(problem: PostureProblem, leg_angles: Float[np.ndarray, "K 2"]) -> str:
     """A warning where the wheels would be in each other's way; the model does not look at it."""
-    rear, front = (np.asarray(of) for of in legs(problem.params, result.leg_angles))
+    rear, front = (np.asarray(of) for of in legs(problem.params, leg_angles))
     least = float(np.min(np.hypot(*(front - rear).T)))
     across = 2 * float(problem.params.wheel_radius)
     if least >= across:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import bump_claims, drawing
 from stickslip.paper.bump_claims import Pair, Tried
 from stickslip.paper.result import Columns, Result, Setting
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TRACK = Track.bump()
 """f(x) = 0.1 exp(-(x - 4)^2) [m]."""
@@ -156,10 +160,10 @@ def _draw(tried: Tried, drawn: Sequence[Pair], torques: np.ndarray):
     return figure
 
 
-def _draw_largest(axis, tried: Tried) -> None:
+def _draw_largest(axis: Axes, tried: Tried) -> None:
     """Every pair's largest torque by its wheelbase, mixed angles apart from equal ones."""
     mixed = np.array([rear != front for rear, front in tried.pairs])
-    looks = {
+    looks: dict[str, tuple[np.ndarray, dict[str, Any]]] = {
         "unlike angles": (mixed, {"facecolors": "none", "edgecolors": theme.SLIDES}),
         "equal angles": (~mixed, {"color": theme.INK}),
     }

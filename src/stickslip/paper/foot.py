@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,11 @@ from stickslip.envs.rendering import theme
 from stickslip.paper import drawing
 from stickslip.paper.result import Claim, Result, Setting, by_construction, verdict_of
 from stickslip.paper.torque import phases, poses, steady
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
 
 RATE = 3.0
 FOOT, TIBIA, BAR = "1", "2", "11"
@@ -128,7 +133,7 @@ def _below(residual: float) -> str:
     return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
 
 
-def foot_forces(motion: InverseDynamics) -> FootForces:
+def foot_forces(motion: InverseDynamics[Any]) -> FootForces:
     """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
     ground = np.stack([np.asarray(motion.friction_force), np.asarray(motion.normal_force)], -1)
@@ -178,7 +183,14 @@ def _draw(share: np.ndarray, on_foot: FootForces, bar_pin: np.ndarray, params: B
     return figure
 
 
-def _draw_foot(axis, on_foot: FootForces, bar_pin, params: BipedParams, at: int, colours) -> None:
+def _draw_foot(
+    axis: Axes,
+    on_foot: FootForces,
+    bar_pin: np.ndarray,
+    params: BipedParams,
+    at: int,
+    colours: Sequence[str],
+) -> None:
     """The foot at one instant with the forces on it as arrows."""
     heel, toe = -float(params.heel), float(params.toe)
     axis.plot([heel, toe], [0, 0], color=theme.INK, lw=5, solid_capstyle="butt")
@@ -189,8 +201,14 @@ def _draw_foot(axis, on_foot: FootForces, bar_pin, params: BipedParams, at: int,
         places, on_foot.by_label.items(), colours, sides, strict=True
     ):
         tip = place + SCALE * force[at]
-        look = {"arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 0, "shrinkB": 0}
-        axis.annotate("", xy=tip, xytext=place, arrowprops=look)
+        look: dict[str, Any] = {
+            "arrowstyle": "-|>",
+            "color": colour,
+            "lw": 1.8,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        }
+        axis.annotate("", xy=tip, xytext=(place[0], place[1]), arrowprops=look)
         text = f"{label}: {np.hypot(*force[at]):.1f} N"
         shift = (6 if side == "left" else -6, 0)
         look = {"fontsize": 8.5, "color": colour, "va": "center", "ha": side}

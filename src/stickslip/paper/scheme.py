@@ -132,7 +132,9 @@ def _onset(course: Walk) -> float:
     return onsets[0] if onsets else nan
 
 
-def _euler(params, paper: Paper, state: BipedState, torque: float, count: int, dt: float):
+def _euler(
+    params: BipedParams, paper: Paper, state: BipedState, torque: float, count: int, dt: float
+):
     return simulate(
         params, SCENE, state, torque, count * dt, dt, fidelity=paper, integrator=Euler()
     )

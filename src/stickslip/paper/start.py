@@ -229,10 +229,12 @@ def _friction(params: BipedParams, course: Trajectory) -> Claim:
 
 
 @jax.jit
-def _loads(params: BipedParams, phase, rate, torque):
+def _loads(
+    params: BipedParams, phase: jax.Array, rate: jax.Array, torque: jax.Array
+) -> tuple[jax.Array, jax.Array]:
     """Zero-moment points [m] and |f| / N of a walk without slip under one torque."""
 
-    def at(angle, w):
+    def at(angle: jax.Array, w: jax.Array) -> tuple[jax.Array, jax.Array]:
         inertia = reduced_inertia(params, angle)
         alpha = (torque - inertia.dM * w**2 / 2 - params.gravity * inertia.Y) / inertia.M
         needs = inverse_dynamics(params, angle, w, alpha)

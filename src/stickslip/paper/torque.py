@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -31,6 +32,12 @@ from stickslip.paper.result import (
     verdict_of,
 )
 
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Real
+    from matplotlib.axes import Axes
+
+    from stickslip.dynamics.numeric import Number
+
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)
 LOADED_SPEED = 3.0
@@ -49,7 +56,12 @@ def phases(samples: int) -> jax.Array:
 
 
 @partial(jax.jit, static_argnames="outputs")
-def steady(params: BipedParams, crank_angles, crank_rate, outputs="forces") -> InverseDynamics:
+def steady(
+    params: BipedParams,
+    crank_angles: Float[Array, " n"],
+    crank_rate: Real[Number, ""],
+    outputs: Literal["forces", "joints"] = "forces",
+) -> InverseDynamics[Any]:
     """Inverse dynamics at constant crank rate without slip (eq. 18), along an array of angles."""
     rate, still = jnp.asarray(crank_rate, crank_angles.dtype), jnp.zeros((), crank_angles.dtype)
     return jax.vmap(lambda angle: inverse_dynamics(params, angle, rate, still, outputs=outputs))(
@@ -58,7 +70,7 @@ def steady(params: BipedParams, crank_angles, crank_rate, outputs="forces") -> I
 
 
 @jax.jit
-def poses(params: BipedParams, crank_angles) -> Kinematics:
+def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
     """Kinematics along an array of crank angles."""
     return jax.vmap(lambda angle: kinematics(params, angle))(crank_angles)
 
@@ -196,7 +208,9 @@ def _level(height: float, step: float, still: dict[float, float]) -> Claim:
     )
 
 
-def _with_loads(params: BipedParams, angles, crank_rate: float) -> dict[float, np.ndarray]:
+def _with_loads(
+    params: BipedParams, angles: jax.Array, crank_rate: float
+) -> dict[float, np.ndarray]:
     return {
         load: np.asarray(steady(_loaded(params, load), angles, crank_rate).torque) for load in LOADS
     }
@@ -224,7 +238,7 @@ def _columns(setting: Setting, curves: dict[str, np.ndarray]) -> Columns:
     return {"time / T [-]": _share(setting), **curves}
 
 
-def _finish(axis, note: str) -> None:
+def _finish(axis: Axes, note: str) -> None:
     drawing.name_panel(axis, "motor torque [N m]", note, "time in steps, t / T")
     drawing.mark(axis, y=0.0)
     axis.set_xlim(0, 1)

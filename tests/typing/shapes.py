@@ -1,0 +1,210 @@
+"""Shapes in signatures, held to what runs: python -m pytest -p tests.typing.checked, see there.
+
+Nearly everything is only traced, which is where shapes are known: nothing of it is compiled.
+"""
+
+from collections.abc import Callable, Iterable
+from itertools import product
+from typing import Any, get_type_hints
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jaxtyping import TypeCheckError
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    BipedParams,
+    BipedState,
+    Chebyshev,
+    EventExact,
+    RK4Split,
+    Table,
+    condition_number,
+    exchange_mismatch,
+    floor_position,
+    forward_dynamics,
+    ground_moment,
+    inverse_dynamics,
+    kinematics,
+    newton_euler,
+    reduced_inertia,
+    simulate,
+    simulate_inverse,
+    step,
+)
+from stickslip.dynamics.biped.joint_solvers import SOLVERS
+from stickslip.dynamics.biped.newton_euler import GIVEN
+from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
+from stickslip.envs import BipedEnv, UGVEnv
+from stickslip.optim import PostureProblem
+from stickslip.optim.posture import traced
+from tests.typing.checked import FUNCTIONS, UNREAD
+
+BARS = BipedParams.from_bars
+FLOORS = {
+    "grip": lambda: Scene.grip(),
+    "uniform": lambda: Scene.uniform(0.06, 0.05, payload=1.0),
+    "patches": lambda: Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5], outputs="joints"),
+    "smoothed": lambda: Scene.smoothed(0.05, outputs="state"),
+}
+INTEGRATORS = ("euler", "semi_implicit", "rk4", EventExact())
+WALKS = [
+    ("patches", RK4Split(2, record_events=True)),
+    *((floor, "rk4_split") for floor in FLOORS),
+    *(("uniform", integrator) for integrator in INTEGRATORS),
+]
+FIDELITIES = ("reduced", "paper", "joint", Table(8, 5), Chebyshev(16))
+SYSTEMS = ("closed", "five", "nine")
+POSE_SOLVERS = (PoseSolver(), PoseSolver("scan"), PoseSolver(iterations=3, samples=0))
+TRACKS = {
+    name: (lambda name=name: Track.named(name))
+    for name in ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
+} | {
+    "points": lambda: Track.from_points([0.0, 1.0, 2.0, 8.0], [0.0, 0.1, 0.0, 0.0], "linear"),
+    "function": lambda: Track.from_function(lambda x: 0.1 * jnp.sin(x)),
+    "table": lambda: Track.bump().resampled(0.0, 8.0, 16),
+}
+
+
+def first_quick(cases: Iterable[Any]) -> list[Any]:
+    """The first is traced in every run; what takes longer together is for the long ones."""
+    first, *rest = ((one if isinstance(one, tuple) else (one,)) for one in cases)
+    return [pytest.param(*first), *(pytest.param(*one, marks=pytest.mark.long) for one in rest)]
+
+
+def traced_shapes(function: Callable[[], Any]) -> Any:
+    """What a function gives, without its numbers."""
+    return jax.eval_shape(function)
+
+
+def test_every_shape_is_read_where_it_stands():
+    assert UNREAD == []
+
+
+def test_every_annotation_names_what_there_is():
+    assert len(FUNCTIONS) > 500
+    for function in FUNCTIONS:
+        get_type_hints(function, include_extras=True)
+
+
+@pytest.mark.parametrize("theta", [np.zeros(3), "2"])
+def test_what_has_another_shape_or_type_is_refused(theta: Any):
+    with pytest.raises(TypeCheckError):
+        traced_shapes(lambda: kinematics(BARS(), theta))
+
+
+NUMBERS = (2, 2.0, np.float32(2), np.asarray(2.0), jnp.ones(()))
+
+
+@pytest.mark.parametrize("theta", first_quick(NUMBERS))
+def test_the_linkage_and_its_inertia(theta: Any):
+    def everything():
+        robot = BARS()
+        found = [of(robot, theta) for of in (kinematics, reduced_inertia, ground_moment)]
+        return found, exchange_mismatch(robot), floor_position(robot, BipedState())
+
+    traced_shapes(everything)
+
+
+@pytest.mark.long
+def test_dynamics_at_an_instant():
+    def everything():
+        motion, forces = (2.0, 3.0, 0.0), (2.0, 3.0, 0.1, 1.0, 0.5, 0.4)
+        return (
+            inverse_dynamics(BARS(), *motion, outputs="joints"),
+            inverse_dynamics(BARS(), *motion),
+            [forward_dynamics(BARS(), *forces, outputs=of) for of in ("forces", "state", "joints")],
+        )
+
+    traced_shapes(everything)
+
+
+@pytest.mark.parametrize(("system", "solver"), first_quick(product(GIVEN, SOLVERS)))
+def test_the_chapters_systems(system: str, solver: str):
+    given = dict.fromkeys(GIVEN[system], 1.0)
+    traced_shapes(lambda: newton_euler(BARS(), 2.0, 3.0, system=system, solver=solver, **given))
+    if solver != "groups":
+        traced_shapes(lambda: condition_number(BARS(), 2.0, solver=solver))
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.long
+def test_a_step_of_every_fidelity(fidelity: Any):
+    state = BipedState(crank_rate=1.0)
+    traced_shapes(lambda: step(BARS(), Scene.grip(), state, 1.0, 0.01, fidelity=fidelity))
+
+
+@pytest.mark.parametrize(("floor", "integrator"), WALKS)
+@pytest.mark.long
+def test_walks(floor: str, integrator: Any):
+    def walk():
+        given = (BARS(), FLOORS[floor](), BipedState())
+        return simulate(*given, lambda now: 1.0, 0.02, 0.01, integrator=integrator)
+
+    traced_shapes(walk)
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+@pytest.mark.long
+def test_prescribed_walks(floor: str):
+    given = (FLOORS[floor](), BipedState(crank_rate=1.0))
+    traced_shapes(lambda: simulate_inverse(BARS(), *given, 0.0, 0.02, 0.01))
+
+
+@pytest.mark.parametrize("track", first_quick(TRACKS))
+def test_tracks(track: str):
+    def everything():
+        ground = TRACKS[track]()
+        places = jnp.linspace(1.0, 3.0, 6).reshape(2, 3)
+        heights = ground.height(places), ground.slope(1.5), ground.profile(2)
+        return heights, Odometer.along(ground).distance(places)
+
+    traced_shapes(everything)
+
+
+@pytest.mark.parametrize(("system", "solver"), first_quick(product(SYSTEMS, POSE_SOLVERS)))
+def test_poses_and_their_equilibrium(system: str, solver: PoseSolver):
+    def everything():
+        vehicle, ground = UGVParams(wheel_radius=0.3), Track.bump()
+        angles = jnp.full((2, 3, 2), 1.5)
+        options = {"solver": solver, "system": system}
+        return (
+            pose(vehicle, ground, 3.0, [1.5, 1.6], solver=solver),
+            equilibrium(vehicle, ground, [3.0, 4.0], [[1.5, 1.6], [1.6, 1.5]], **options),
+            equilibrium(vehicle, ground, np.ones(3), angles, jnp.ones(3), **options),
+        )
+
+    traced_shapes(everything)
+
+
+@pytest.mark.parametrize("criterion", ["total_energy", "grip", "torque_variation"])
+@pytest.mark.long
+def test_a_posture_problem_as_arrays(criterion: str):
+    problem = PostureProblem.along(Track.bump(), criterion, spacing=1.5, leg_rate=1.0)
+    angles = np.full((len(problem.x), 2), 1.5)
+    with jax.enable_x64(True):
+        posture = problem.posture
+        held = jax.eval_shape(traced.stations_and_slopes, posture, angles)
+        jax.eval_shape(traced.value, posture.criterion, held[0])
+        jax.eval_shape(traced.gradient, posture.criterion, *held)
+        jax.eval_shape(traced.constraints, posture, held[0], angles)
+        jax.eval_shape(traced.margin_slopes, posture, *held)
+    assert problem.bounds[0].shape == (problem.n,)
+
+
+@pytest.mark.parametrize(
+    ("env", "options"),
+    first_quick([(BipedEnv(see_patch=True), {"scene": FLOORS["patches"]}), (UGVEnv(), {})]),
+)
+def test_an_episode_of_every_environment(env: Any, options: dict[str, Callable[[], Any]]):
+    def everything(key):
+        params = env.make_params(**{name: made() for name, made in options.items()})
+        obs, state = env.reset(key, params)
+        action = jnp.zeros(len(env.action_names), obs.dtype)
+        return env.step(key, state, action, params), env.step(
+            key, state, [0.0] * len(action), params
+        )
+
+    jax.eval_shape(everything, jax.random.key(0))
