@@ -5,8 +5,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.controllers import ComputedTorque
-from stickslip.agents.biped.evaluate import evaluate
+from stickslip.agents import ComputedTorque, evaluate
 from stickslip.dynamics import Scene, Status, recommend
 from stickslip.dynamics.biped import BipedParams, BipedState, kinematics, simulate, step
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
