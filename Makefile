@@ -10,6 +10,9 @@ PIP := $(PY) -m pip --disable-pip-version-check --no-input
 INSTALLED := $(VENV)/.installed
 TYPING := build/typing
 LAYERS := dynamics optim envs agents
+# Quick tests compile more than they compute; these halve the time of compiling. What users have,
+# XLA's defaults, the long tests run with, and pytest where it is called by hand.
+QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
 SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
 
 # Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
@@ -26,12 +29,13 @@ help:  ## list the targets
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
 test: check  ## lint, types, and every test but the long ones
-	@$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
+		--dearest 30
 
 check: lint typecheck  ## lint and types only
 
 test-long: $(INSTALLED)  ## the tests that take minutes
-	@$(PY) -m pytest -m long -n 2 --dist loadfile
+	@$(PY) -m pytest -m long -n 2 --dist loadfile --dearest 30
 
 lint: $(INSTALLED)  ## ruff: rules and formatting
 	@$(PY) -m ruff check $(SOURCES)

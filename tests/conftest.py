@@ -35,8 +35,15 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-LONGEST = ("test_wheel.py",)
-"""Files of few tests that take about a minute and compile nothing that others compile, too."""
+from tests.times import (  # noqa: F401  (pytest finds its hooks here)
+    pytest_addoption,
+    pytest_runtest_logstart,
+    pytest_runtest_makereport,
+    pytest_terminal_summary,
+)
+
+LONGEST = ("test_wheel.py", "test_readme.py")
+"""Files of few and dear tests, of which two would otherwise begin when the others end."""
 
 REFERENCE = Path(__file__).parent / "reference"
 
