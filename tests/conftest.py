@@ -119,6 +119,26 @@ def _programs_have_room() -> Iterator[None]:
         jax.clear_caches()
 
 
+@pytest.fixture(scope="module")
+def xla_defaults() -> Iterator[None]:
+    """Compile a file's programs with XLA's defaults, as users do, also where `make test` asks for
+    quicker compiling: programs that differ have the same bits with the defaults only."""
+    from jax._src import compiler
+
+    asked = compiler.get_compile_options
+
+    def as_users_do(*args: Any, env_options_overrides: Any = None, **kwargs: Any) -> Any:
+        given = {"xla_backend_optimization_level": 3, "xla_cpu_use_fusion_emitters": True}
+        overrides = given | (env_options_overrides or {})
+        return asked(*args, env_options_overrides=overrides, **kwargs)
+
+    jax.clear_caches()
+    compiler.get_compile_options = as_users_do
+    yield
+    compiler.get_compile_options = asked
+    jax.clear_caches()
+
+
 @pytest.fixture(params=["float32", "float64"])
 def dtype(request: pytest.FixtureRequest) -> Iterator[jnp.dtype]:
     """Run the test in float32 and again in float64.
