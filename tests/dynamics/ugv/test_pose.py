@@ -10,7 +10,10 @@ from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose
 from tests.dynamics.ugv.helpers import SCAN, TRACKS, drawn, placed
 
 
-@pytest.mark.parametrize("name", ["flat", "slope", "sinusoid", "ditch"])
+@pytest.mark.parametrize(
+    "name",
+    ["slope", "ditch", *(pytest.param(n, marks=pytest.mark.long) for n in ("flat", "sinusoid"))],
+)
 def test_wheels_touch_and_the_links_have_their_lengths(float64, name):
     params, track = UGVParams(), TRACKS[name]().astype(float64)
     x, angles = drawn(params, float64)
