@@ -21,14 +21,18 @@ ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo r
 $(INSTALLED): fresh-venv
 endif
 
-.PHONY: help venv test check test-long lint typecheck format demo bench clean fresh-venv
+.PHONY: help venv test quick check test-long lint typecheck format demo bench clean fresh-venv
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
-test: check  ## lint, types, and every test but the long ones
+test: lint  ## lint, types, and every test but the long ones
+	@$(MAKE) -j 2 typecheck quick
+
+# Types are checked beside the tests: one core would idle meanwhile.
+quick: $(INSTALLED)
 	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
 		--dearest 30
 
