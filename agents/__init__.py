@@ -1,1 +1,111 @@
-"""Baseline controllers, training, policy files and batch evaluation."""
+"""Baseline controllers, training, policy files and batch evaluation of the registered machines."""
+
+from typing import TYPE_CHECKING
+
+from stickslip.agents.biped.machine import BipedMachine
+from stickslip.agents.registry import register
+from stickslip.agents.ugv.machine import UGVMachine
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.agents.biped.computed_torque import ComputedTorque
+    from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
+    from stickslip.agents.evaluate import evaluate
+    from stickslip.agents.evaluation.rollout import Rollout, rollout
+    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.machine import Machine
+    from stickslip.agents.pictures.film import film
+    from stickslip.agents.policy.describe import describe_environment
+    from stickslip.agents.policy.file import load_policy, read_metadata, save_policy
+    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.sb3 import from_sb3
+    from stickslip.agents.protocol import Controller
+    from stickslip.agents.registry import machines
+    from stickslip.agents.standard import StandardMachine
+    from stickslip.agents.train import Trained, train
+    from stickslip.agents.ugv.config import UGVTrainConfig
+    from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
+    from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "biped.computed_torque": ("ComputedTorque",),
+            "biped.config": ("TrainConfig",),
+            "biped.controllers": (
+                "ConstantTorque",
+                "CrankSpeedPI",
+            ),
+            "evaluate": ("evaluate",),
+            "evaluation.rollout": (
+                "Rollout",
+                "rollout",
+            ),
+            "evaluation.table": ("Evaluation",),
+            "machine": ("Machine",),
+            "registry": (
+                "machines",
+                "register",
+            ),
+            "pictures.film": ("film",),
+            "policy.describe": ("describe_environment",),
+            "policy.file": (
+                "load_policy",
+                "read_metadata",
+                "save_policy",
+            ),
+            "policy.mlp": ("MLPPolicy",),
+            "policy.sb3": ("from_sb3",),
+            "protocol": ("Controller",),
+            "standard": ("StandardMachine",),
+            "train": (
+                "Trained",
+                "train",
+            ),
+            "ugv.config": ("UGVTrainConfig",),
+            "ugv.controllers": (
+                "FixedPosture",
+                "FollowPath",
+                "LevelBody",
+            ),
+            "ugv.plans": (
+                "Optimum",
+                "RecedingHorizon",
+            ),
+        },
+    )
+
+register(BipedMachine())
+register(UGVMachine())
+
+__all__ = [
+    "ComputedTorque",
+    "ConstantTorque",
+    "Controller",
+    "CrankSpeedPI",
+    "Evaluation",
+    "FixedPosture",
+    "FollowPath",
+    "LevelBody",
+    "MLPPolicy",
+    "Machine",
+    "Optimum",
+    "RecedingHorizon",
+    "Rollout",
+    "StandardMachine",
+    "TrainConfig",
+    "Trained",
+    "UGVTrainConfig",
+    "describe_environment",
+    "evaluate",
+    "film",
+    "from_sb3",
+    "load_policy",
+    "machines",
+    "read_metadata",
+    "register",
+    "rollout",
+    "save_policy",
+    "train",
+]

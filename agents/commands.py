@@ -10,13 +10,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents import biped_task
-from stickslip.agents.config import flags_given, from_flags
-from stickslip.agents.controllers import CONTROLLERS
-from stickslip.agents.evaluate import MOST_EPISODES
-from stickslip.agents.machines import config_kind, machine_of
-from stickslip.agents.places import named_controller, places_of, read_named
-from stickslip.agents.ugv_names import UGV_BASELINES, is_ugv
+from stickslip.agents.evaluate import evaluate
+from stickslip.agents.evaluation.rollout import planned, rollout
+from stickslip.agents.evaluation.run import MOST_EPISODES
+from stickslip.agents.evaluation.table import joined
+from stickslip.agents.registry import machine_by_name, machine_of_config
+from stickslip.agents.tasks.places import (
+    controller_of,
+    machine_of,
+    places_of,
+    read_named,
+    require_one_table,
+)
+from stickslip.agents.training.configuration import flags_given, from_flags
 from stickslip.agents.view_files import (
     require_new,
     require_writable,
@@ -28,17 +34,15 @@ from stickslip.dynamics.checks import require_integer
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from stickslip.agents.evaluate import Evaluation
-    from stickslip.agents.places import Named, Place
-
-BIPED: Any = biped_task
+    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.machine import Machine
+    from stickslip.agents.tasks.places import Named, Place
 
 
 def train_command(given: Mapping[str, Any]) -> bool:
     """`stickslip train`: whether training came to its end."""
-    machine, out = given["machine"], given["out"]
-    kind = config_kind(machine)
-    changed = flags_given(given, kind)
+    machine, out = machine_by_name(given["machine"]), given["out"]
+    changed = flags_given(given, machine.configuration)
     if given["resume"] and out is None:
         raise ValueError("--resume needs the run's directory; accepted: with --out DIR")
     if given["resume"] and changed:
@@ -46,27 +50,27 @@ def train_command(given: Mapping[str, Any]) -> bool:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
-    from stickslip.agents.train import train
+    from stickslip.agents.training.run import train
 
-    config = None if given["resume"] else from_flags(given, kind)
+    config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
-    directory = Path(out or f"runs/{machine}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
+    directory = Path(out or f"runs/{machine.name}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
             config, directory, resume=given["resume"], overwrite=given["overwrite"], stop=stop
         )
+    machine = machine_of_config(trained.config)
     if not trained.finished:
-        again = f"stickslip train {machine} --out {shlex.quote(str(directory))} --resume"
+        again = f"stickslip train {machine.name} --out {shlex.quote(str(directory))} --resume"
         print(f"Stopped after {trained.timesteps:,} steps; go on with: {again}", file=sys.stderr)
         return False
     if not given["no_pictures"]:
         print("Drawing ...", file=sys.stderr)
-        machine_of(trained.config).write_products(trained)
+        machine.write_products(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
-    baselines = " ".join(UGV_BASELINES if machine == "ugv" else CONTROLLERS)
-    print(f"Compare it: stickslip evaluate {directory} {baselines}")
+    print(f"Compare it: stickslip evaluate {directory} {' '.join(machine.baselines)}")
     return True
 
 
@@ -90,18 +94,13 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
     def progress(line: str) -> None:
         print(f"running {line} ...", file=sys.stderr)
 
-    kind = kind_of(given["who"])
-    named = read_named(given["who"], kind)
-    places = places_of(named, given, kind, "moving")
+    machine = machine_of(given["who"])
+    named = read_named(given["who"], machine)
+    places = places_of(named, given, machine)
     require_writable(targets)
     for place in places:
         print(place.line())
-    if kind is BIPED:
-        table = evaluation(given, named, places, progress)
-    else:
-        from stickslip.agents import ugv_commands
-
-        table = ugv_commands.evaluation(given, named, places, progress)
+    table = evaluation(machine, named, places, given["episodes"], progress)
     print("\n" + table.to_text())
     if targets:
         table.write_csv(targets[0])
@@ -111,59 +110,54 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
 
 
 def evaluation(
-    given: Mapping[str, Any],
+    machine: Machine,
     named: Mapping[str, Named],
     places: Sequence[Place],
+    episodes: int,
     progress: Callable[[str], None],
 ) -> Evaluation:
-    """The biped's table of `stickslip evaluate`."""
-    from stickslip.agents.evaluate import evaluate, joined
-
+    """The table of `stickslip evaluate`: place by place, those of one environment together."""
+    require_one_table(places, machine)
     parts = []
     for place in places:
-        for name, env in place.who.items():
-            controllers = {name: named_controller(named[name], name, env, BIPED)}
-            scenes, count = {place.label: place.params}, given["episodes"]
-            parts.append(evaluate(env, controllers, scenes, episodes=count, progress=progress))
-    return joined(parts)
+        for env in dict.fromkeys(place.who.values()):
+            controllers = {
+                name: controller_of(named[name], name, env, machine)
+                for name, own in place.who.items()
+                if own == env
+            }
+            scenes = {place.label: place.params}
+            parts.append(evaluate(env, controllers, scenes, episodes=episodes, progress=progress))
+    return joined(parts, order=list(named))
 
 
 def view_command(given: Mapping[str, Any]) -> None:
     """`stickslip view`: print the task, write an animation (and a plot), or show a window."""
-    from stickslip.agents.plots import plot_episode
-    from stickslip.agents.rollout import rollout
-    from stickslip.agents.train_products import FPS, write_film
-
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
-    kind, name, seconds = kind_of([given["who"]]), given["who"], given["seconds"]
-    named = read_named([name], kind)
-    if kind is not BIPED:
-        from stickslip.agents import ugv_commands
-
-        return ugv_commands.view(given, named)
-    (place,) = places_of(named, given, kind, "rest")
+    name, seconds, machine = given["who"], given["seconds"], machine_of([given["who"]])
+    named = read_named([name], machine)
+    scene = machine.usual_scene(viewed=True)
+    if named[name].policy is None and not given["scenes"] and scene != machine.usual_scene():
+        given = {**given, "scenes": [scene]}
+    (place,) = places_of(named, given, machine, viewed=True)
     files, env = view_files(given, place.label), place.who[name]
     require_writable(files.written)
     print(place.line())
-    params = place.params.replace(time_limit=seconds)
-    played = rollout(env, named_controller(named[name], name, env, kind), params, given["seed"])
+    from stickslip.agents.pictures.film import write_film
+
+    params = machine.params_to_view(place.params, seconds)
+    controller = controller_of(named[name], name, env, machine)
+    played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
-        print(f"Written: {plot_episode(played, params, path, files.title)}")
+        print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
     if given["window"]:
-        show_window(env, played, params, files.title, FPS)
+        frames = min(machine.frames, 1 / float(params.control_period))
+        show_window(env, played, params, files.title, frames)
     else:
-        print(f"Written: {write_film(env, played, params, files.film, seconds)}")
-
-
-def kind_of(who: Sequence[str]) -> Any:
-    """The tasks of the machine that the names are of: a module that is a places.Kind."""
-    if not is_ugv(who):
-        return BIPED
-    from stickslip.agents import ugv_parts
-
-    return ugv_parts
+        film = write_film(env, played, params, files.film, machine.frames, seconds)
+        print(f"Written: {film}")
 
 
 @contextmanager

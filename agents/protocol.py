@@ -1,17 +1,11 @@
-"""What a controller is; the types named here are the biped's, the UGV's have theirs."""
+"""What a controller is, of any machine."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
-import jax.numpy as jnp
-
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
     from jaxtyping import Array, Float
-
-    from stickslip.envs.biped import BipedEnvState
-    from stickslip.envs.biped_params import BipedEnvParams
 
 Memory = TypeVar("Memory")
 
@@ -23,10 +17,10 @@ class Controller(Protocol[Memory]):
     A controller's numbers are leaves, so they may be arrays, traced or batched. What it remembers
     from one step to the next is `memory`, a pytree whose structure, shapes and types never change
     (None if it remembers nothing). A baseline reads what it likes of the state; a policy keeps to
-    the observation.
+    the observation. env_params, env_state: the environment's, of whichever machine.
     """
 
-    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> Memory:
+    def init(self, env_params: Any, env_state: Any) -> Memory:
         """The memory at the start of an episode."""
         ...
 
@@ -34,10 +28,10 @@ class Controller(Protocol[Memory]):
         self,
         memory: Memory,
         obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[Memory, Float[Array, " 1"]]:
-        """The new memory and the action, torque / torque limit in [-1, 1], for one control step."""
+        env_state: Any,
+        env_params: Any,
+    ) -> tuple[Memory, Float[Array, " act"]]:
+        """The new memory and the action, numbers in [-1, 1], for one control step."""
         ...
 
     def validate(self) -> Any:
@@ -51,12 +45,3 @@ class Memoryless:
     def init(self, env_params: Any, env_state: Any) -> None:
         """Nothing to remember."""
         return None
-
-
-def action_of(
-    torque: ArrayLike, env_params: BipedEnvParams, env_state: BipedEnvState
-) -> Float[Array, " 1"]:
-    """The action for a torque [N m], clipped to the motor's limit, in the state's type."""
-    dtype = env_state.biped.crank_rate.dtype
-    share = jnp.asarray(torque, dtype) / jnp.asarray(env_params.torque_limit, dtype)
-    return jnp.clip(share, -1.0, 1.0)[None]

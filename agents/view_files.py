@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.agents.policy_file import policy_path
+from stickslip.agents.policy.file import policy_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -55,7 +55,7 @@ def _for_a_file(label: str) -> str:
 
 def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:
     """Show an episode once, at the speed of life, until its end or until the window is closed."""
-    from stickslip.agents.film import pictures
+    from stickslip.agents.pictures.film import pictures
     from stickslip.envs.rendering import Window
 
     window = Window(title, fps=fps)

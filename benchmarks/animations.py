@@ -29,7 +29,7 @@ import numpy as np
 
 from benchmarks.report import kept_parts, markdown, options, put_between, write_json
 from stickslip.envs.rendering import save_animation
-from stickslip.envs.rendering.palette import COLOURS, Indexer, PaletteCount
+from stickslip.envs.rendering.film.palette import COLOURS, Indexer, PaletteCount
 
 FPS, STILL, SOME = 25, 25, 25
 """Pictures a second; how often the last one is repeated; how many palettes are compared on."""
@@ -55,10 +55,10 @@ class Film:
 
 def draw(folder: Path, seconds: float) -> None:
     """Draw a walk of that length, a file a picture."""
-    from stickslip.agents.controllers import controller_by_name
-    from stickslip.agents.film import pictures
-    from stickslip.agents.rollout import rollout
-    from stickslip.agents.scenes import SCENES
+    from stickslip.agents.biped.controllers import controller_by_name
+    from stickslip.agents.biped.scenes import SCENES
+    from stickslip.agents.evaluation.rollout import rollout
+    from stickslip.agents.pictures.film import pictures
     from stickslip.envs import BipedEnv
 
     env = BipedEnv()

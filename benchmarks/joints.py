@@ -68,13 +68,15 @@ def scaled(params: BipedParams, length: float, mass: float) -> BipedParams:
 
 
 @partial(jax.jit, static_argnums=(2, 3))
-def solve(params: BipedParams, given: dict[str, jax.Array], system: str, solvers: tuple[str, ...]):
+def solve(
+    params: BipedParams, instants: dict[str, jax.Array], system: str, solvers: tuple[str, ...]
+):
     """One system by several solvers, one instant after the other: solver to NewtonEuler."""
 
     def one(values):
         return {solver: _solve(params, values, system, solver) for solver in solvers}
 
-    return jax.lax.map(one, given)
+    return jax.lax.map(one, instants)
 
 
 def _solve(params: BipedParams, values: dict[str, jax.Array], system: str, solver: str):
@@ -236,14 +238,21 @@ def times(repeats: int = 30) -> Iterator[dict[str, Any]]:
 
 
 @partial(jax.jit, static_argnums=2)
-def _timed(params, given, solver: str):
+def _timed(params, instants, solver: str):
     if solver == "motion":
-        return jax.vmap(lambda theta: link_motion(params, theta)[:6])(given["theta"])
-    return jax.vmap(lambda values: _solve(params, values, "forward_stick", solver))(given)
+        return jax.vmap(lambda theta: _bodies(params, theta))(instants["theta"])
+    return jax.vmap(lambda values: _solve(params, values, "forward_stick", solver))(instants)
 
 
-def _worst_and_median(found: dict[str, np.ndarray]) -> dict[str, str]:
-    return {name: _show(off) for name, off in found.items()}
+def _bodies(params, theta) -> tuple[jax.Array, ...]:
+    """The motion of the bodies alone, without pins."""
+    motion = link_motion(params, theta)
+    centres = motion.centres, motion.centre_slopes, motion.centre_curvatures
+    return *centres, motion.angles, motion.angle_slopes, motion.angle_curvatures
+
+
+def _worst_and_median(errors: dict[str, np.ndarray]) -> dict[str, str]:
+    return {name: _show(off) for name, off in errors.items()}
 
 
 def _show(off: np.ndarray) -> str:

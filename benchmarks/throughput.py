@@ -115,7 +115,7 @@ def vector_row(name: str, mode: str, batch: int, steps: int, repeats: int, scale
 
 def sb3_row(batch: int, steps: int, repeats: int) -> Row:
     """The SB3 VecEnv; random actions drawn beforehand."""
-    from stickslip.envs.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     begun = time.perf_counter()
     env = SB3VecEnv(BipedEnv(), BipedEnv().default_params, batch)

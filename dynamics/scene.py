@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import differing, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -23,6 +24,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 STEPS = ("continuous", "one")
@@ -43,6 +45,8 @@ class Uniform:
     mu_static: Numeric
     mu_kinetic: Numeric
 
+    __repr__ = short_repr
+
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Patches:
     edges: Numeric
     mu_static: Numeric
     mu_kinetic: Numeric
+
+    __repr__ = short_repr
 
 
 @jax.tree_util.register_dataclass
@@ -73,6 +79,8 @@ class Smoothed:
 
     mu_kinetic: Numeric
     slip_speed: Numeric
+
+    __repr__ = short_repr
 
 
 Floor = Grip | Uniform | Patches | Smoothed
@@ -94,6 +102,14 @@ class Scene:
     payload: Numeric | None = None
     steps: str = field(default="continuous", metadata={"static": True})
     outputs: str = field(default="forces", metadata={"static": True})
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The call that makes the scene, with its options where they are not the usual ones."""
+        numbers = differing(self.floor)
+        usual = {"payload": None, "steps": "continuous", "outputs": "forces"}
+        return f"Scene.{type(self.floor).__name__.lower()}({joined(self, *numbers, usual=usual)})"
 
     @classmethod
     def grip(cls, **options) -> Scene:
@@ -138,6 +154,21 @@ class Scene:
         slip_speed = as_number("slip_speed", slip_speed, **SLIP_SPEED)
         return cls._with(Smoothed(mu_kinetic, slip_speed), options)
 
+    @classmethod
+    def named(cls, name: str, **options) -> Scene:
+        """One of SCENES by its name, with a scene's options.
+
+        slippery: 0.06 static, 0.05 kinetic, on which a constant crank rate of 3 rad/s slips. wet:
+        0.2, 0.15. firm: 0.5, 0.4. ice-patch: firm, with 0.05, 0.04 from 0.3 m to 0.6 m. grip: a
+        floor on which nothing slips.
+        """
+        require_choice("scene", name, SCENES)
+        if name == "grip":
+            return cls.grip(**options)
+        if name == "ice-patch":
+            return cls.patches([0.3, 0.6], [0.5, 0.05, 0.5], [0.4, 0.04, 0.4], **options)
+        return cls.uniform(*FRICTIONS[name], **options)
+
     def validate(self) -> Scene:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         require_choice("steps", self.steps, STEPS)
@@ -158,6 +189,19 @@ class Scene:
             require_number("mu_kinetic", self.floor.mu_kinetic, **FRICTION)
             require_number("slip_speed", self.floor.slip_speed, **SLIP_SPEED)
         return self
+
+
+FRICTIONS = {"slippery": (0.06, 0.05), "wet": (0.2, 0.15), "firm": (0.5, 0.4)}
+"""Static and kinetic coefficients of the named floors that are the same everywhere [-]."""
+
+
+def scene_of(scene: Any) -> Scene:
+    """The scene itself, or the one of that name; ValueError for what is neither."""
+    if isinstance(scene, str):
+        require_choice("scene", scene, SCENES, also="a Scene")
+        return Scene.named(scene)
+    require_kind("scene", scene, Scene, f"a Scene, or {', '.join(map(repr, SCENES))}")
+    return scene
 
 
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}

@@ -5,30 +5,40 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.biped import BipedEnv, BipedEnvState
-    from stickslip.envs.biped_params import BipedEnvParams, Randomisation
-    from stickslip.envs.checking import check_vector_env
+    from stickslip.envs.adapters.checking import check_vector_env
+    from stickslip.envs.adapters.gym import GymEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.vector import GymVectorEnv
+    from stickslip.envs.biped.env import BipedEnv
+    from stickslip.envs.biped.params import BipedEnvParams, Randomisation
+    from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.gym import GymEnv
-    from stickslip.envs.ugv import UGVEnv
-    from stickslip.envs.ugv_params import UGVEnvParams
-    from stickslip.envs.ugv_randomisation import RandomTrack, UGVRandomisation
-    from stickslip.envs.ugv_state import UGVEnvState
-    from stickslip.envs.vector import GymVectorEnv
+    from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
+    from stickslip.envs.ugv.state import UGVEnvState
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped": ("BipedEnv", "BipedEnvState"),
-            "biped_params": ("BipedEnvParams", "Randomisation"),
-            "checking": ("check_vector_env",),
+            "adapters.checking": ("check_vector_env",),
+            "adapters.gym": ("GymEnv",),
+            "adapters.sb3": ("SB3VecEnv",),
+            "adapters.vector": ("GymVectorEnv",),
+            "biped.env": ("BipedEnv",),
+            "biped.params": (
+                "BipedEnvParams",
+                "Randomisation",
+            ),
+            "biped.state": ("BipedEnvState",),
             "functional": ("FunctionalEnv",),
-            "gym": ("GymEnv",),
-            "ugv": ("UGVEnv",),
-            "ugv_randomisation": ("RandomTrack", "UGVRandomisation"),
-            "ugv_params": ("UGVEnvParams",),
-            "ugv_state": ("UGVEnvState",),
-            "vector": ("GymVectorEnv",),
+            "ugv.env": ("UGVEnv",),
+            "ugv.params": ("UGVEnvParams",),
+            "ugv.randomisation": (
+                "RandomTrack",
+                "UGVRandomisation",
+            ),
+            "ugv.state": ("UGVEnvState",),
         },
     )
 
@@ -41,6 +51,7 @@ __all__ = [
     "GymVectorEnv",
     "RandomTrack",
     "Randomisation",
+    "SB3VecEnv",
     "UGVEnv",
     "UGVEnvParams",
     "UGVEnvState",

@@ -25,6 +25,8 @@ from stickslip.dynamics.checks import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from jaxtyping import Array, Bool, Float
 
 AUTORESET = ("same_step", "next_step", "disabled")
@@ -59,6 +61,27 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes; () without one."""
         return ()
+
+    episode_entries: tuple[str, ...] = ()
+    """Entries of the parameters that options of a reset may change."""
+
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """What `episode_params` takes; () for nothing."""
+        return ()
+
+    def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
+        """The parameters of an episode: these, with what the options of a reset say instead.
+
+        ValueError for an unknown name and for a value that `make_params` would not take.
+        """
+        require_known(options, self.option_names(), "option of reset")
+        return params
+
+    def read_by_steps(self, params: Params) -> Any:
+        """What a step reads of the parameters: from the same state it is the same step where this
+        is the same, whatever else a reset has read."""
+        return params
 
     @property
     @abstractmethod
@@ -146,6 +169,12 @@ def keyword_names(make_params: Any) -> tuple[str, ...]:
     """The names that a machine's `make_params` takes, beside what its environment gives."""
     kinds = inspect.signature(make_params).parameters.values()
     return tuple(one.name for one in kinds if one.kind is one.KEYWORD_ONLY)
+
+
+def defaults_of(make_params: Any, names: Iterable[str]) -> dict[str, Any]:
+    """What a machine's `make_params` takes where it is given nothing, for some of its names."""
+    known = inspect.signature(make_params).parameters
+    return {name: known[name].default for name in names if name in known}
 
 
 @partial(jax.jit, static_argnums=0)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from stickslip import envs
 
 if TYPE_CHECKING:
-    from stickslip.envs.gym import GymEnv
-    from stickslip.envs.vector import GymVectorEnv
+    from stickslip.envs.adapters.gym import GymEnv
+    from stickslip.envs.adapters.vector import GymVectorEnv
 
 BIPED_ID = "stickslip/Biped-v0"
 UGV_ID = "stickslip/UGV-v0"

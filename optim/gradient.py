@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.options import COUNT, require_scalar
@@ -51,20 +51,7 @@ def solve_gradient(
         return begun
     run = _Run(problem, *begun)
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        found = minimize(
-            run.value,
-            run.first,
-            jac=run.slope,
-            bounds=list(zip(*problem.free.bounds, strict=True)),
-            constraints={
-                "type": "ineq",
-                "fun": problem.free.constraints,
-                "jac": problem.free.jacobian,
-            },
-            method="SLSQP",
-            options={"maxiter": iterations, "ftol": tolerance},
-            callback=lambda x: bar.advance(),
-        )
+        found = run.minimised(iterations, tolerance, bar)
     x, why = run.chosen(found.x)
     return problem.result(
         x,
@@ -91,14 +78,28 @@ class _Run:
         self.best: np.ndarray | None = None
         self.best_value = np.inf
 
+    def minimised(self, iterations: int, tolerance: float, bar: Bar) -> OptimizeResult:
+        """scipy's answer."""
+        free = self.free
+        return minimize(
+            self.value,
+            self.first,
+            jac=self.slope,
+            bounds=list(zip(*free.bounds, strict=True)),
+            constraints={"type": "ineq", "fun": free.constraints, "jac": free.jacobian},
+            method="SLSQP",
+            options={"maxiter": iterations, "ftol": tolerance},
+            callback=lambda x: bar.advance(),
+        )
+
     def value(self, x: np.ndarray) -> float:
         """Scaled; SLSQP may step outside the bounds by a rounding."""
         x = np.clip(x, *self.free.bounds)
-        found = self.free.evaluate(x)
+        at = self.free.evaluate(x)
         self.evaluations += 1
-        if found.feasible and found.value < self.best_value:
-            self.best, self.best_value = x, found.value
-        return found.value / self.scale
+        if at.feasible and at.value < self.best_value:
+            self.best, self.best_value = x, at.value
+        return at.value / self.scale
 
     def slope(self, x: np.ndarray) -> np.ndarray:
         """Of `value`."""
@@ -108,8 +109,8 @@ class _Run:
         """The last point, or the best one on the way where the last does not meet all or is worse;
         a sentence where that is so."""
         x = np.clip(x, *self.free.bounds)
-        found = self.free.evaluate(x)
-        last = found.value if found.feasible else np.inf
+        at = self.free.evaluate(x)
+        last = at.value if at.feasible else np.inf
         if self.best is None or last <= self.best_value + 1e-12 * abs(self.best_value):
             return self.free.expand(x), ""
         return self.free.expand(self.best), "; the best feasible point on the way is returned"

@@ -148,8 +148,8 @@ class Problem(ABC, Generic[R]):
         began: time.perf_counter() when the method began. others: the remaining fields.
         """
         x, kind = np.array(x, dtype=float).reshape(-1), self.result_kind
-        found = self.evaluate(x)
-        return cast("R", kind.of(x, found, method=method, status=status, began=began, **others))
+        at = self.evaluate(x)
+        return cast("R", kind.of(x, at, method=method, status=status, began=began, **others))
 
 
 @dataclass(frozen=True)

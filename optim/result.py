@@ -82,7 +82,7 @@ class Result:
     def of(
         cls,
         x: Float[np.ndarray, "n"],
-        found: Evaluation,
+        evaluation: Evaluation,
         *,
         method: str,
         status: OptimStatus,
@@ -92,11 +92,11 @@ class Result:
         """The result at a point that was evaluated: see Problem.result."""
         return cls(
             method=method,
-            status=status if found.feasible or not status.solved else OptimStatus.VIOLATED,
+            status=status if evaluation.feasible or not status.solved else OptimStatus.VIOLATED,
             x=x,
-            value=found.value,
-            feasible=found.feasible,
-            residuals=found.residuals,
+            value=evaluation.value,
+            feasible=evaluation.feasible,
+            residuals=evaluation.residuals,
             seconds=time.perf_counter() - began,
             **others,
         )

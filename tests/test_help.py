@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.config import DEFAULTS, TrainConfig, every_field
-from stickslip.agents.controllers import CONTROLLERS
-from stickslip.agents.scenes import SCENES
-from stickslip.agents.ugv_config import UGVTrainConfig
-from stickslip.agents.ugv_names import UGV_BASELINES
-from stickslip.agents.ugv_tracks import TRACK_NAMES
+from stickslip.agents.biped.config import DEFAULTS, TrainConfig
+from stickslip.agents.biped.controllers import CONTROLLERS
+from stickslip.agents.biped.scenes import SCENES
+from stickslip.agents.training.configuration import every_field
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.names import UGV_BASELINES
+from stickslip.agents.ugv.tracks import TRACK_NAMES
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS

@@ -53,7 +53,8 @@ def march(integrator, model, scene, state, law, period) -> Path:
 
 def arguments(walks: Walks, fidelity: Fidelity, dtype: str) -> tuple[Any, ...]:
     """Prepared robots and the rest in this precision: what `march` takes after the integrator."""
-    params, *rest = (_cast(part, dtype) for part in walks[:5])
+    params = _cast(walks.params, dtype)
+    rest = (_cast(part, dtype) for part in (walks.scene, walks.state, walks.law, walks.period))
     return jax.block_until_ready(_prepared(fidelity)(params)), *rest
 
 
@@ -111,14 +112,14 @@ def walked(truth: Path) -> np.ndarray:
     return np.sum(truth.status <= 1, axis=-1)
 
 
-def errors(walks: Walks, found: Path, truth: Path) -> np.ndarray:
+def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
     """Joint, angle and slide error of each walk for each second walked [3, n].
 
     As for the default robot: rad/s and m/s with times and lengths in its units, so that robots of
     any size compare. Joint: the worse of both, a slide counting as the turn that walks as far.
     Infinite for a walk that ends before its reference.
     """
-    angle, slide = walk_errors(found, truth)
+    angle, slide = walk_errors(paths, truth)
     seconds = np.maximum(walked(truth), 1) * PERIOD * DEFAULT_TIME
     slide = slide * DEFAULT_LENGTH / np.asarray(walks.params.crank)
     joint = np.maximum(angle, slide / WALK_PER_RADIAN)

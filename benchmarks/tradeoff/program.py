@@ -13,6 +13,7 @@ from benchmarks.tradeoff.scenes import ROWS, Walk
 from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState, prepare, step
 
 if TYPE_CHECKING:
+    from stickslip.dynamics.biped import Contact
     from stickslip.dynamics.biped.fidelity import Fidelity
     from stickslip.dynamics.biped.integrators import Integrator
 
@@ -61,54 +62,54 @@ def _control(law, state: BipedState):
     return gain * (wanted - state.crank_rate)
 
 
+class _Forces(NamedTuple):
+    """Of the ground at the end of a step."""
+
+    friction_force: Any
+    normal_force: Any
+    mode: Any
+
+
+class _Sums(NamedTuple):
+    """From the walk's start on."""
+
+    work: Any
+    slide_distance: Any
+    status: Any
+    """The gravest."""
+    switches: Any
+
+
 def roll(integrator: Integrator, model, scene, law, state, dt, count, periods, stride) -> Rolled:
     """One walk of `periods` control periods, `count` steps of `dt` each; both counts traced.
 
     Compiled once for every step size and duration. Samples are those of every `stride`th period.
     """
     dtype = jnp.result_type(dt)
-    none = jnp.zeros((), jnp.int32)
-    rows = [jnp.zeros(ROWS, jnp.int32 if i in (1, 7) else dtype) for i in range(10)]
+    zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+    whole = ("steps", "mode")
+    rows = [jnp.zeros(ROWS, jnp.int32 if name in whole else dtype) for name in Samples._fields]
     log = None
     if integrator.record_events:
         log = (jnp.zeros(EVENTS, dtype), jnp.zeros(EVENTS, jnp.int32), none)
-    sums = (jnp.zeros((), dtype), jnp.zeros((), dtype), none, none)
 
     def substep(torque, carry):
-        state, _, (work, distance, status, switches), log = carry
+        state, _, sums, log = carry
         after, contact = step(model, scene, state, torque, dt, integrator=integrator)
-        running = status <= 1
+        running = sums.status <= 1
         after = jax.tree.map(lambda new, old: jnp.where(running, new, old), after, state)
-        sums = (
-            work + jnp.where(running, contact.work, 0.0),
-            distance + jnp.where(running, contact.slide_distance, 0.0),
-            jnp.maximum(status, contact.status),
-            switches + jnp.where(running, contact.switches, 0),
-        )
         if log is not None:
             log = _append(log, contact.events, running)
-        forces = (contact.friction_force, contact.normal_force, contact.mode)
-        return after, forces, sums, log
+        forces = _Forces(contact.friction_force, contact.normal_force, contact.mode)
+        return after, forces, _summed(sums, contact, running), log
 
     def period(index, carry):
         state, forces, sums, log, rows = carry
-        torque = _control(law, state)
-        again = partial(substep, torque)
+        again = partial(substep, _control(law, state))
         state, forces, sums, log = jax.lax.fori_loop(
             0, count, lambda _, now: again(now), (state, forces, sums, log)
         )
-        row = Samples(
-            state.phase,
-            state.steps,
-            state.crank_rate,
-            state.foot_position,
-            state.foot_velocity,
-            forces[0],
-            forces[1],
-            forces[2],
-            sums[0],
-            sums[1],
-        )
+        row = _sample(state, forces, sums)
         place = jnp.where((index + 1) % stride == 0, (index + 1) // stride - 1, ROWS)
         rows = [
             column.at[place].set(value, mode="drop")
@@ -116,10 +117,34 @@ def roll(integrator: Integrator, model, scene, law, state, dt, count, periods, s
         ]
         return state, forces, sums, log, rows
 
-    forces = (jnp.zeros((), dtype), jnp.zeros((), dtype), none)
-    carry = (state, forces, sums, log, rows)
+    carry = (state, _Forces(zero, zero, none), _Sums(zero, zero, none, none), log, rows)
     _, _, sums, log, rows = jax.lax.fori_loop(0, periods, period, carry)
-    return Rolled(Samples(*rows), sums[2], sums[3], log)
+    return Rolled(Samples(*rows), sums.status, sums.switches, log)
+
+
+def _summed(sums: _Sums, contact: Contact, running) -> _Sums:
+    """With one more step, where it still runs."""
+    return _Sums(
+        sums.work + jnp.where(running, contact.work, 0.0),
+        sums.slide_distance + jnp.where(running, contact.slide_distance, 0.0),
+        jnp.maximum(sums.status, contact.status),
+        sums.switches + jnp.where(running, contact.switches, 0),
+    )
+
+
+def _sample(state: BipedState, forces: _Forces, sums: _Sums) -> Samples:
+    return Samples(
+        state.phase,
+        state.steps,
+        state.crank_rate,
+        state.foot_position,
+        state.foot_velocity,
+        forces.friction_force,
+        forces.normal_force,
+        forces.mode,
+        sums.work,
+        sums.slide_distance,
+    )
 
 
 def _append(log, events, running):

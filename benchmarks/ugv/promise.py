@@ -87,14 +87,15 @@ def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differenc
     return differences(drawn.params, wanted, found, Setting(), partial(depths, drawn, wanted))
 
 
-def errors(one: Sample, ground: Drawn, setting: Setting) -> Differences:
+def errors(sample: Sample, ground: Drawn, setting: Setting) -> Differences:
     """Differences of a setting from the reference, whose own rounding counts as the setting's."""
-    found = answers_of(setting.solver, ground, setting.dtype)
-    depth = partial(depths, one.drawn, one.truth)
-    off = differences(one.drawn.params, one.truth, found, setting, depth)
-    own = [np.nan_to_num(column) for column in one.rounding[:2]]
+    answers = answers_of(setting.solver, ground, setting.dtype)
+    depth = partial(depths, sample.drawn, sample.truth)
+    off = differences(sample.drawn.params, sample.truth, answers, setting, depth)
+    own = sample.rounding
     return off._replace(
-        torque=np.maximum(off.torque, own[0]), contact=np.maximum(off.contact, own[1])
+        torque=np.maximum(off.torque, np.nan_to_num(own.torque)),
+        contact=np.maximum(off.contact, np.nan_to_num(own.contact)),
     )
 
 
@@ -140,7 +141,8 @@ def tabulated(drawn: Drawn, pieces_per_wave: int) -> Drawn:
 
 def answers_of(solver: PoseSolver, drawn: Drawn, dtype: str = "float64") -> Equilibrium:
     """A solver's answers to all poses."""
-    return _run_over(_answer(solver), drawn[:4], dtype)
+    poses = drawn.params, drawn.shape, drawn.x, drawn.angles
+    return _run_over(_answer(solver), poses, dtype)
 
 
 @cache

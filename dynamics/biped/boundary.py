@@ -14,7 +14,7 @@ from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import is_concrete, require_kind, require_memory, shown
 from stickslip.dynamics.numeric import require_numeric
-from stickslip.dynamics.scene import Grip, Scene
+from stickslip.dynamics.scene import Grip, Scene, scene_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.integrators import Integrator
@@ -22,15 +22,16 @@ if TYPE_CHECKING:
 TIME_STEP = "a finite time step > 0 [s]"
 
 
-def require_kinds(params, scene, state) -> None:
-    """Raise ValueError for arguments of another kind, and for text and lists inside of them."""
+def require_kinds(params, scene, state) -> Scene:
+    """The scene, built where it is a name, or ValueError for arguments of another kind, and for
+    text and lists inside of them."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"
     require_kind("params", params, (BipedParams, BipedModel), accepted)
-    require_kind("scene", scene, Scene, "a Scene")
+    scene = scene_of(scene)
     require_kind("state", state, BipedState, "a BipedState")
     if isinstance(params, BipedParams):
         require_numeric(**vars(params))
-    scene.validate()
+    return scene.validate()
 
 
 def require_scalars(params, **values) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Scene
 
 
-class Given(NamedTuple):
+class WalkBatch(NamedTuple):
     """Robot, scene, state and torques (or None), with each number's batch axis: 0 or None."""
 
     parts: tuple[BipedParams, Scene, BipedState, Any]
@@ -120,7 +120,7 @@ def precision(dtype: str):
     return jax.enable_x64(True) if dtype == "float64" else nullcontext()
 
 
-def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) -> Given:
+def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) -> WalkBatch:
     """Find the batch axes. ValueError for more than one, or of different lengths."""
     floor = 1 if isinstance(scene.floor, Patches) else 0
     count = len(jax.tree.leaves(scene.floor))
@@ -148,7 +148,7 @@ def gathered(params: BipedParams, scene: Scene, state: BipedState, torque: Any) 
             f"batches of {', '.join(map(str, sorted(sizes)))} members in one call; accepted: "
             "arrays with one and the same leading axis, or none"
         )
-    return Given(parts, tuple(own), torques)
+    return WalkBatch(parts, tuple(own), torques)
 
 
 def _axes(name: str, part: Any, ranks: list[int]) -> tuple[int | None, ...]:

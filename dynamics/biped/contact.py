@@ -38,24 +38,22 @@ def ground_force(
     model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1=None
 ):
     """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate."""
-    _, _, P, dP, Y, dY = inertia[:6]
     square = crank_rate**2
-    normal = model.total_mass * model.gravity + Y * alpha + dY * square
-    friction = P * alpha + dP * square
+    normal = model.total_mass * model.gravity + inertia.Y * alpha + inertia.dY * square
+    friction = inertia.P * alpha + inertia.dP * square
     return friction if a1 is None else friction + model.total_mass * a1, normal
 
 
 def motor_torque(model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1):
     """Torque that a motion needs (MODEL 1.4)."""
-    P, Y = _crank_row(inertia)
-    held = inertia.M * alpha + P * a1
-    return held + inertia.dM * crank_rate**2 / 2 + model.gravity * Y
+    accelerating = inertia.M * alpha + inertia.P_crank * a1
+    return accelerating + inertia.dM * crank_rate**2 / 2 + model.gravity * inertia.Y_crank
 
 
 def sticking(model: BipedModel, inertia: Coefficients, crank_rate, torque) -> Motion:
     """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
-    drive = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * _crank_row(inertia)[1]
-    alpha = drive / inertia.M
+    net_torque = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * inertia.Y_crank
+    alpha = net_torque / inertia.M
     friction, normal = ground_force(model, inertia, crank_rate, alpha)
     sound = jnp.ones_like(alpha, bool)
     return Motion(alpha, jnp.zeros_like(alpha), friction, normal, sound, torque)
@@ -70,21 +68,20 @@ def moving(
     Sliding is solvable while M m - P (P + mode mu_k Y) > 0; past that bound (Painleve) the
     equations have no solution or two, and sticking's numbers stand in beside solvable = False.
     """
-    M, dM, P, dP, Y, dY = inertia[:6]
-    P_crank, Y_crank = _crank_row(inertia)
+    M, P, P_crank = inertia.M, inertia.P, inertia.P_crank
     mass, square = model.total_mass, crank_rate**2
     slides = (mode != 0) if slides is None else slides
     signed = mode * mu_kinetic
-    drive = torque - dM * square / 2 - model.gravity * Y_crank
-    drag = -dP * square - signed * (mass * model.gravity + dY * square)
-    coupling = P + signed * Y
+    net_torque = torque - inertia.dM * square / 2 - model.gravity * inertia.Y_crank
+    drag = -inertia.dP * square - signed * (mass * model.gravity + inertia.dY * square)
+    coupling = P + signed * inertia.Y
     determinant = M * mass - P_crank * coupling
     solvable = determinant > 0
     sound = solvable | ~slides
     slides = slides & solvable
     scale = 1 / jnp.where(slides, determinant, M)
-    alpha = scale * jnp.where(slides, mass * drive - P_crank * drag, drive)
-    a1 = jnp.where(slides, scale * (M * drag - coupling * drive), 0.0)
+    alpha = scale * jnp.where(slides, mass * net_torque - P_crank * drag, net_torque)
+    a1 = jnp.where(slides, scale * (M * drag - coupling * net_torque), 0.0)
     friction, normal = ground_force(model, inertia, crank_rate, alpha)
     friction = jnp.where(slides, -signed * normal, friction)
     return Motion(alpha, a1, friction, normal, sound, torque)
@@ -103,11 +100,6 @@ def prescribed(
     a1 = jnp.where(slides, (friction - needed) / model.total_mass, 0.0)
     torque = motor_torque(model, inertia, crank_rate, alpha, a1)
     return Motion(alpha, a1, friction, normal, jnp.ones_like(slides, bool), torque)
-
-
-def _crank_row(inertia: Coefficients):
-    """What multiplies a1 and g in the crank equation: P and Y, unless derivatives are inexact."""
-    return inertia[6:] or (inertia.P, inertia.Y)
 
 
 def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:

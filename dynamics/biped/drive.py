@@ -1,6 +1,7 @@
 """What moves the crank: a given torque (forward dynamics) or a given motion (inverse dynamics).
 
-Integrators know only these functions, so both kinds of walk run under the same friction switching.
+Integrators ask a `Problem` for motions, so both kinds of walk run under the same friction
+switching.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import Motion, moving, prescribed, sticking
-from stickslip.dynamics.biped.floor import Friction
+from stickslip.dynamics.biped.floor import Friction, smoothed_direction
 from stickslip.dynamics.scene import Smoothed
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.contact import Coefficients
     from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.scene import Floor
+    from stickslip.dynamics.scene import Scene
 
 
 class Torque(NamedTuple):
@@ -36,26 +37,40 @@ class CrankMotion(NamedTuple):
 Drive = Torque | CrankMotion
 
 
-def still_motion(drive: Drive, model: BipedModel, inertia: Coefficients, crank_rate) -> Motion:
-    """The motion with the foot held at rest."""
-    if isinstance(drive, Torque):
-        return sticking(model, inertia, crank_rate, drive.torque)
-    zero = jnp.zeros_like(crank_rate)
-    return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
+class Problem(NamedTuple):
+    """What stays the same during one call; at an instant, of no duration [s]."""
 
+    model: BipedModel
+    scene: Scene
+    drive: Drive
+    duration: Array
 
-def motion_in(
-    drive: Drive,
-    floor: Floor,
-    friction: Friction | None,
-    model: BipedModel,
-    inertia: Coefficients,
-    crank_rate,
-    mode,
-) -> Motion:
-    """The motion in a mode; friction None: the foot cannot slip."""
-    if friction is None:
-        return still_motion(drive, model, inertia, crank_rate)
-    law = moving if isinstance(drive, Torque) else prescribed
-    slides = jnp.ones_like(mode, bool) if isinstance(floor, Smoothed) else None
-    return law(model, inertia, crank_rate, drive[0], mode, friction.mu_kinetic, slides)
+    def still(self, inertia: Coefficients, crank_rate) -> Motion:
+        """The motion with the foot held at rest."""
+        model, drive = self.model, self.drive
+        if isinstance(drive, Torque):
+            return sticking(model, inertia, crank_rate, drive.torque)
+        zero = jnp.zeros_like(crank_rate)
+        return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
+
+    def motion(
+        self, friction: Friction | None, mode, inertia: Coefficients, crank_rate, foot_velocity
+    ) -> Motion:
+        """The motion in a mode; on a smoothed floor the velocity takes the mode's place.
+
+        friction None: the foot cannot slip.
+        """
+        if friction is None:
+            return self.still(inertia, crank_rate)
+        model, drive, floor, slides = self.model, self.drive, self.scene.floor, None
+        if isinstance(floor, Smoothed):
+            mode = smoothed_direction(floor, foot_velocity)
+            slides = jnp.ones_like(mode, bool)
+        law = mode, friction.mu_kinetic, slides
+        if isinstance(drive, Torque):
+            return moving(model, inertia, crank_rate, drive.torque, *law)
+        return prescribed(model, inertia, crank_rate, drive.crank_acceleration, *law)
+
+    def tiny(self):
+        """A time too short to matter in the working precision [s]."""
+        return 8 * jnp.finfo(self.duration.dtype).eps * self.duration

@@ -14,7 +14,7 @@ from stickslip.dynamics.biped.contact import (
     motor_torque,
     zero_moment_point,
 )
-from stickslip.dynamics.biped.drive import Drive, Torque, motion_in, still_motion
+from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.floor import Friction, smoothed_direction
 from stickslip.dynamics.biped.inertia import ground_moment, reduced_inertia
 from stickslip.dynamics.biped.joint_inertia import JointInertia
@@ -24,7 +24,7 @@ from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import all_finite, float_type
-from stickslip.dynamics.scene import OUTPUTS, Floor, Smoothed, Uniform
+from stickslip.dynamics.scene import OUTPUTS, Scene, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -134,12 +134,16 @@ def forward_dynamics(
     theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic = _floats(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic
     )
-    friction, floor = Friction(mu_static, mu_kinetic), Uniform(mu_static, mu_kinetic)
-    instant = at_instant(
-        model, theta, crank_rate, foot_velocity, Torque(torque), floor, friction, outputs
-    )
+    scene = Scene(Uniform(mu_static, mu_kinetic))
+    problem = Problem(model, scene, Torque(torque), duration=jnp.zeros_like(theta))
+    friction = Friction(mu_static, mu_kinetic)
+    instant = at_instant(problem, friction, theta, crank_rate, foot_velocity, outputs)
+    motion = instant.motion
     return ForwardDynamics(
-        *instant.motion[:4],
+        crank_acceleration=motion.crank_acceleration,
+        foot_acceleration=motion.foot_acceleration,
+        friction_force=motion.friction_force,
+        normal_force=motion.normal_force,
         zmp=instant.zmp,
         mode=instant.mode.astype(jnp.int32),
         status=instant.status,
@@ -158,36 +162,36 @@ class Instant(NamedTuple):
 
 
 def at_instant(
-    model: BipedModel,
+    problem: Problem,
+    friction: Friction | None,
     theta,
     crank_rate,
     foot_velocity,
-    drive: Drive,
-    floor: Floor,
-    friction: Friction | None,
     outputs: str = "forces",
 ) -> Instant:
     """Mode, motion and what `outputs` asks for; friction None: the foot cannot slip."""
+    model, floor = problem.model, problem.scene.floor
     inertia = model.inertia.at(theta)
-    motion = still_motion(drive, model, inertia, crank_rate)
+    motion = problem.still(inertia, crank_rate)
     mode = jnp.zeros_like(motion.crank_acceleration)
     onset = jnp.zeros_like(mode, bool)
     if isinstance(floor, Smoothed):
+        motion = problem.motion(friction, mode, inertia, crank_rate, foot_velocity)
         direction = smoothed_direction(floor, foot_velocity)
-        motion = motion_in(drive, floor, friction, model, inertia, crank_rate, direction)
         mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
     elif friction is not None:
         mode = mode_of(motion, foot_velocity, friction.mu_static)
-        motion = motion_in(drive, floor, friction, model, inertia, crank_rate, mode)
+        motion = problem.motion(friction, mode, inertia, crank_rate, foot_velocity)
         onset = (foot_velocity == 0) & (mode != 0)
     zmp, joints = None, None
     if outputs != "state":
         moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate, motion)
         zmp = zero_moment_point(moment, motion.normal_force)
+    accelerations = motion.crank_acceleration, motion.foot_acceleration
     if outputs == "joints":
-        accelerations = motion.crank_acceleration, motion.foot_acceleration
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
-    numbers = (theta, crank_rate, foot_velocity, drive, friction, motion[:4], zmp, joints)
+    numbers = (theta, crank_rate, foot_velocity, problem.drive, friction)
+    numbers += (*accelerations, motion.friction_force, motion.normal_force, zmp, joints)
     return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
 
 

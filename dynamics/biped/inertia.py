@@ -28,6 +28,16 @@ class ReducedInertia(NamedTuple):
     """sum m y' [kg m]; gravity times Y is the slope of the potential energy"""
     dY: Float[Array, ""]
 
+    @property
+    def P_crank(self) -> Float[Array, ""]:
+        """What multiplies a1 in the crank's equation: P, as all is differentiated exactly."""
+        return self.P
+
+    @property
+    def Y_crank(self) -> Float[Array, ""]:
+        """What multiplies gravity there: Y."""
+        return self.Y
+
 
 class GroundMoment(NamedTuple):
     """What the moment of the ground about the ankle takes (eq. 30)."""

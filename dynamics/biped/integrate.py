@@ -19,36 +19,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.drive import Drive, Torque
+from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trial import Trial, attempt
-from stickslip.dynamics.biped.walk import Problem, Walk, bounds, hand_over, note, slips_freely
+from stickslip.dynamics.biped.walk import Walk, bounds, hand_over, note, slips_freely
 from stickslip.dynamics.lanes import thinning_while
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
-
-    from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.scene import Scene
+    from jaxtyping import Array, Bool
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def advance(
-    spec: RK4Split | EventExact,
-    model: BipedModel,
-    scene: Scene,
-    walk: Walk,
-    drive: Drive,
-    duration: Float[Array, ""],
-) -> Walk:
+def advance(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Walk:
     """Run a call to its end, stopping as soon as every member of a batch is done.
 
     Derivatives, forward and reverse, are those of the same trials with the bound as their number:
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
-    problem = Problem(model, scene, drive, duration)
     pending = thinning_while(
         lambda _, pending: pending.going, partial(_round, spec), problem, _first(problem, walk)
     )
@@ -57,9 +46,7 @@ def advance(
 
 @advance.defjvp
 def _advance_jvp(spec, primals, tangents):
-    def bounded(model, scene, walk, drive, duration):
-        problem = Problem(model, scene, drive, duration)
-
+    def bounded(problem, walk):
         def body(now, _):
             again = partial(_round, spec, problem)
             return jax.lax.cond(now.going, again, lambda now: now, now), None
@@ -131,7 +118,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     """
     fixed = isinstance(spec, RK4Split)
     longest = problem.duration / spec.substeps if fixed else trial.size
-    slips = (walk.velocity == 0) & (walk.held == 0) & (trial.mode != 0)
+    slips = (walk.velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     moved = note(_moved(problem, walk, trial), trial.switches, trial.kind)
     switched = _switched(problem, moved, trial)
@@ -141,7 +128,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     again = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,
-        held=jnp.where(walk.velocity == 0, trial.mode, 0.0),
+        breakaway=jnp.where(walk.velocity == 0, trial.mode, 0.0),
     )
     ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
     over = ended.status > Status.SLIP_ONSET
@@ -175,7 +162,7 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
         slide=slide,
         velocity=velocity,
         left=jnp.where((left <= tiny) | trial.final, 0.0, left),
-        held=jnp.zeros_like(walk.held),
+        breakaway=jnp.zeros_like(walk.breakaway),
         distance=walk.distance + jnp.abs(slide - walk.slide),
         work=walk.work + work,
         positive_work=walk.positive_work + jnp.maximum(work, 0.0),
@@ -191,7 +178,7 @@ def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     if not slips_freely(problem.scene):
         walk = walk._replace(
             velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
-            held=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
+            breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
         )
     if isinstance(problem.scene.floor, Patches):
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)

@@ -23,6 +23,7 @@ from stickslip.dynamics.biped.kinematics import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.brief import brief, short_repr
 from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.derived import (
     holds_numbers,
@@ -46,6 +47,8 @@ class Load:
 
     mass_factor: Numeric
     payload: Numeric | None
+
+    __repr__ = short_repr
 
 
 @register_derived
@@ -74,6 +77,15 @@ class BipedModel:
     """The linkage closes at every crank angle."""
     symmetric: Bool[Array, ""] = field(init=False, repr=False)
     """Support can be exchanged without an impact."""
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], the fidelity, and what the robot is that was made ready."""
+        words = [self.bare.numbers_in_short(brief(self.total_mass))]
+        carried = {"payload": self.payload, "load": self.load}
+        words += [f"{name}={brief(one)}" for name, one in carried.items() if one is not None]
+        return f"BipedModel({', '.join(words)}, fidelity={self.fidelity!r})"
 
     def __post_init__(self):
         require_kind("bare", self.bare, BipedParams, "a BipedParams")
@@ -213,11 +225,12 @@ class LoadedInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.moment_at(theta))
 
-    def _sum(self, of):
-        scaled = jax.tree.map(lambda value: self.mass_factor * value, of(self.empty))
+    def _sum(self, part):
+        """part: what is asked of inertia functions."""
+        scaled = jax.tree.map(lambda value: self.mass_factor * value, part(self.empty))
         if self.unit is None:
             return scaled
-        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, of(self.unit))
+        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, part(self.unit))
 
 
 def load(

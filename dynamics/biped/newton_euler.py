@@ -255,9 +255,9 @@ def _accelerations(units: UnitSolutions, system: str, rate, gravity, known):
 
     if system == "inverse_slip":
         return alpha, -(rest(coulomb) + coulomb[ALPHA] * alpha) / coulomb[SLIDE]
-    drive, drag = known["torque"] - rest(units.torque), -rest(coulomb)
+    net_torque, drag = known["torque"] - rest(units.torque), -rest(coulomb)
     if system == "forward_stick":
-        return drive / units.torque[ALPHA], a1
+        return net_torque / units.torque[ALPHA], a1
     M, P, Q, m = (row[c] for row in (units.torque, coulomb) for c in (ALPHA, SLIDE))
     determinant = M * m - P * Q
-    return (m * drive - P * drag) / determinant, (M * drag - Q * drive) / determinant
+    return (m * net_torque - P * drag) / determinant, (M * drag - Q * net_torque) / determinant

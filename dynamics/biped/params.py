@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.bars import Hip, link_masses
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -41,7 +44,7 @@ LINKS = (
 )
 """The 13 kinds of link; entry i is link number i + 1 of the chapter. Both legs share them."""
 
-POSITIVE = (
+ABOVE_ZERO = (
     "crank",
     "ground_link",
     "rod",
@@ -55,9 +58,13 @@ POSITIVE = (
     "tibia",
     "tibia_pin",
     "stabiliser",
-    "gravity",
 )
+LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
+"""The fields that are lengths [m]."""
+POSITIVE = (*ABOVE_ZERO, "gravity")
 NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
+NO_NUMBERS = ("cls", "hip_centre", "dtype")
+"""The arguments of `from_bars` that are not one number each."""
 
 
 @jax.tree_util.register_dataclass
@@ -106,6 +113,16 @@ class BipedParams:
     payload: Numeric
     gravity: Numeric
 
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], and the entries that are not the reference robot's."""
+        return f"BipedParams({self.numbers_in_short(brief(self.total_mass))})"
+
+    def numbers_in_short(self, total_mass: str) -> str:
+        """A whole mass, and the entries that are not the reference robot's."""
+        return joined(self, f"total_mass={total_mass}", usual=_usual())
+
     @classmethod
     def from_bars(
         cls,
@@ -146,67 +163,24 @@ class BipedParams:
         the lengths but no masses: bar_density and hip_mass are calibrated on its start torque
         (0.84 N m) and least friction (0.08 at 3 rad/s). Raises ValueError as `validate` does.
         """
-        lengths = {
-            "crank": 1.0,
-            "ground_link": ground_link,
-            "rod": rod,
-            "rod_pin": rod_pin,
-            "rocker": rocker,
-            "tendon_drop": tendon_drop,
-            "upper_tendon": upper_tendon,
-            "lower_tendon": lower_tendon,
-            "femur": femur,
-            "femur_pin": femur_pin,
-            "tibia": tibia,
-            "tibia_pin": tibia_pin,
-            "stabiliser": stabiliser,
-            "slot_depth": slot_depth,
-            "offset": offset,
-            "heel": heel,
-            "toe": toe,
-        }
-        given = dict(lengths, crank_length=crank_length, gravity=gravity, payload=payload)
-        given |= {"bar_density": bar_density, "hip_mass": hip_mass, "foot_mass": foot_mass}
-        given |= {"foot_inertia": foot_inertia, "hip_span": hip_span}
-        require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
-        if len(hip_centre) != 2:
-            raise ValueError(
-                f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers"
-            )
-        dtype = _checked(given, hip_centre, dtype)
-        unit = jnp.asarray(crank_length, dtype)
-        metres = {name: unit * jnp.asarray(value, dtype) for name, value in lengths.items()}
-        zero = jnp.zeros_like(unit)
-        bars = [
-            metres["tibia"],
-            metres["femur"],
-            metres["lower_tendon"],
-            metres["offset"],
-            metres["upper_tendon"],
-            metres["rod"],
-            2 * metres["crank"],
-            metres["rocker"],
-            metres["stabiliser"],
-            metres["tibia"],
-            metres["femur"],
-        ]
-        bar_length = jnp.stack(jnp.broadcast_arrays(*bars), axis=-1)
-        density = jnp.asarray(bar_density, dtype)[..., None]
-        bar_mass = density * bar_length
-        bar_inertia = bar_mass * bar_length**2 / 12
-        middle = bar_length.at[..., 6].set(0.0) / 2  # the double crank is centred on A
-        hip = jnp.asarray(hip_mass, dtype)
-        hip_inertia = hip * (unit * jnp.asarray(hip_span, dtype)) ** 2 / 12
-        along = _join(zero, middle, unit * jnp.asarray(hip_centre[0], dtype))
-        across = _join(zero, jnp.zeros_like(middle), unit * jnp.asarray(hip_centre[1], dtype))
-        return cls(
-            **metres,
-            mass=_join(jnp.asarray(foot_mass, dtype), bar_mass, hip),
-            centre=jnp.stack([along, across], axis=-1),
-            inertia=_join(jnp.asarray(foot_inertia, dtype), bar_inertia, hip_inertia),
-            payload=jnp.asarray(payload, dtype),
-            gravity=jnp.asarray(gravity, dtype),
-        ).validate()
+        numbers = dict(locals())  # all arguments by name
+        for name in NO_NUMBERS:
+            del numbers[name]
+        dtype = _checked(numbers, hip_centre, dtype)
+        arrays = {name: jnp.asarray(value, dtype) for name, value in numbers.items()}
+        unit = arrays["crank_length"]
+        lengths = {name: unit * arrays[name] for name in LENGTHS if name != "crank"}
+        lengths["crank"] = unit
+        ahead, above = (unit * jnp.asarray(part, dtype) for part in hip_centre)
+        links = link_masses(
+            lengths,
+            arrays["bar_density"],
+            arrays["foot_mass"],
+            arrays["foot_inertia"],
+            Hip(arrays["hip_mass"], ahead, above, span=unit * arrays["hip_span"]),
+        )
+        rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
+        return cls(**lengths, **links._asdict(), **rest).validate()
 
     @property
     def total_mass(self) -> jax.Array:
@@ -257,30 +231,31 @@ class BipedParams:
         return self
 
 
-def _checked(given: dict[str, Numeric], hip_centre, dtype: Any):
+@cache
+def _usual() -> dict[str, np.ndarray]:
+    """Every number of the reference robot."""
+    with jax.ensure_compile_time_eval():
+        return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
+
+
+def _checked(numbers: dict[str, Numeric], hip_centre, dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
+    require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
+    if len(hip_centre) != 2:
+        raise ValueError(f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers")
     above = {"low": 0.0, "accepted": "a finite number >= 0"}
-    rules: dict[str, Any] = {name: (value, above) for name, value in given.items()}
+    rules: dict[str, Any] = {name: (value, above) for name, value in numbers.items()}
     strictly = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
-    rules["crank_length"] = given["crank_length"], strictly
+    rules["crank_length"] = numbers["crank_length"], strictly
     for i, value in enumerate(hip_centre):
         if isinstance(value, list | tuple):
             raise ValueError(f"hip_centre = {shown(hip_centre)}; accepted: two finite numbers")
         rules[f"hip_centre[{i}]"] = value, {"accepted": "a finite number"}
     for name, (value, rule) in rules.items():
         require_number(name, value, **rule)
-    kinds = (jnp.result_type(v) for v in given.values() if not isinstance(v, list | tuple))
+    kinds = (jnp.result_type(v) for v in numbers.values() if not isinstance(v, list | tuple))
     dtype = float_kind(dtype, jnp.result_type(float, *kinds))
     for name, (value, rule) in rules.items():
         require_number(name, value, **rule, dtype=dtype)
-    require_broadcast(**given, hip_centre_x=hip_centre[0], hip_centre_y=hip_centre[1])
+    require_broadcast(**numbers, hip_centre_x=hip_centre[0], hip_centre_y=hip_centre[1])
     return dtype
-
-
-def _join(first: jax.Array, bars: jax.Array, last: jax.Array) -> jax.Array:
-    """Foot, the eleven bars and hip along the last axis, batch axes broadcast."""
-    batch = jnp.broadcast_shapes(first.shape, bars.shape[:-1], last.shape)
-    parts = [first[..., None], bars, last[..., None]]
-    return jnp.concatenate(
-        [jnp.broadcast_to(part, (*batch, part.shape[-1])) for part in parts], axis=-1
-    )

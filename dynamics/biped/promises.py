@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stickslip.dynamics.biped import measured
 from stickslip.dynamics.biped.setting import Setting
@@ -39,8 +40,19 @@ NOT_COVERED = (
 )
 
 
-Bound = tuple[float, float, float]
-"""Of the worse of both [rad/s], of the crank angle [rad/s], of the slide [m/s]."""
+class Bound(NamedTuple):
+    """Upper bounds of a quantile of three errors for each simulated second."""
+
+    joint: float
+    """The worse of both [rad/s]."""
+    angle: float
+    """Of the crank [rad/s]."""
+    slide: float
+    """[m/s]"""
+
+    def or_worse(self, other: Bound) -> Bound:
+        """The worse of both in each error."""
+        return Bound(*map(max, self, other))
 
 
 @dataclass(frozen=True)
@@ -48,10 +60,9 @@ class Measurement:
     """One setting on one kind of floor, for one kind of robot and batch.
 
     robots: "default", or "any" for the worse of that and of random ones. bounds: for each of
-    QUANTILES, upper bounds of the quantiles of three errors for each simulated second: the worse of
-    both [rad/s], crank angle [rad/s], slide [m/s]. Lengths and seconds are those of the default
-    robot; so is the setting's dt. otherwise: share of walks that end otherwise than their
-    reference, inside the model or outside. cost: seconds for each simulated second and environment.
+    QUANTILES. Lengths and seconds are those of the default robot; so is the setting's dt.
+    otherwise: share of walks that end otherwise than their reference, inside the model or outside.
+    cost: seconds for each simulated second and environment.
     """
 
     scene: str
@@ -66,24 +77,27 @@ class Measurement:
     def error(self) -> float:
         """What 95 % of the walks keep: the worse of angle and slide, a slide counting as the turn
         that walks as far [rad/s]."""
-        return self.bounds[QUANTILES.index(0.95)][0]
-
-
-def _worse(one: Bound, other: Bound) -> Bound:
-    return max(one[0], other[0]), max(one[1], other[1]), max(one[2], other[2])
+        return self.bounds[QUANTILES.index(0.95)].joint
 
 
 def _measurements() -> tuple[Measurement, ...]:
     """Every measured point, for the default robot and for any."""
-    found = []
+    points = []
     for scene, index, batch, cost in measured.COSTS:
-        default, others = (measured.ERRORS[scene, index, name] for name in ("default", "others"))
         setting = Setting(*measured.SETTINGS[index])
-        worse = tuple(_worse(*pair) for pair in zip(default[0], others[0], strict=True))
-        pairs = (("default", default), ("any", (worse, max(default[1], others[1]))))
-        for robots, (bounds, otherwise) in pairs:
-            found.append(Measurement(scene, robots, setting, batch, bounds, otherwise, cost))
-    return tuple(found)
+        default, otherwise = _errors(scene, index, "default")
+        points.append(Measurement(scene, "default", setting, batch, default, otherwise, cost))
+        others, elsewhere = _errors(scene, index, "others")
+        worse = tuple(a.or_worse(b) for a, b in zip(default, others, strict=True))
+        otherwise = max(otherwise, elsewhere)
+        points.append(Measurement(scene, "any", setting, batch, worse, otherwise, cost))
+    return tuple(points)
+
+
+def _errors(scene: str, index: int, robots: str) -> tuple[tuple[Bound, ...], float]:
+    """Bounds for each of QUANTILES, and the share of walks that end otherwise."""
+    bounds, otherwise = measured.ERRORS[scene, index, robots]
+    return tuple(Bound(*bound) for bound in bounds), otherwise
 
 
 MEASUREMENTS = _measurements()

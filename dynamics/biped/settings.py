@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics import names
 from stickslip.dynamics.biped import measured
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.promises import (
@@ -102,11 +103,11 @@ def recommend(
     tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
     as such a turn walks. slide_tolerance [m/s]: of the slide in its place; the share then holds for
     each of both alone. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
-    Patches: ice), or such a name. batch: environments stepped together; the nearest measured number
-    stands for it. params: the robot, or a batch, of which the quickest counts; the default one if
-    None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and random robots
-    were walked, too. dtype: only settings of this precision. Raises ValueError with the best
-    reachable error if nothing meets the tolerance.
+    Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
+    measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
+    default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
+    random robots were walked, too. dtype: only settings of this precision. Raises ValueError with
+    the best reachable error if nothing meets the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
@@ -118,14 +119,7 @@ def recommend(
     name, place, own = scene_class(scene), _place(quantile), _units(params)
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
-    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
-    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
-    points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
-    if not points:
-        raise ValueError(
-            f"dtype = {dtype!r}: nothing is measured in it in the scene {name!r}; accepted: None, "
-            "or the other one"
-        )
+    points = _measured_near(batch, name, robots, dtype)
     answers = [_recommendation(point, place, own) for point in points]
     good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
     if good:
@@ -134,10 +128,23 @@ def recommend(
     slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
     raise ValueError(
         f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
-        f"{100 * quantile:g} % of the walks in the scene {name!r} with {nearest} environments; "
+        f"{100 * quantile:g} % of the walks in the scene {name!r} with {best.batch} environments; "
         f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
         f"{best.slide_error:.2g} m/s apart ({best.setting})"
     )
+
+
+def _measured_near(batch: int, scene: str, robots: str, dtype: str | None) -> list[Measurement]:
+    """What was measured of such robots in the nearest batch; ValueError for nothing in a dtype."""
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (scene, robots)]
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
+    points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
+    if not points:
+        raise ValueError(
+            f"dtype = {dtype!r}: nothing is measured in it in the scene {scene!r}; accepted: None, "
+            "or the other one"
+        )
+    return points
 
 
 def _keeps(answer: Recommendation, tolerance: float, slide_tolerance: float | None) -> bool:
@@ -157,8 +164,10 @@ def setting_of(setting: str | Setting) -> Setting:
 def scene_class(scene: Scene | str) -> str:
     """The measured kind that stands for `scene`; ValueError for one that none stands for."""
     if isinstance(scene, str):
-        require_choice("scene", scene, SCENES)
-        return scene
+        require_choice("scene", scene, (*SCENES, *names.SCENES))
+        if scene in SCENES:
+            return scene
+        scene = Scene.named(scene)
     floor = getattr(scene, "floor", None)
     if type(floor) not in CLASSES:
         raise ValueError(
@@ -190,17 +199,17 @@ def _units(params: BipedParams | None) -> tuple[float, float]:
 def _recommendation(point: Measurement, place: int, own: tuple[float, float]) -> Recommendation:
     """The point in the seconds of a robot with such an own time and length."""
     time, length = own
-    joint, angle, slide = point.bounds[place]
+    bound = point.bounds[place]
     samples = [
         measured.SAMPLES[point.scene, robots]
         for robots in (("default",) if point.robots == "default" else ("default", "others"))
     ]
     return Recommendation(
         setting=replace(point.setting, dt=point.setting.dt * time),
-        typical_error=point.bounds[0][0] / time,
-        promised_error=joint / time,
-        angle_error=angle / time,
-        slide_error=slide * length / time,
+        typical_error=point.bounds[0].joint / time,
+        promised_error=bound.joint / time,
+        angle_error=bound.angle / time,
+        slide_error=bound.slide * length / time,
         quantile=QUANTILES[place],
         confidence=CONFIDENCE,
         count=min(count for count, _ in samples),

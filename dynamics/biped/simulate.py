@@ -18,7 +18,7 @@ from stickslip.dynamics.biped.boundary import (
     require_room,
     require_scalars,
 )
-from stickslip.dynamics.biped.drive import CrankMotion, Drive, Torque
+from stickslip.dynamics.biped.drive import CrankMotion, Drive, Problem, Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.forces import Instant, at_instant
@@ -28,7 +28,7 @@ from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState, Contact, Events
 from stickslip.dynamics.biped.unsplit import advance_unsplit
-from stickslip.dynamics.biped.walk import Problem, Walk, entry_status, start
+from stickslip.dynamics.biped.walk import Walk, entry_status, start
 from stickslip.dynamics.checks import (
     require_number,
 )
@@ -90,7 +90,7 @@ class Trajectory:
 
 def step(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Float[Array, ""],
     dt: Float[Array, ""],
@@ -103,7 +103,8 @@ def step(
     Equations of MODEL 1.4 (eqs. 26-37); switching instants and exchanges of support are located
     inside the step and the step is split there (see RK4Split). Where the status is terminal, the
     state is the last one inside the model and its time says how far the step came. The topple check
-    looks at both ends of the step. Scalars: batch with vmap. Pass a model from `prepare` when
+    looks at both ends of the step. scene: a Scene, or a name (see Scene.named). Scalars: batch with
+    vmap. Pass a model from `prepare` when
     stepping often: from bare parameters it is built again at every call. Works in the widest
     floating type among the arguments. A torque or a state that is not finite gives the status
     NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before tracing.
@@ -112,17 +113,16 @@ def step(
     require_numeric(torque=torque, dt=dt)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    require_kinds(params, scene, state)
+    scene = require_kinds(params, scene, state)
     state.require_support()
     require_rest_on_grip(scene, state)
     require_scalars(params, torque=torque, dt=dt, **vars(state))
-    drive = Torque(as_float(torque))
-    return _step(spec, fidelity, params, scene, state, drive, as_float(dt))
+    return _step(spec, fidelity, params, scene, state, Torque(as_float(torque)), as_float(dt))
 
 
 def simulate(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -144,7 +144,7 @@ def simulate(
 
 def simulate_inverse(
     params: BipedParams | BipedModel,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     crank_acceleration: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -160,15 +160,15 @@ def simulate_inverse(
     trajectory's `torques` are what the motor must give at the end of each step [N m]; its work is
     integrated along the step. The rest as in `simulate`.
     """
-    drive, given = CrankMotion, crank_acceleration
+    kind, values = CrankMotion, crank_acceleration
     return _walk(
-        drive, given, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
+        kind, values, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
     )
 
 
 def _walk(
-    drive: type[Drive],
-    given,
+    kind: type[Drive],
+    values,
     params,
     scene,
     state: BipedState,
@@ -183,27 +183,29 @@ def _walk(
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    require_kinds(params, scene, state)
+    scene = require_kinds(params, scene, state)
     state.validate()
     require_scalars(params, **vars(state))
     require_room(duration, given_dt, scene, spec)
     require_rest_on_grip(scene, state)
     require_exchange(params, scene)
     count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
-    policy, values = None, None
-    if callable(given):
-        policy = given
-    else:
-        name = "torque" if drive is Torque else "crank_acceleration"
-        require_number(name, given, accepted="finite numbers, or a function of the state")
-        if np.ndim(given) > 0 and np.shape(given) != (count,):
-            raise ValueError(
-                f"{name} has shape {np.shape(given)}; accepted: a number, a function of the state "
-                f"or one value for each of the {count} steps"
-            )
-        values = jnp.broadcast_to(jnp.asarray(given), (count,))
+    policy = values if callable(values) else None
+    values = None if policy else _one_a_step(kind, values, count)
     size = duration / count
-    return _simulate(spec, fidelity, policy, drive, count, params, scene, state, values, size)
+    return _simulate(spec, fidelity, policy, kind, count, params, scene, state, values, size)
+
+
+def _one_a_step(kind: type[Drive], values: Numeric, count: int) -> Float[Array, " n"]:
+    """The drive's number for each of `count` steps, or ValueError."""
+    name = kind._fields[0]
+    require_number(name, values, accepted="finite numbers, or a function of the state")
+    if np.ndim(values) > 0 and np.shape(values) != (count,):
+        raise ValueError(
+            f"{name} has shape {np.shape(values)}; accepted: a number, a function of the state "
+            f"or one value for each of the {count} steps"
+        )
+    return jnp.broadcast_to(jnp.asarray(values), (count,))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -222,7 +224,7 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
     if isinstance(spec, Unsplit):
         walk = advance_unsplit(spec, problem, walk)
     else:
-        walk = advance(spec, model, scene, walk, drive, duration)
+        walk = advance(spec, problem, walk)
     instant = _contact(problem, walk, scene.outputs)
     motion = instant.motion
     over = walk.status > Status.SLIP_ONSET
@@ -256,7 +258,7 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
 def _simulate(
-    spec, fidelity, policy, drive: type[Drive], count, params, scene, state, values, size
+    spec, fidelity, policy, kind: type[Drive], count, params, scene, state, values, size
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, values)
@@ -264,16 +266,16 @@ def _simulate(
 
     def body(carry, value):
         now, last = carry
-        given = drive(jnp.asarray(value if policy is None else policy(now), dtype))
-        after, contact = _step(spec, fidelity, model, scene, now, given, size)
+        drive = kind(jnp.asarray(value if policy is None else policy(now), dtype))
+        after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
             lambda new, old: jnp.where(over, old, new), (after, contact), (now, last)
         )
-        torque = given[0] if drive is Torque else contact.torque
+        torque = drive.torque if isinstance(drive, Torque) else contact.torque
         return (after, contact), (after, torque, contact)
 
-    blank_drive = drive(jnp.zeros((), dtype))
+    blank_drive = kind(jnp.zeros((), dtype))
     shapes = jax.eval_shape(
         lambda: _step(spec, fidelity, model, scene, state, blank_drive, size)[1]
     )
@@ -285,14 +287,11 @@ def _simulate(
 
 def _contact(problem: Problem, walk: Walk, outputs: str) -> Instant:
     """Forces and status of the state as it is."""
-    model, floor = problem.model, problem.scene.floor
-    friction = friction_on(floor, walk.patch, walk.theta.dtype)
-    place = (walk.theta, walk.rate, walk.velocity)
-    return at_instant(model, *place, problem.drive, floor, friction, outputs)
+    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
+    return at_instant(problem, friction, walk.theta, walk.rate, walk.velocity, outputs)
 
 
 def _events(walk: Walk, end) -> Events | None:
     if walk.log is None:
         return None
-    left, kinds, angles = walk.log
-    return Events(end - left, kinds, angles)
+    return Events(end - walk.log.left, walk.log.kinds, walk.log.angles)

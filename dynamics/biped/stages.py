@@ -15,8 +15,18 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
     from stickslip.dynamics.biped.floor import Friction
-    from stickslip.dynamics.biped.walk import Problem, Walk
+    from stickslip.dynamics.biped.walk import Walk
+
+
+class Midpoint(NamedTuple):
+    """What a step's judgement needs of its middle."""
+
+    crank_acceleration: Float[Array, ""]
+    foot_acceleration: Float[Array, ""]
+    cone_margin: Float[Array, ""]
+    """How far inside the static friction cone [N]."""
 
 
 class Taken(NamedTuple):
@@ -28,8 +38,7 @@ class Taken(NamedTuple):
     velocity: Float[Array, ""]
     end: Motion
     """The motion at the end."""
-    middle: tuple[Array, Array, Array]
-    """Crank and foot acceleration and the friction cone's margin [N] at the midpoint."""
+    middle: Midpoint
     work: Float[Array, ""] | None
     """Of the motor [J], where its torque is not given."""
     errors: Float[Array, " 4"] | None
@@ -55,7 +64,7 @@ class _Stages(NamedTuple):
     sum_foot: Array
     sum_slide: Array
     sum_power: Array | None
-    middle: tuple[Array, Array, Array]
+    middle: Midpoint
     """The mean of the second and third stage, whose errors of second order are opposite."""
 
 
@@ -98,7 +107,7 @@ def _classical_stages(
         theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
         rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
         halfway = (index == 1) | (index == 2)
-        now_here = (alpha, foot, cone_margin(friction, motion))
+        now_here = Midpoint(alpha, foot, cone_margin(friction, motion))
         sum_power = now.sum_power
         if sum_power is not None:
             sum_power = sum_power + weights[index] * motion.torque * now.rate
@@ -130,7 +139,7 @@ def _classical_stages(
         sum_foot=zero,
         sum_slide=zero,
         sum_power=zero if isinstance(problem.drive, CrankMotion) else None,
-        middle=(zero, zero, zero),
+        middle=Midpoint(zero, zero, zero),
     )
     return jax.lax.fori_loop(0, 4, body, begin)
 
@@ -195,7 +204,7 @@ def dormand_prince_step(
         slide=slide if friction is not None else walk.slide,
         velocity=velocity if friction is not None else walk.velocity,
         end=end,
-        middle=(middle.crank_acceleration, middle.foot_acceleration, margin),
+        middle=Midpoint(middle.crank_acceleration, middle.foot_acceleration, margin),
         work=work if isinstance(problem.drive, CrankMotion) else None,
         errors=errors,
     )

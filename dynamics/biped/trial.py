@@ -17,9 +17,9 @@ from stickslip.dynamics.biped.stages import (
     dormand_prince_step,
 )
 from stickslip.dynamics.biped.walk import (
-    Problem,
     Walk,
     bounds,
+    mode_at,
     slips_freely,
     status_at,
     within_turn,
@@ -29,6 +29,9 @@ from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.drive import Problem
 
 
 class Trial(NamedTuple):
@@ -68,6 +71,17 @@ class Trial(NamedTuple):
     """Terminal if the model does not hold where the trial starts or ends."""
 
 
+class _Beginning(NamedTuple):
+    """How a trial is taken."""
+
+    step: Float[Array, ""]
+    mode: Float[Array, ""]
+    near: Float[Array, ""]
+    """The time within which the event that is aimed at is at once [s]."""
+    final: Bool[Array, ""]
+    """The last trial allowed."""
+
+
 class _Samples(NamedTuple):
     """Start, middle and end of a trial."""
 
@@ -78,48 +92,36 @@ class _Samples(NamedTuple):
     """How far inside the static friction cone [N]."""
 
 
+class _Event(NamedTuple):
+    """What cuts a trial short, if anything does; fields as in Trial."""
+
+    kind: Int[Array, ""]
+    time: Float[Array, ""]
+    happens: Bool[Array, ""]
+    reached: Bool[Array, ""]
+    """The trial's end is close enough to the event to be moved onto it."""
+
+
 def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
-    step, mode, near, final = _begun(spec, problem, walk, friction, inertia)
+    begun = _begun(spec, problem, walk, friction, inertia)
+    step, mode = begun.step, begun.mode
     first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
     if isinstance(spec, EventExact):
         taken = dormand_prince_step(problem, friction, mode, walk, step)
     else:
         taken = classical_step(problem, friction, mode, walk, inertia, step)
-    end = taken.end
-    alpha_middle, foot_middle, cone_middle = taken.middle
-
-    def halfway(before, after, slope, slope_after):
-        return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
-
-    samples = _Samples(
-        halfway(walk.theta, taken.theta, walk.rate, taken.rate),
-        halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
-        halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
-        (cone_margin(friction, first), cone_middle, cone_margin(friction, end)),
-    )
-    kind, found = _first_event(spec.close, problem, mode, walk, samples, taken, step)
-    at_once = (walk.target != EventKind.NONE) & (step <= near)
-    happens = at_once | (found.time < jnp.inf)
-    kind = jnp.where(at_once, walk.target, kind)
-    time = jnp.where(happens, jnp.where(at_once, 1.0, found.time), 0.0)
-    sound = taken.theta + taken.rate + taken.slide + taken.velocity
-    sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
-    status = status_at(problem, walk, first, step, taken.theta, sound)
-    size = None
+    end, middle = taken.end, taken.middle
+    samples = _sampled(friction, walk, first, taken, step)
+    event = _event(spec, problem, walk, begun, samples, taken)
+    status = _status(problem, walk, first, taken, step)
     if isinstance(spec, EventExact):
-        size, fails = _controlled(spec, problem, walk, taken, step)
-        kind = jnp.where(fails, EventKind.NONE, kind).astype(kind.dtype)
-        time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), time)
-        happens = happens | fails
-        switches = (at_once | found.close) & ~fails
-        overflows = (status == Status.NON_FINITE) | (status == Status.RUNAWAY)
-        status = jnp.where(fails & overflows, Status.OK, status)
-        status = jnp.where(final, Status.NOT_CONVERGED, status).astype(jnp.int32)
+        event, status, size = _controlled(spec, problem, walk, begun, taken, event, status)
+        switches = event.reached
     else:
-        switches = (at_once | found.close) & happens & ~final
+        size, switches = None, event.reached & event.happens & ~begun.final
     return Trial(
         step=step,
         mode=mode,
@@ -129,27 +131,28 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         velocity=taken.velocity,
         alpha=end.crank_acceleration,
         foot=end.foot_acceleration,
-        alpha_middle=alpha_middle,
-        foot_middle=foot_middle,
+        alpha_middle=middle.crank_acceleration,
+        foot_middle=middle.foot_acceleration,
         work=taken.work,
         power=None if taken.work is None else end.torque * taken.rate,
         size=size,
         direction=-jnp.sign(end.friction_force),
-        kind=kind,
-        time=time,
-        accepted=~happens | switches | final,
+        kind=event.kind,
+        time=event.time,
+        accepted=~event.happens | switches | begun.final,
         switches=switches,
-        final=final,
+        final=begun.final,
         status=status,
     )
 
 
-def _begun(spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia):
-    """Length and mode of a trial, the time within which an event is at once, and whether it is the
-    last one allowed."""
+def _begun(
+    spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia
+) -> _Beginning:
+    """How the trial is taken from here."""
     final = walk.trials >= spec.trials - 1
     whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
-    mode = problem.mode(friction, walk, inertia)
+    mode = mode_at(problem, friction, walk, inertia)
     if isinstance(spec, RK4Split):
         whole = whole | final  # the last trial goes to the end of the call
         # a foot that breaks loose again and again to no effect sticks
@@ -157,10 +160,72 @@ def _begun(spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, 
         # the cone's margin is noise within some roundings of its edge
         noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
         near = jnp.where(walk.target == EventKind.SLIP, noise, near)
-    return jnp.where(whole, walk.left, walk.aim), mode, near, final
+    return _Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
 
 
-def _controlled(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):
+def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Samples:
+    """The step's samples; in the middle, cubics through the ends' values and slopes."""
+
+    def halfway(before, after, slope, slope_after):
+        return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
+
+    end = taken.end
+    return _Samples(
+        halfway(walk.theta, taken.theta, walk.rate, taken.rate),
+        halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
+        halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
+        (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
+    )
+
+
+def _event(
+    spec: RK4Split | EventExact,
+    problem: Problem,
+    walk: Walk,
+    begun: _Beginning,
+    samples: _Samples,
+    taken: Taken,
+) -> _Event:
+    """The event that is aimed at, where it is at once; else the first one inside the step."""
+    kind, crossing = _first_event(spec.close, problem, begun.mode, walk, samples, taken, begun.step)
+    at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
+    happens = at_once | (crossing.time < jnp.inf)
+    kind = jnp.where(at_once, walk.target, kind)
+    time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
+    return _Event(kind, time, happens, at_once | crossing.close)
+
+
+def _status(problem: Problem, walk: Walk, first: Motion, taken: Taken, step):
+    """Whether the model holds where the trial starts and ends."""
+    end = taken.end
+    sound = taken.theta + taken.rate + taken.slide + taken.velocity
+    sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
+    return status_at(problem, walk, first, step, taken.theta, sound)
+
+
+def _controlled(
+    spec: EventExact,
+    problem: Problem,
+    walk: Walk,
+    begun: _Beginning,
+    taken: Taken,
+    event: _Event,
+    status,
+):
+    """Event, status and next size with the step's error looked at: one that misses the tolerance is
+    repeated shorter, whatever happens in it, and may overflow."""
+    step = begun.step
+    size, fails = _next_size(spec, problem, walk, taken, step)
+    kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
+    time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
+    event = _Event(kind, time, event.happens | fails, event.reached & ~fails)
+    overflows = (status == Status.NON_FINITE) | (status == Status.RUNAWAY)
+    status = jnp.where(fails & overflows, Status.OK, status)
+    status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)
+    return event, status, size
+
+
+def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):
     """The next step's size by the estimated error, and whether this step fails its tolerance.
 
     Sizes are choices, not functions of the state: no derivative goes through them.
@@ -205,8 +270,8 @@ def _first_event(
     slowing = mode * end.foot_acceleration * step
     slope = jnp.where(slides, slowing, parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
-    found = first_crossing(margins, slope, walk.target == change, nearness)
-    best = _earlier((change, found), best)
+    crossing = first_crossing(margins, slope, walk.target == change, nearness)
+    best = _earlier((change, crossing), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
         edge = edge - walk.steps.astype(edge.dtype) * problem.model.step_length
@@ -215,11 +280,13 @@ def _first_event(
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
         kind = jnp.full_like(exchange, EventKind.PATCH)
         closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
-        found = first_crossing(gaps, closing, walk.target == kind, nearness)
-        best = _earlier((kind, found), best)
+        crossing = first_crossing(gaps, closing, walk.target == kind, nearness)
+        best = _earlier((kind, crossing), best)
     return best
 
 
-def _earlier(one: tuple[Array, Crossing], other: tuple[Array, Crossing]):
-    sooner = one[1].time < other[1].time
-    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)
+def _earlier(event: tuple[Array, Crossing], best: tuple[Array, Crossing]):
+    """The earlier of two events, each a kind and a crossing."""
+    (_, crossing), (_, first) = event, best
+    sooner = crossing.time < first.time
+    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), event, best)

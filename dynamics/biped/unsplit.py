@@ -16,10 +16,10 @@ from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.integrators import RK4, Euler, Unsplit
 from stickslip.dynamics.biped.stages import classical_step
 from stickslip.dynamics.biped.walk import (
-    Problem,
     Walk,
     bounds,
     hand_over,
+    mode_at,
     note,
     on_its_patch,
     slips_freely,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.drive import Problem
 
 
 class _Reached(NamedTuple):
@@ -67,7 +68,7 @@ def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
     """A step of length `step` up to where a slide stops; the walk there and what is left of it."""
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
-    mode = problem.mode(friction, walk, inertia)
+    mode = mode_at(problem, friction, walk, inertia)
     first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
     if isinstance(spec, RK4):
         taken = classical_step(problem, friction, mode, walk, inertia, step)

@@ -1,4 +1,4 @@
-"""The integrators' running state, and what stays the same during one call."""
+"""The integrators' running state, and what is looked up and changed in it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import mode_of
-from stickslip.dynamics.biped.drive import Drive, motion_in, still_motion
-from stickslip.dynamics.biped.floor import patch_at, smoothed_direction
+from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.numeric import all_finite
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
     from stickslip.dynamics.biped.floor import Friction
     from stickslip.dynamics.biped.integrators import Integrator
     from stickslip.dynamics.biped.model import BipedModel
@@ -30,6 +30,14 @@ if TYPE_CHECKING:
 
 PHASE_SLACK = 1e-3
 """How far outside the support phase a walk may begin [rad]."""
+
+
+class EventLog(NamedTuple):
+    """Events in order: time left at each, its kind and the crank angle."""
+
+    left: Float[Array, " rows"]
+    kinds: Int[Array, " rows"]
+    angles: Float[Array, " rows"]
 
 
 class Walk(NamedTuple):
@@ -49,7 +57,7 @@ class Walk(NamedTuple):
     """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
     target: Int[Array, ""]
     """Kind of event that the next trial is aimed at."""
-    held: Float[Array, ""]
+    breakaway: Float[Array, ""]
     """Direction of sliding that has begun at velocity zero, else 0."""
     status: Int[Array, ""]
     switches: Int[Array, ""]
@@ -57,40 +65,17 @@ class Walk(NamedTuple):
     work: Float[Array, ""]
     positive_work: Float[Array, ""]
     trials: Int[Array, ""]
-    log: tuple[Array, Array, Array] | None
-    """Time left, kind and crank angle of the events so far."""
+    log: EventLog | None
+    """The events so far, where they are recorded."""
 
 
-class Problem(NamedTuple):
-    """What stays the same during one call."""
-
-    model: BipedModel
-    scene: Scene
-    drive: Drive
-    duration: Array
-
-    def still(self, inertia: Coefficients, rate) -> Motion:
-        """The motion with the foot held at rest."""
-        return still_motion(self.drive, self.model, inertia, rate)
-
-    def motion(self, friction: Friction | None, mode, inertia: Coefficients, rate, velocity):
-        """The motion in a mode; on a smoothed floor the velocity takes the mode's place."""
-        floor = self.scene.floor
-        if isinstance(floor, Smoothed):
-            mode = smoothed_direction(floor, velocity)
-        return motion_in(self.drive, floor, friction, self.model, inertia, rate, mode)
-
-    def mode(self, friction: Friction | None, walk: Walk, inertia: Coefficients):
-        """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
-        if friction is None or isinstance(self.scene.floor, Smoothed):
-            return jnp.zeros_like(walk.theta)
-        still = self.still(inertia, walk.rate)
-        mode = mode_of(still, walk.velocity, friction.mu_static)
-        return jnp.where(walk.held != 0, walk.held, mode)
-
-    def tiny(self):
-        """A time too short to matter in the working precision [s]."""
-        return 8 * jnp.finfo(self.duration.dtype).eps * self.duration
+def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients):
+    """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
+    if friction is None or isinstance(problem.scene.floor, Smoothed):
+        return jnp.zeros_like(walk.theta)
+    still = problem.still(inertia, walk.rate)
+    mode = mode_of(still, walk.velocity, friction.mu_static)
+    return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
 
 def start(
@@ -105,7 +90,7 @@ def start(
     log, size = None, None
     if spec.record_events:
         rows = spec.log_size
-        log = (jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
+        log = EventLog(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
     aim = duration
     if isinstance(spec, EventExact):  # a first step that is seldom too long
         size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
@@ -123,7 +108,7 @@ def start(
         aim=aim,
         size=size,
         target=none,
-        held=zero,
+        breakaway=zero,
         status=none,
         switches=none,
         distance=zero,
@@ -162,7 +147,8 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     that overflows says the same in every precision.
     """
     turn = jnp.maximum(jnp.abs(walk.rate) * step, jnp.abs(theta - walk.theta))
-    begins = walk.theta + walk.rate + walk.slide + walk.velocity + problem.drive[0]
+    begins = walk.theta + walk.rate + walk.slide + walk.velocity
+    # a drive that is no number makes an acceleration that is none
     begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
     status = jnp.where(turn <= jnp.pi / 2, status, Status.RUNAWAY)  # a turn that is no number, too
@@ -211,11 +197,14 @@ def note(walk: Walk, happens, kind, left=None) -> Walk:
     log = walk.log
     if log is not None:
         when = walk.left if left is None else left
-        entry = (when, kind, walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype))
-        place = jnp.minimum(walk.switches, log[0].shape[0] - 1)
-        log = tuple(
-            row.at[place].set(jnp.where(happens, new.astype(row.dtype), row[place]))
-            for row, new in zip(log, entry, strict=True)
+        angle = walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype)
+        place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
+        log = jax.tree.map(
+            lambda row, new: row.at[place].set(
+                jnp.where(happens, new.astype(row.dtype), row[place])
+            ),
+            log,
+            EventLog(when, kind, angle),
         )
     slips = happens & (kind == EventKind.SLIP)
     return walk._replace(

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.check_batch import Given, gathered, precision, timed
+from stickslip.dynamics.biped.check_batch import WalkBatch, gathered, precision, timed
 from stickslip.dynamics.biped.integrators import EventExact, Integrator
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.sensitivity import amplification
@@ -23,7 +23,7 @@ from stickslip.dynamics.biped.simulate import require_exchange, require_rest_on_
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.table import Table
 from stickslip.dynamics.checks import require_integer, require_kind, require_number
-from stickslip.dynamics.scene import Scene, Smoothed
+from stickslip.dynamics.scene import Scene, Smoothed, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Path(NamedTuple):
 
 def check_walk(
     params: BipedParams,
-    scene: Scene,
+    scene: Scene | str,
     state: BipedState,
     torque: Numeric | Callable[[BipedState], Numeric],
     duration: float,
@@ -139,7 +139,7 @@ def check_walk(
     """
     setting = setting_of(setting)
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
-    require_kind("scene", scene, Scene, "a Scene")
+    scene = scene_of(scene)
     require_kind("state", state, BipedState, "a BipedState")
     accepted = "a finite time > 0 [s]"
     require_number("duration", duration, low=0.0, strict=True, accepted=accepted)
@@ -152,27 +152,27 @@ def check_walk(
         accepted = "finite numbers [N m], or a function of the state"
         require_number("torque", torque, accepted=accepted)
     policy = torque if callable(torque) else None
-    given = gathered(params, scene, state, None if callable(torque) else torque)
-    count = _periods(given, duration, setting.dt if period is None else period, period is None)
+    batch = gathered(params, scene, state, None if callable(torque) else torque)
+    count = _periods(batch, duration, setting.dt if period is None else period, period is None)
     rough = replace(setting.integrator_over(duration / count), record_events=True)
     options = Options(policy, float(duration), count, rough)
-    own = timed(given.prepared(setting.fidelity, setting.dtype), _walk, options, repeats)
-    exact = given.prepared(fidelity, "float64")
+    own = timed(batch.prepared(setting.fidelity, setting.dtype), _walk, options, repeats)
+    exact = batch.prepared(fidelity, "float64")
     truth = exact.every(_walk, options._replace(integrator=TIGHT))
     check, growth = exact.one_by_one(_grown, options._replace(integrator=LOOSE))
     return _compared(setting, float(duration), own, truth, check, growth)
 
 
-def _periods(given: Given, duration: float, period: float, free: bool) -> int:
+def _periods(batch: WalkBatch, duration: float, period: float, free: bool) -> int:
     """How many torques the walk has."""
-    if free and given.torques is not None:
-        return given.torques
+    if free and batch.torques is not None:
+        return batch.torques
     accepted = "a finite time > 0 [s]"
     require_number("period", period, low=0.0, strict=True, accepted=accepted)
     count = max(1, int(np.ceil(float(duration) / float(period) * (1 - 1e-9))))
-    if given.torques not in (None, count):
+    if batch.torques not in (None, count):
         raise ValueError(
-            f"torque has {given.torques} values; accepted: a number, a function of the state or "
+            f"torque has {batch.torques} values; accepted: a number, a function of the state or "
             f"one for each of the {count} periods of {period:g} s"
         )
     return count
@@ -215,7 +215,7 @@ def _compared(setting: Setting, duration: float, ran, truth: Path, check: Path, 
     own, cost, compiled = ran
     own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
     angle, slide = walk_errors(own, truth)
-    off = walk_errors(check, truth)
+    reference_angle, reference_slide = walk_errors(check, truth)
     inside = truth.status <= Status.SLIP_ONSET
     most = np.max(np.where(inside, growth, 0.0), axis=-1)
     return WalkCheck(
@@ -227,8 +227,8 @@ def _compared(setting: Setting, duration: float, ran, truth: Path, check: Path, 
         reference_status=truth.status[..., -1],
         first_difference=_first_difference(own, truth),
         sensitivity=np.where(check.status[..., -1] == Status.NOT_CONVERGED, np.nan, most),
-        reference_angle_error=off[0],
-        reference_slide_error=off[1],
+        reference_angle_error=reference_angle,
+        reference_slide_error=reference_slide,
         cost=cost / duration,
         compile_seconds=compiled,
     )
@@ -240,12 +240,13 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
     Infinite where `own` ends before it, or is no number; 0 where the reference never was inside.
     """
     inside, runs = (np.asarray(path.status) <= Status.SLIP_ONSET for path in (truth, own))
-    found = []
-    for mine, true in ((own.angle, truth.angle), (own.slide, truth.slide)):
+
+    def largest(mine, true) -> np.ndarray:
         off = np.abs(np.asarray(mine, np.float64) - np.asarray(true, np.float64))
         off = np.where(runs & np.isfinite(off), off, np.inf)
-        found.append(np.max(np.where(inside, off, 0.0), axis=-1))
-    return found[0], found[1]
+        return np.max(np.where(inside, off, 0.0), axis=-1)
+
+    return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
 
 
 def _first_difference(own: Path, truth: Path) -> np.ndarray:

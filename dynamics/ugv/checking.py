@@ -23,7 +23,7 @@ from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose
 from stickslip.dynamics.ugv.pose_solver import NEWTON, depth_allowed
 from stickslip.dynamics.ugv.settings import Setting
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import penetration
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Differences(NamedTuple):
 def check_poses(
     setting: Setting,
     params: UGVParams,
-    track: Track,
+    track: Track | str,
     x_front: Float[np.ndarray, ...] | None = None,
     leg_angles: Float[np.ndarray, "... 2"] | None = None,
     *,
@@ -110,28 +110,31 @@ def check_poses(
     """
     require_kind("setting", setting, Setting, "a Setting")
     require_kind("params", params, UGVParams, "UGVParams")
-    require_kind("track", track, Track, "a Track")
+    track = track_of(track)
     params.validate()
     require_number("friction", friction, low=0.0, accepted="a number >= 0")
     x, angles = _poses(params, track, x_front, leg_angles, count, seed)
     with jax.enable_x64(True):
-        vehicle, ground = _in("float64", params), track.astype("float64")
-        truth, reference_cost = _timed(NEWTON, vehicle, ground, x, angles, friction)
-        given = _in(setting.dtype, (params, x, angles, friction))
-        prepared = setting.prepared(track, params)
-        found, cost = _timed(setting.solver, given[0], prepared, *given[1:])
-        depth = partial(_entered, vehicle, ground, truth.pose)
-        off = differences(vehicle, truth, found, setting, depth)
+        exact, ground = _in("float64", params), track.astype("float64")
+        truth, reference_cost = _timed(NEWTON, exact, ground, x, angles, friction)
+        vehicle, *places = _in(setting.dtype, (params, x, angles, friction))
+        answer, cost = _timed(setting.solver, vehicle, setting.prepared(track, params), *places)
+        off = differences(
+            exact, truth, answer, setting, partial(_entered, exact, ground, truth.pose)
+        )
     compared = np.isfinite(off.error)
-    numbers = [column[compared] if np.any(compared) else np.zeros(1) for column in off[:2]]
+    torque, contact = (
+        column[compared] if np.any(compared) else np.zeros(1)
+        for column in (off.torque, off.contact)
+    )
     radius = float(np.max(np.asarray(params.wheel_radius)))
     worst = int(np.argmax(np.where(compared, off.error, -1.0)))
     return SettingCheck(
         setting,
-        float(np.max(numbers[0])),
-        float(np.max(numbers[1])) * radius,
-        float(np.median(numbers[0])),
-        float(np.median(numbers[1])) * radius,
+        torque_error=float(np.max(torque)),
+        contact_error=float(np.max(contact)) * radius,
+        typical_torque_error=float(np.median(torque)),
+        typical_contact_error=float(np.median(contact)) * radius,
         count=len(x),
         compared=int(np.sum(compared)),
         wrong_statuses=int(np.sum(off.wrong)),
@@ -249,5 +252,5 @@ def _timed(solver, *arguments):
     """The solver's answer as NumPy arrays, and the processor seconds of a second call."""
     jax.block_until_ready(equilibrium(*arguments, solver=solver))
     begun = time.process_time()
-    found = jax.block_until_ready(equilibrium(*arguments, solver=solver))
-    return jax.tree.map(np.asarray, found), time.process_time() - begun
+    answer = jax.block_until_ready(equilibrium(*arguments, solver=solver))
+    return jax.tree.map(np.asarray, answer), time.process_time() - begun

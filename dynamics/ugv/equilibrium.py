@@ -59,7 +59,7 @@ class Equilibrium(NamedTuple):
 
 def equilibrium(
     params: UGVParams,
-    track: Track,
+    track: Track | str,
     x_front: Float[Array, ...],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric = 0.8,
@@ -70,15 +70,16 @@ def equilibrium(
     """Forces and torques that hold the vehicle still, both wheels with the same torque (eq. 43).
 
     x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
-    friction: mu between wheels and ground [-]. system: "closed", "five" (eq. 43, slips mended) or
-    "nine" (eqs. 40-42), which agree; the closed form is the fast one. solver: see PoseSolver.
+    track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-].
+    system: "closed", "five" (eq. 43, slips mended) or "nine" (eqs. 40-42), which agree; the closed
+    form is the fast one. solver: see PoseSolver.
 
     Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
     losses in the legs. Differentiable in every number.
     """
     friction = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
     require_choice("system", system, SYSTEMS)
-    x_front, leg_angles = require_place(
+    track, x_front, leg_angles = require_place(
         params, track, x_front, leg_angles, solver, friction=friction
     )
     return _equilibrium(params, track, x_front, leg_angles, friction, solver, system)
@@ -86,8 +87,8 @@ def equilibrium(
 
 @partial(jax.jit, static_argnums=(5, 6))
 def _equilibrium(params, track, x_front, leg_angles, friction, solver, system):
-    held = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
-    return held._replace(pose=held.pose.in_world())
+    forces = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
+    return forces._replace(pose=forces.pose.in_world())
 
 
 def balance(params: UGVParams, placed: Pose, friction: Numeric, system: str = "closed"):
@@ -165,15 +166,16 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces):
     The moment about its hinge of all that acts on a leg and its wheel from outside, balanced. By
     virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work.
     """
-    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, forces[:2])
-    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, forces[2:])
+    F, N = forces.F_rear, forces.N_rear
+    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, F, N)
+    F, N = forces.F_front, forces.N_front
+    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, F, N)
     # The rear leg swings outwards clockwise, the front one anticlockwise.
     return jnp.stack([rear, -front], -1)
 
 
-def _moment(params: UGVParams, wheel, leg, hinge, forces):
+def _moment(params: UGVParams, wheel, leg, hinge, F, N):
     """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
-    F, N = forces
     force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal
     weights = (
         params.wheel_mass * (wheel.centre[..., 0] - hinge[..., 0])

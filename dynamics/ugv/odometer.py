@@ -13,10 +13,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_integer,
-    require_kind,
     require_memory,
     require_number,
     shown,
@@ -26,7 +26,7 @@ from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
 from stickslip.dynamics.ugv.spline import Spline
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Track, track_of
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -64,6 +64,8 @@ class Odometer:
     excess: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     even: bool = field(init=False, repr=False, metadata={"static": True})
 
+    __repr__ = short_repr
+
     def __post_init__(self):
         if holds_numbers(self.track, self.start, self.end):
             settle(self, **vars(_integrated(self.track, self.start, self.end, None)))
@@ -73,7 +75,7 @@ class Odometer:
     @classmethod
     def along(
         cls,
-        track: Track,
+        track: Track | str,
         start: Numeric = None,
         end: Numeric = None,
         cells: int | None = None,
@@ -89,7 +91,7 @@ class Odometer:
         the whole distance from the end: exact where the track is straight, off by 1e-10 m at 0.5 m
         and 4e-7 m at 1 m from the end on the default sinusoid. So enclose what is asked often.
         """
-        require_kind("track", track, Track, "a Track")
+        track = track_of(track)
         if cells is not None:
             require_integer("cells", cells)
             require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)

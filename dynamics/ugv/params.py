@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -46,6 +47,12 @@ class UGVParams:
     gravity: Numeric = 9.81
     leg_angle_min: Numeric = np.pi / 6
     leg_angle_max: Numeric = 5 * np.pi / 6
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The whole mass [kg], and the entries that are not the default vehicle's."""
+        return f"UGVParams({joined(self, f'total_mass={brief(self.weight / self.gravity)}')})"
 
     def __post_init__(self):
         values = {field.name: getattr(self, field.name) for field in fields(self)}

@@ -21,7 +21,7 @@ from stickslip.dynamics.ugv.pose_solver import (
     locate,
     size_near,
 )
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import Contact, contact, cross, dot, penetration
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Pose(NamedTuple):
 
 def pose(
     params: UGVParams,
-    track: Track,
+    track: Track | str,
     x_front: Float[Array, ...],
     leg_angles: Float[Array, "... 2"],
     *,
@@ -94,27 +94,33 @@ def pose(
 ) -> Pose:
     """Place the vehicle with its front wheel touching at x_front (eqs. 38, 39; MODEL 2).
 
-    x_front: [...] [m]. leg_angles: [..., 2], rear and front [rad]. solver: how the rear wheel is
-    found, and what is checked. The rear contact lies behind the front one, where the path of the
-    wheel's centre meets the circle of radius R about the front centre, in a bracket that always
-    holds such a point. Differentiable in every number (implicit function theorem).
+    x_front: [...] [m]. leg_angles: [..., 2], rear and front [rad]. track: a Track, or one of TRACKS
+    by its name. solver: how the rear wheel is found, and what is checked. The rear contact lies
+    behind the front one, where the path of the wheel's centre meets the circle of radius R about
+    the front centre, in a bracket that always holds such a point. Differentiable in every number
+    (implicit function theorem).
 
     Computed relative to the front contact (`stand`) and only then put into the world frame.
 
     Raises ValueError for angles outside the range or numbers that are not finite, before tracing.
     Neglected: the wheels' width, and that they might touch each other.
     """
-    x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
+    track, x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
     return _place(params, track, x_front, leg_angles, solver)
 
 
 def require_place(
-    params: UGVParams, track: Track, x_front, leg_angles, solver: PoseSolver, **others: Numeric
+    params: UGVParams,
+    track: Track | str,
+    x_front,
+    leg_angles,
+    solver: PoseSolver,
+    **others: Numeric,
 ) -> tuple:
-    """x_front and leg_angles as arrays, or ValueError for what places no vehicle; others: numbers
-    whose shapes have to go with theirs."""
+    """The track, and x_front and leg_angles as arrays, or ValueError for what places no vehicle;
+    others: numbers whose shapes have to go with theirs."""
     require_kind("params", params, UGVParams, "a UGVParams")
-    require_kind("track", track, Track, "a Track")
+    track = track_of(track)
     require_kind("solver", solver, PoseSolver, "a PoseSolver")
     params.validate()
     require_number("x_front", x_front, accepted="finite numbers [m]")
@@ -131,9 +137,8 @@ def require_place(
         ) from None
     track.require_resolved(float_type(params, track, x_front, leg_angles))
     listed = (list, tuple)
-    return tuple(
-        jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles)
-    )
+    places = (jnp.asarray(v, float) if isinstance(v, listed) else v for v in (x_front, leg_angles))
+    return track, *places
 
 
 def place(params, track, x_front, leg_angles, solver: PoseSolver) -> Pose:

@@ -151,16 +151,7 @@ def recommend(
     if dtype is not None:
         require_choice("dtype", dtype, DTYPES)
     ground, place = ground_of(track), place_of(track, radius)
-    able = [
-        point
-        for point in MEASUREMENTS
-        if (point.ground, point.place) == (ground, place)
-        and dtype in (None, point.dtype)
-        and (point.solver.samples > 0 or not checks)
-        and (point.pieces_per_wave is None or isinstance(track, Track))
-    ]
-    nearest = min({p.batch for p in able}, key=lambda b: abs(math.log(b / batch)), default=0)
-    points = [p for p in able if p.batch == nearest]
+    points = _measured_near(batch, ground, place, dtype, checks, isinstance(track, Track))
     good = [
         p
         for p in points
@@ -172,8 +163,24 @@ def recommend(
             f"promises it on ground {ground!r}, {place} the origin; accepted: "
             f"{_best(points, radius)}"
         )
-    found = min(good, key=lambda p: (p.cost, max(p.torque.promised, p.contact.promised)))
-    return _recommendation(found, track)
+    cheapest = min(good, key=lambda p: (p.cost, max(p.torque.promised, p.contact.promised)))
+    return _recommendation(cheapest, track)
+
+
+def _measured_near(
+    batch: int, ground: str, place: str, dtype: str | None, checks: bool, tables: bool
+) -> list[Measurement]:
+    """What was measured there in the nearest batch, by these settings; tables: with tables, too."""
+    points = [
+        point
+        for point in MEASUREMENTS
+        if (point.ground, point.place) == (ground, place)
+        and dtype in (None, point.dtype)
+        and (point.solver.samples > 0 or not checks)
+        and (point.pieces_per_wave is None or tables)
+    ]
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)), default=0)
+    return [p for p in points if p.batch == nearest]
 
 
 def ground_of(track: Track | str) -> str:
@@ -225,24 +232,24 @@ def pieces_for(track: Track, pieces_per_wave: int) -> int:
     return max(1, math.ceil(pieces_per_wave * float(shortest)))
 
 
-def _recommendation(found: Measurement, track: Track | str) -> Recommendation:
+def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
     pieces = None
-    if found.pieces_per_wave is not None and isinstance(track, Track):
-        pieces = pieces_for(track, found.pieces_per_wave)
-    typical, promised, worst = (max(pair) for pair in zip(found.torque, found.contact, strict=True))
+    if point.pieces_per_wave is not None and isinstance(track, Track):
+        pieces = pieces_for(track, point.pieces_per_wave)
+    typical, promised, worst = (max(pair) for pair in zip(point.torque, point.contact, strict=True))
     return Recommendation(
-        Setting(found.solver, found.dtype, pieces),
+        Setting(point.solver, point.dtype, pieces),
         promised,
         typical,
         worst,
         measured.QUANTILE,
         measured.CONFIDENCE,
-        found.poses,
-        3 / found.poses,
-        _population(found.ground, found.place),
-        found.cost,
-        found.ground,
-        found.batch,
+        point.poses,
+        3 / point.poses,
+        _population(point.ground, point.place),
+        point.cost,
+        point.ground,
+        point.batch,
         measured.MEASURED_ON,
     )
 

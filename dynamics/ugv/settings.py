@@ -17,7 +17,7 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.spline import Spline
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Track, track_of
 
 DTYPES = ("float32", "float64")
 
@@ -49,7 +49,7 @@ class Setting:
             pieces = require_integer("pieces", self.pieces, accepted=accepted)
             object.__setattr__(self, "pieces", pieces)
 
-    def prepared(self, track: Track, params: UGVParams | None = None) -> Track:
+    def prepared(self, track: Track | str, params: UGVParams | None = None) -> Track:
         """The track in this precision, and as a table where the setting has one.
 
         The table reaches beyond the track's ends by the length of the vehicle (by default, the
@@ -57,7 +57,7 @@ class Setting:
         table or a spline stays what it is. Not for use inside a trace. ValueError for float64
         without jax_enable_x64, and for a table that would not fit the memory limit.
         """
-        require_kind("track", track, Track, "a Track")
+        track = track_of(track)
         if jax.dtypes.canonicalize_dtype(self.dtype) != self.dtype:
             raise ValueError("dtype = 'float64' without jax_enable_x64; accepted: 'float32'")
         if self.pieces is None or isinstance(track.shape, Spline):

@@ -11,10 +11,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.brief import brief, differing, short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
     require_integer,
+    require_kind,
     require_known,
     require_number,
     shown,
@@ -59,6 +61,18 @@ class Track:
     shape: Shape
     start: Numeric
     end: Numeric
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """The call that makes the track, where its shape is a closed form; else its parts."""
+        numbers, kind = list(differing(self.shape)), type(self.shape).__name__
+        ends = [f"start={brief(self.start)}", f"end={brief(self.end)}"]
+        if kind.lower() in TRACKS:
+            return f"Track.{kind.lower()}({', '.join(numbers + ends)})"
+        if len(numbers) > 1:
+            numbers = [numbers[0], f"{len(numbers) - 1} more"]
+        return f"Track({kind}({', '.join(numbers)}), {', '.join(ends)})"
 
     def profile(self, x: Float[Array, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
@@ -234,6 +248,15 @@ class Track:
         """
         self.require_resolved(dtype)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
+
+
+def track_of(track: Any) -> Track:
+    """The track itself, or the one of that name; ValueError for what is neither."""
+    if isinstance(track, str):
+        require_choice("track", track, TRACKS, also="a Track")
+        return Track.named(track)
+    require_kind("track", track, Track, f"a Track, or {', '.join(map(repr, TRACKS))}")
+    return track
 
 
 def _placed(shape: Shape, start: Numeric, end: Numeric) -> Track:

@@ -74,11 +74,11 @@ def solve_dp(
         return PostureResult.without_point(status=status, message=message, **common)
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
-    found = result_at(
+    result = result_at(
         problem, x, status=OptimStatus.OPTIMAL, lower_bound=below(problem, value),
         message=grid.stuck or OptimStatus.OPTIMAL.value, details=grid.details, **common,
     )  # fmt: skip
-    return agreed(found, value)
+    return agreed(result, value)
 
 
 def require_one_kind(criterion: Criterion | Weighted) -> None:
@@ -91,21 +91,21 @@ def require_one_kind(criterion: Criterion | Weighted) -> None:
         )
 
 
-def agreed(found: PostureResult, value: float) -> PostureResult:
+def agreed(result: PostureResult, value: float) -> PostureResult:
     """The result, INACCURATE and without its bound where the objective is not `value`."""
-    if abs(found.value - value) <= AGREEMENT * (1 + abs(value)):
-        return found
-    fields = vars(found) | {
+    if abs(result.value - value) <= AGREEMENT * (1 + abs(value)):
+        return result
+    fields = vars(result) | {
         "status": OptimStatus.INACCURATE,
         "lower_bound": None,
-        "message": f"the objective is {found.value!r} where {value!r} was computed",
+        "message": f"the objective is {result.value!r} where {value!r} was computed",
     }
     return PostureResult(**fields)
 
 
 def angles_at(grid: PostureGrid, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
     """The angles of a path given by its nodes."""
-    return np.stack([grid.layer(k)[0].leg_angles[node] for k, node in enumerate(nodes)])
+    return np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)])
 
 
 def best_paths(grid: PostureGrid) -> Paths:
@@ -135,7 +135,7 @@ def best_paths(grid: PostureGrid) -> Paths:
 
 def _first_costs(grid: PostureGrid, first: int) -> np.ndarray:
     """The cost of beginning at each node of the first waypoint."""
-    begin = grid.layer(0)[0]
+    begin = grid.layer(0).stations
     cost = np.zeros(begin.torque.shape)
     if grid.problem.criterion.kind == "max":
         with jax.enable_x64(True):
@@ -148,7 +148,7 @@ def _arrive(grid: PostureGrid, step: int, costs: list[np.ndarray], back: list[np
 
     For a step from or to a given pair, which has one node at one of its ends.
     """
-    a, b = grid.layer(step)[0], grid.layer(step + 1)[0]
+    a, b = grid.layer(step).stations, grid.layer(step + 1).stations
     from_all = a.map(lambda of: np.expand_dims(of, 1))
     with jax.enable_x64(True):
         criterion = grid.problem.posture.criterion
@@ -191,9 +191,9 @@ def _over_grid(grid: PostureGrid, cost: np.ndarray) -> tuple[list[np.ndarray], l
     return list(np.asarray(costs).reshape(flat)), list(came.reshape(flat))
 
 
-def _in_plane(of: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _in_plane(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """[K, N, ...] as [K, R, F, ...]."""
-    return of.reshape(of.shape[0], *shape, *of.shape[2:])
+    return nodes.reshape(nodes.shape[0], *shape, *nodes.shape[2:])
 
 
 @jax.jit

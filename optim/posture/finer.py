@@ -73,43 +73,41 @@ def evaluate_finer(
     with jax.enable_x64(True):
         shared = replace(fine.posture, criterion=None, leg_rate=None)
         shared = replace(shared, x=_padded(shared.x, size), friction=_padded(shared.friction, size))
-        found = traced.stations(shared, _padded(angles, size))
-        value = float(_value(fine.posture.criterion, found, np.int32(count)))
-        found = jax.tree.map(lambda of: np.asarray(of)[:count], found)
-    residuals = missed_by(fine, angles, found)
+        at = traced.stations(shared, _padded(angles, size))
+        value = float(_value(fine.posture.criterion, at, np.int32(count)))
+        at = jax.tree.map(lambda of: np.asarray(of)[:count], at)
+    residuals = missed_by(fine, angles, at)
     kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
     return Fine(value, float(np.max(np.diff(fine.x))), kept, residuals)
 
 
-def _between(of: np.ndarray, factor: int) -> np.ndarray:
+def _between(rows: np.ndarray, factor: int) -> np.ndarray:
     """Numbers at waypoints [K, ...] and evenly between them, [(K - 1) factor + 1, ...]."""
-    share = np.arange(factor).reshape(-1, *[1] * (of.ndim - 1)) / factor
-    inner = of[:-1, None] + share * (of[1:] - of[:-1])[:, None]
-    return np.concatenate([inner.reshape(-1, *of.shape[1:]), of[-1:]])
+    share = np.arange(factor).reshape(-1, *[1] * (rows.ndim - 1)) / factor
+    inner = rows[:-1, None] + share * (rows[1:] - rows[:-1])[:, None]
+    return np.concatenate([inner.reshape(-1, *rows.shape[1:]), rows[-1:]])
 
 
-def _padded(of: Any, size: int) -> np.ndarray:
+def _padded(rows: Any, size: int) -> np.ndarray:
     """The last entry repeated up to that many."""
-    of = np.asarray(of)
-    return np.concatenate([of, np.broadcast_to(of[-1], (size - len(of), *of.shape[1:]))])
+    rows = np.asarray(rows)
+    return np.concatenate([rows, np.broadcast_to(rows[-1], (size - len(rows), *rows.shape[1:]))])
 
 
 @jax.jit
-def _value(
-    criterion: Criterion | Weighted, found: Station, count: Int[Array, ""]
-) -> Float[Array, ""]:
+def _value(criterion: Criterion | Weighted, at: Station, count: Int[Array, ""]) -> Float[Array, ""]:
     """The criterion's value over the first `count` stations, the last of which is repeated;
     infinite where numbers are not finite."""
 
-    def of_one(one: Criterion) -> Array:
-        if one.kind == "max":
-            return largest(station_cost(one, found), 0)
-        cost = step_cost(one, *steps(found))
+    def single(criterion: Criterion) -> Array:
+        if criterion.kind == "max":
+            return largest(station_cost(criterion, at), 0)
+        cost = step_cost(criterion, *steps(at))
         return jnp.sum(jnp.where(jnp.arange(len(cost), dtype=jnp.int32) < count - 1, cost, 0))
 
     if isinstance(criterion, Weighted):
-        parts = [jnp.asarray(weight, float) * of_one(one) for one, weight in criterion.parts]
+        parts = [jnp.asarray(weight, float) * single(part) for part, weight in criterion.parts]
         value = jnp.sum(jnp.stack(parts))
     else:
-        value = of_one(criterion)
-    return jnp.where(jnp.all(found.finite) & jnp.isfinite(value), value, jnp.inf)
+        value = single(criterion)
+    return jnp.where(jnp.all(at.finite) & jnp.isfinite(value), value, jnp.inf)

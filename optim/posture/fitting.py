@@ -42,8 +42,8 @@ def fitting_grid(
     return rear, front
 
 
-def _of_leg(problem: PostureProblem, given: list[float], least: int) -> np.ndarray:
-    """One leg's angles; given: its angles at the ends that are given."""
+def _of_leg(problem: PostureProblem, ends: list[float], least: int) -> np.ndarray:
+    """One leg's angles; ends: its angles where the first or the last pair is given."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     if low == high:
         return np.array([low])
@@ -53,7 +53,7 @@ def _of_leg(problem: PostureProblem, given: list[float], least: int) -> np.ndarr
     spacing = np.diff(problem.x)
     limit = float(problem.leg_rate) * float(np.min(spacing))
     reach = float(problem.leg_rate) * float(np.sum(spacing))
-    near = max([low, *(at - reach for at in given)]), min([high, *(at + reach for at in given)])
+    near = max([low, *(at - reach for at in ends)]), min([high, *(at + reach for at in ends)])
     most = max(FINEST, least)
     for below, above in ((low, high), near):
         width = above - below
@@ -61,15 +61,15 @@ def _of_leg(problem: PostureProblem, given: list[float], least: int) -> np.ndarr
             continue
         parts = max(int(np.ceil(limit * least / width - ROUNDING)), 1)
         finest = max(int(limit * (most - 1) / width + ROUNDING), parts)
-        step = _step(limit, range(parts, finest + 1), given)
-        return _through(given[0] if given else (below + above) / 2, step, below, above)
+        step = _step(limit, range(parts, finest + 1), ends)
+        return _through(ends[0] if ends else (below + above) / 2, step, below, above)
     return whole
 
 
-def _step(limit: float, parts: range, given: list[float]) -> float:
+def _step(limit: float, parts: range, ends: list[float]) -> float:
     """The longest step that uses the rate well and leads from the one given angle to the other;
     or the longest that uses the rate."""
-    between = abs(given[-1] - given[0]) if given else 0.0
+    between = abs(ends[-1] - ends[0]) if ends else 0.0
     for part in parts:
         longest = limit / part
         if between <= ROUNDING * longest:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cvxpy as cp
 import numpy as np
@@ -28,6 +28,7 @@ from stickslip.optim.result import OptimStatus
 from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
+    from stickslip.optim.posture.linearise import Near
     from stickslip.optim.posture.problem import PostureProblem
 
 TRUST_STATUSES = {
@@ -81,39 +82,74 @@ def solve_gradient(
     if isinstance(begun, PostureResult):
         return begun
     near, x, note = begun
-    form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
-    run, statuses = RUNS[scipy_method]
-    steps = runs = 0
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        while True:
-            inward = x + INWARD * (inside_of(problem) - x)
-            found = run(form, inward, iterations - steps, tolerance, bar)
-            steps, runs = steps + found.nit, runs + 1
-            x, why = _chosen(form, found.x)
-            promised = model.promised(near, x, BOX)
-            status = statuses.get(found.status, OptimStatus.INACCURATE)
-            if status is not OptimStatus.FEASIBLE or promised <= STATIONARY or runs == RUNS_MOST:
-                break
-    if status is OptimStatus.FEASIBLE and promised > STATIONARY:
-        status = OptimStatus.INACCURATE
-        why += f"; no solution: a relative decrease of {promised:.2g} within {BOX} rad is promised"
+        last = _last_run(near, x, scipy_method, iterations, tolerance, bar)
+    status, why = last.ended()
     return result_at(
         problem,
-        x,
+        last.x,
         method="gradient",
         began=began,
         status=status,
         evaluations=near.evaluations,
-        message=f"{note}{scipy_method}: {found.message} after {steps} iterations{why}"
-        f"{shortcomings(problem, x)}",
+        message=f"{note}{scipy_method}: {last.message} after {last.iterations} iterations{why}"
+        f"{shortcomings(problem, last.x)}",
         details={
-            "status": int(found.status),
-            "message": found.message,
-            "iterations": steps,
-            "runs": runs,
-            "promised": promised,
+            "status": last.code,
+            "message": last.message,
+            "iterations": last.iterations,
+            "runs": last.runs,
+            "promised": last.promised,
         },
     )
+
+
+class _Run(NamedTuple):
+    """A run of scipy and what the convex model makes of its end."""
+
+    x: np.ndarray
+    where: str
+    """A sentence where this is not scipy's last point."""
+    code: int
+    """scipy's status."""
+    status: OptimStatus
+    message: str
+    promised: float
+    """Relative decrease that the model promises within BOX."""
+    iterations: int
+    """Of this run and those before it."""
+    runs: int
+
+    @property
+    def content(self) -> bool:
+        """Whether the model is content with what scipy calls a solution."""
+        return self.promised <= STATIONARY
+
+    def ended(self) -> tuple[OptimStatus, str]:
+        """The status, and why in words."""
+        if self.status is not OptimStatus.FEASIBLE or self.content:
+            return self.status, self.where
+        decrease = f"a relative decrease of {self.promised:.2g} within {BOX} rad is promised"
+        return OptimStatus.INACCURATE, f"{self.where}; no solution: {decrease}"
+
+
+def _last_run(
+    near: Near, x: np.ndarray, scipy_method: str, iterations: int, tolerance: float, bar: Bar
+) -> _Run:
+    """Run scipy, again where the model is not content with a solution of scipy's."""
+    form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
+    minimised, statuses = RUNS[scipy_method]
+    steps = runs = 0
+    while True:
+        inward = x + INWARD * (inside_of(near.problem) - x)
+        found = minimised(form, inward, iterations - steps, tolerance, bar)
+        steps, runs = steps + found.nit, runs + 1
+        x, where = _chosen(form, found.x)
+        promised = model.promised(near, x, BOX)
+        status = statuses.get(found.status, OptimStatus.INACCURATE)
+        run = _Run(x, where, int(found.status), status, found.message, promised, steps, runs)
+        if status is not OptimStatus.FEASIBLE or run.content or runs == RUNS_MOST:
+            return run
 
 
 def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:

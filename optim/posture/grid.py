@@ -58,7 +58,7 @@ def solve_grid(
     }
     if nodes is None:
         return PostureResult.without_point(status=status, message=reason, **common)
-    x = np.stack([grid.layer(k)[0].leg_angles[node] for k, node in enumerate(nodes)])
+    x = np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)])
     value = problem.objective(x.reshape(-1))
     proved = bound is not None and value <= bound + 1e-9 * (1 + abs(bound))
     return result_at(
@@ -84,8 +84,7 @@ def _choose(
     nodes: list[int] = []
     least = []
     for k in range(len(grid.problem.x)):
-        here, _ = grid.layer(k)
-        good = grid.admissible(k)
+        here, good = grid.layer(k).stations, grid.admissible(k)
         if not np.any(good):
             return None, *judged_at(grid, k, grid.why_stuck(k, good)), None
         cost = np.where(good, _cost(criterion, here, before), np.inf)

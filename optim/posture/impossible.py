@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def unsound(grid: PostureGrid, k: int) -> Bool[np.ndarray, "n"]:
     """Which nodes of waypoint k have no pose or no finite forces, and so say nothing."""
-    return ~grid.layer(k)[1]["pose"]
+    return ~grid.layer(k).met["pose"]
 
 
 def judged(grid: PostureGrid, reason: str) -> tuple[OptimStatus, str]:
@@ -68,7 +68,7 @@ def _first_unreached(grid: PostureGrid, hopeful: bool) -> int | None:
             spread = maximum_filter(plane, tuple(size), mode="constant")
             reached = (spread.reshape(-1) > 0) & passable(k)
         elif k > 0:  # from or to a given pair
-            a, b = (grid.layer(at)[0].leg_angles for at in (k - 1, k))
+            a, b = (grid.layer(at).stations.leg_angles for at in (k - 1, k))
             moves = grid.within(k - 1, a[reached][:, None], b)
             reached = np.any(moves, axis=0) & passable(k)
         if not np.any(reached):
@@ -78,9 +78,9 @@ def _first_unreached(grid: PostureGrid, hopeful: bool) -> int | None:
 
 def _without_numbers(grid: PostureGrid, k: int) -> str:
     """How many postures of a waypoint ended with which status, in words."""
-    found, met = grid.layer(k)
-    bad = ~met["pose"]
-    codes = np.where(np.isin(found.status[bad], PLACED), int(Status.NON_FINITE), found.status[bad])
+    bad = unsound(grid, k)
+    status = grid.layer(k).stations.status[bad]
+    codes = np.where(np.isin(status, PLACED), int(Status.NON_FINITE), status)
     counts = Counter(Status(int(code)).name for code in codes)
     listed = ", ".join(f"{n} {name}" for name, n in counts.most_common())
     where = f"at waypoint {k} (x = {grid.problem.x[k]:.6g} m)"

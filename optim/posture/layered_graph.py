@@ -80,13 +80,13 @@ def build_graph(
     K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
     first, last = (np.flatnonzero(grid.admissible(k)) for k in (0, K - 1))
     edges = _Edges(most_edges, len(first) + len(last))
-    found = [_moves(grid, step, edges) for step in range(K - 1)]
+    moves = [_moves(grid, step, edges) for step in range(K - 1)]
     edges.require_room()
     source = np.full(len(first), K * N)
-    tails = [source, *(a + k * N for k, (a, _) in enumerate(found)), last + (K - 1) * N]
-    heads = [first, *(b + (k + 1) * N for k, (_, b) in enumerate(found)),
+    tails = [source, *(a + k * N for k, (a, _) in enumerate(moves)), last + (K - 1) * N]
+    heads = [first, *(b + (k + 1) * N for k, (_, b) in enumerate(moves)),
              np.full(len(last), K * N + 1)]  # fmt: skip
-    empty = not all(map(len, tails)) or not _connected(found, first, N)
+    empty = not all(map(len, tails)) or not _connected(moves, first, N)
     begins = np.cumsum([0, *map(len, tails[:-1])])
     tail, head = np.concatenate(tails), np.concatenate(heads)
     cost = np.zeros(0) if empty else _costs(grid, tail, head, threshold, slack)
@@ -121,7 +121,7 @@ def _moves(grid: PostureGrid, step: int, edges: _Edges) -> tuple[np.ndarray, np.
     good_a, good_b = grid.admissible(step), grid.admissible(step + 1)
     first, last = grid.free
     if step < first or step + 1 >= last:  # from or to a given pair
-        a, b = grid.layer(step)[0].leg_angles, grid.layer(step + 1)[0].leg_angles
+        a, b = (grid.layer(k).stations.leg_angles for k in (step, step + 1))
         allowed = grid.within(step, a[:, None], b) & good_a[:, None] & good_b
         tail, head = np.nonzero(allowed)
         edges.add(len(tail))
@@ -143,11 +143,11 @@ def _moves(grid: PostureGrid, step: int, edges: _Edges) -> tuple[np.ndarray, np.
     return np.concatenate(tails), np.concatenate(heads)
 
 
-def _connected(found: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, count: int) -> bool:
+def _connected(moves: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, count: int) -> bool:
     """Whether a path leads from the first waypoint to the last."""
     reached = np.zeros(count, dtype=bool)
     reached[first] = True
-    for a, b in found:
+    for a, b in moves:
         after = np.zeros(count, dtype=bool)
         after[b[reached[a]]] = True
         reached = after
@@ -157,7 +157,7 @@ def _connected(found: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, co
 def _costs(grid: PostureGrid, tail, head, threshold: float | None, slack: float) -> np.ndarray:
     """The cost of each edge: of its step, or of the station that it leads to, 0 to the sink."""
     K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
-    layers = [grid.layer(k)[0] for k in range(K)]
+    layers = [grid.layer(k).stations for k in range(K)]
     cost = np.zeros(len(tail))
     inner = (tail < K * N) & (head < K * N)
     criterion = grid.problem.posture.criterion

@@ -53,27 +53,25 @@ class Near:
         self.criteria = criteria_of(problem.criterion)
         self.weights = weights_of(problem.criterion)
         self._at: np.ndarray | None = None
-        self._found: Linear | None = None
+        self._linear: Linear | None = None
 
     def __call__(self, x: Float[np.ndarray, "n"]) -> Linear:
         """The linear model at x [2K], as NumPy arrays."""
-        if self._found is None or self._at is None or not np.array_equal(x, self._at):
-            self._found = self._linear(self.problem.angles(x))
+        if self._linear is None or self._at is None or not np.array_equal(x, self._at):
+            self._linear = self._linearised(self.problem.angles(x))
             self._at = np.array(x)
             self.evaluations += 1
-        return self._found
+        return self._linear
 
-    def _linear(self, angles: np.ndarray) -> Linear:
+    def _linearised(self, angles: np.ndarray) -> Linear:
         with jax.enable_x64(True):
             posture = self._shared
-            held, slopes = traced.stations_and_slopes(posture, angles)
-            terms = linear_terms(self.problem.posture.criterion, held, slopes)
-            margins = traced.constraints(posture, held, angles)
-            margin_slopes = traced.margin_slopes(posture, held, slopes)
-            found = jax.tree.map(np.asarray, (*terms[:2], margins, margin_slopes, terms[2]))
-        keep = [name for name in SMOOTH if name in margins]
-        values, by_angle = ({name: of[name] for name in keep} for of in found[2:4])
-        return Linear(found[0], found[1], values, by_angle, found[4])
+            at, slopes = traced.stations_and_slopes(posture, angles)
+            terms = linear_terms(self.problem.posture.criterion, at, slopes)
+            terms, term_slopes, placed = jax.tree.map(np.asarray, terms)
+            margins = _smooth(traced.constraints(posture, at, angles))
+            margin_slopes = _smooth(traced.margin_slopes(posture, at, slopes))
+        return Linear(terms, term_slopes, margins, margin_slopes, placed)
 
     def value(self, at: Linear) -> float:
         """The objective, from the terms; infinite where there is none."""
@@ -88,6 +86,11 @@ class Near:
         small = max(w * outer(one, np.abs(terms)) for one, w, terms in each)
         value = self.value(at)
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
+
+
+def _smooth(margins: dict[str, jax.Array]) -> dict[str, np.ndarray]:
+    """Those with slopes, in SMOOTH's order, which a solver's last digits depend on."""
+    return {name: np.asarray(margins[name]) for name in SMOOTH if name in margins}
 
 
 def without_criterion(problem: PostureProblem) -> traced.Posture:
@@ -123,13 +126,13 @@ def linear_terms(criterion: Criterion | Weighted, at: Station, slopes: Station):
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
     begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
     end = jax.tree.map(lambda of, zero: jnp.concatenate([zero, of[:, 1:]]), each, none)
-    found = [
-        _pushed(one.terms, steps(numbers), (begin, end))
-        if one.kind == "sum"
-        else _pushed(one.terms, (numbers,), (each,))
-        for one in criteria_of(criterion)
+    pushed = [
+        _pushed(single.terms, steps(numbers), (begin, end))
+        if single.kind == "sum"
+        else _pushed(single.terms, (numbers,), (each,))
+        for single in criteria_of(criterion)
     ]
-    terms, term_slopes = ([pair[i] for pair in found] for i in (0, 1))
+    terms, term_slopes = map(list, zip(*pushed, strict=True))
     finite = jnp.stack([jnp.all(jnp.isfinite(of)) for of in terms])
     return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(finite)
 

@@ -16,27 +16,27 @@ if TYPE_CHECKING:
 
 
 def missed_by(
-    problem: PostureData, angles: Float[np.ndarray, "K 2"], held: Station
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
 ) -> dict[str, float]:
     """By how much each constraint is missed at worst, 0 where it is met: see
-    PostureProblem.residuals. held: the stations [K] at these angles."""
+    PostureProblem.residuals. at: the stations [K] at these angles."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}
-    for name, at, given in (
+    for name, k, pair in (
         ("start_angles", 0, problem.start_angles),
         ("end_angles", -1, problem.end_angles),
     ):
-        if given is not None:
-            missed[name] = [np.abs(angles[at] - given)]
+        if pair is not None:
+            missed[name] = [np.abs(angles[k] - pair)]
     if problem.leg_rate is not None:
         rate = np.abs(np.diff(angles, axis=0)) / np.diff(problem.x)[:, None]
         missed["leg_rate"] = [rate - problem.leg_rate]
-    missed["grip"] = [problem.min_grip - held.grip]
-    missed["normal"] = [problem.min_normal - held.N_rear, problem.min_normal - held.N_front]
+    missed["grip"] = [problem.min_grip - at.grip]
+    missed["normal"] = [problem.min_normal - at.N_rear, problem.min_normal - at.N_front]
     if problem.solver.samples:
-        missed["clearance"] = [problem.min_clearance - held.clearance]
+        missed["clearance"] = [problem.min_clearance - at.clearance]
     worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
-    worst["pose"] = float(np.sum(~np.asarray(held.placed)))
+    worst["pose"] = float(np.sum(~np.asarray(at.placed)))
     return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -32,6 +32,15 @@ SAME = 1e-10
 """Values that differ by less than this, relative to their size, count as the same."""
 END = 1e-6
 """The weight that the ends of a front of sums give the other criterion, in parts of the extents."""
+PROVED_SUMS = (
+    "each minimises a weighted sum over the grid, so is on the front's convex hull, the ends to "
+    f"{END:g} of the extents; points of the front inside the hull are not found"
+)
+PROVED_LEVELS = (
+    "each is the best of one criterion over the grid for what it has of the other, and no path is "
+    "as good in one and better in the other"
+)
+"""What is proved of points that are found by weighted sums, and by levels."""
 
 
 @dataclass(frozen=True)
@@ -72,48 +81,44 @@ def pareto_front(
     began = time.perf_counter()
     require_choice("method", method, ("dp",))
     points = require_integer("points", points, low=2, high=COUNT)
-    one, two = (_single(name, given) for name, given in (("first", first), ("second", second)))
+    one, two = _single("first", first), _single("second", second)
     grid = build_grid(replace(problem, criterion=one), angles, method="pareto", progress=progress)
     with Bar("pareto", None, "path", progress) as bar:
-        search = _Search(grid, bar)
-        if one.additive and two.additive:
-            found, complete = _supported(search, one, two, points)
-            proved = (
-                "each minimises a weighted sum over the grid, so is on the front's convex hull, "
-                f"the ends to {END:g} of the extents; points of the front inside the hull are not "
-                "found"
-            )
-        else:
-            found, complete = _by_levels(search, one, two, points)
-            proved = (
-                "each is the best of one criterion over the grid for what it has of the other, and "
-                "no path is as good in one and better in the other"
-            )
-    values = np.array([point.values for point in found]).reshape(-1, 2)
-    keep = [i for i in np.argsort(values[:, 0], kind="stable") if not _beaten(values, i)]
-    x = np.array([found[i].x for i in keep]).reshape(-1, problem.n)
+        search, sums = _Search(grid, bar), one.additive and two.additive
+        met, complete = (_supported if sums else _by_levels)(search, one, two, points)
+    proved = PROVED_SUMS if sums else PROVED_LEVELS
+    if not met:
+        _, proved = judged(grid, "no path on the grid meets the constraints")
+    front = _unbeaten(met)
     return Front(
         criteria=(one.name, two.name),
-        values=values[keep],
-        x=x,
+        values=np.array([point.values for point in front]).reshape(-1, 2),
+        x=np.array([point.x for point in front]).reshape(-1, problem.n),
         complete=complete,
-        proved=proved if found else judged(grid, "no path on the grid meets the constraints")[1],
+        proved=proved,
         proved_for=grid.what,
         paths=search.paths,
         seconds=time.perf_counter() - began,
     )
 
 
-def _single(name: str, given: str | Criterion) -> Criterion:
-    found = criterion_by_name(given)
-    if isinstance(found, Weighted):
-        raise ValueError(f"{name} = {found.name}; accepted: a single criterion")
-    return found
+def _single(name: str, criterion: str | Criterion) -> Criterion:
+    single = criterion_by_name(criterion)
+    if isinstance(single, Weighted):
+        raise ValueError(f"{name} = {single.name}; accepted: a single criterion")
+    return single
 
 
 @dataclass(frozen=True)
 class _Point:
     values: tuple[float, float]
+    x: np.ndarray
+
+
+class _Path(NamedTuple):
+    """Nodes [K] and decision vector [2K]."""
+
+    nodes: np.ndarray
     x: np.ndarray
 
 
@@ -125,14 +130,14 @@ class _Search:
 
     def best(
         self, criterion: Criterion | Weighted, allowed: list[np.ndarray] | None = None
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """The best path's nodes and decision vector over the `allowed` nodes; None for none."""
+    ) -> _Path | None:
+        """The best path over the `allowed` nodes; None for none."""
         grid = self.grid if allowed is None else _restricted(self.grid, allowed)
         grid = replace(grid, problem=replace(grid.problem, criterion=criterion))
         nodes = best_paths(grid).nodes
         self.paths += 1
         self.bar.advance()
-        return None if nodes is None else (nodes, angles_at(grid, nodes).reshape(-1))
+        return None if nodes is None else _Path(nodes, angles_at(grid, nodes).reshape(-1))
 
     def value(self, criterion: Criterion, x: np.ndarray) -> float:
         """The problem's own value by that criterion."""
@@ -141,7 +146,7 @@ class _Search:
     def node_costs(self, criterion: Criterion) -> list[np.ndarray]:
         """The cost of each node of each waypoint, by a criterion of stations."""
         with jax.enable_x64(True):
-            layers = [self.grid.layer(k)[0] for k in range(len(self.grid.problem.x))]
+            layers = [self.grid.layer(k).stations for k in range(len(self.grid.problem.x))]
             return [np.asarray(station_cost(criterion, layer)) for layer in layers]
 
 
@@ -150,24 +155,24 @@ def _restricted(grid: PostureGrid, allowed: list[Bool[np.ndarray, "N"]]) -> Post
     K, N = grid.stations.torque.shape
     inner = np.stack([of if len(of) == N else np.ones(N, bool) for of in allowed])
     ends = [
-        None if end is None else (end[0], end[1] | {"level": allowed[k]})
+        None if end is None else end._replace(met=end.met | {"level": allowed[k]})
         for k, end in ((0, grid.start), (K - 1, grid.end))
     ]
     return replace(grid, ok=grid.ok | {"level": inner}, start=ends[0], end=ends[1])
 
 
 def _supported(
-    search: _Search, one: Criterion, two: Criterion, points: int
+    search: _Search, first: Criterion, second: Criterion, points: int
 ) -> tuple[list[_Point], bool]:
     """Corners of the hull: between two known ones, the weights for which these are equally good
     show the corner farthest below their line, or that there is none."""
 
     def solved(a: float, b: float) -> _Point | None:
-        found = search.best(Weighted(((one, a), (two, b))))
-        if found is None:
+        path = search.best(Weighted(((first, a), (second, b))))
+        if path is None:
             return None
-        x = found[1]
-        return _Point((search.value(one, x), search.value(two, x)), x)
+        values = search.value(first, path.x), search.value(second, path.x)
+        return _Point(values, path.x)
 
     ends = solved(1.0, 0.0), solved(0.0, 1.0)
     if ends[0] is None or ends[1] is None:
@@ -180,10 +185,10 @@ def _supported(
     left, right = ends
     if left is None or right is None:
         return [], True
-    found, open_pairs = [left, right], [(left, right)]
-    while open_pairs and len(found) < points:
+    corners, open_pairs = [left, right], [(left, right)]
+    while open_pairs and len(corners) < points:
         # The widest gap first, in parts of the front's extent.
-        open_pairs.sort(key=lambda pair: _extent(pair, found))
+        open_pairs.sort(key=lambda pair: _extent(pair, corners))
         a, b = open_pairs.pop()
         (f1, g1), (f2, g2) = a.values, b.values
         if g1 - g2 <= SAME * abs(g1) or f2 - f1 <= SAME * abs(f2):
@@ -194,57 +199,57 @@ def _supported(
             1e-9 * abs(line)
         ):
             continue
-        found.append(new)
+        corners.append(new)
         open_pairs += [(a, new), (new, b)]
-    return found, not open_pairs
+    return corners, not open_pairs
 
 
-def _extent(pair: tuple[_Point, _Point], found: list[_Point]) -> float:
-    values = np.array([point.values for point in found])
+def _extent(pair: tuple[_Point, _Point], corners: list[_Point]) -> float:
+    values = np.array([point.values for point in corners])
     size = np.maximum(np.ptp(values, axis=0), 1e-300)
     return float(np.prod(np.abs(np.subtract(pair[0].values, pair[1].values)) / size))
 
 
 def _by_levels(
-    search: _Search, one: Criterion, two: Criterion, points: int
+    search: _Search, first: Criterion, second: Criterion, points: int
 ) -> tuple[list[_Point], bool]:
     """The best of one criterion for each of several levels of the other, a worst station."""
-    swapped = two.additive
-    main, limited = (two, one) if swapped else (one, two)
+    swapped = second.additive
+    main, limited = (second, first) if swapped else (first, second)
     costs = search.node_costs(limited)
+
+    def worst(path: _Path) -> float:
+        return max(float(of[node]) for of, node in zip(costs, path.nodes, strict=True))
 
     def below(level: float, strictly: bool) -> _Level | None:
         allowed = [of < level if strictly else of <= level for of in costs]
-        found = search.best(main, allowed)
-        if found is None:
-            return None
-        reached = max(float(of[node]) for of, node in zip(costs, found[0], strict=True))
-        return _Level(search.value(main, found[1]), reached, found[1])
+        path = search.best(main, allowed)
+        return None if path is None else _Level(search.value(main, path.x), worst(path), path.x)
 
     least = search.best(limited)
     if least is None:
         return [], True
-    low = max(float(of[node]) for of, node in zip(costs, least[0], strict=True))
-    found: list[_Level] = []
+    low = worst(least)
+    levels: list[_Level] = []
     gaps, expected, high = False, None, None
     for share in np.linspace(0, 1, points):
         level = np.inf if high is None else high + share * (low - high)
         now = below(level if share < 1 else low, strictly=False)
-        if now is None or (found and now.reached >= found[-1].reached):
+        if now is None or (levels and now.reached >= levels[-1].reached):
             continue
         # Ties: as good by the main criterion, and better by the other.
         while (lower := below(now.reached, strictly=True)) and not lower.worse_than(now):
             now = lower
         gaps |= expected is not None and now.worse_than(expected)
-        found.append(now)
+        levels.append(now)
         expected = lower
         high = now.reached if high is None else high
         if lower is None:
             break
-    pairs = ((at.value, at.reached) for at in found)
-    values = [(b, a) if swapped else (a, b) for a, b in pairs]
-    ends = [_Point(pair, at.x) for pair, at in zip(values, found, strict=True)]
-    return ends, not gaps and expected is None
+    front = [
+        _Point((at.reached, at.value) if swapped else (at.value, at.reached), at.x) for at in levels
+    ]
+    return front, not gaps and expected is None
 
 
 @dataclass(frozen=True)
@@ -258,6 +263,13 @@ class _Level:
     def worse_than(self, other: _Level) -> bool:
         """By the main criterion."""
         return self.value > other.value + SAME * abs(other.value)
+
+
+def _unbeaten(points: list[_Point]) -> list[_Point]:
+    """Those that no other point beats, by rising first value."""
+    values = np.array([point.values for point in points]).reshape(-1, 2)
+    order = np.argsort(values[:, 0], kind="stable")
+    return [points[i] for i in order if not _beaten(values, i)]
 
 
 def _beaten(values: np.ndarray, i: int) -> bool:

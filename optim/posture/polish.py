@@ -30,8 +30,8 @@ def polishable(method: Callable[..., PostureResult]) -> Callable[..., PostureRes
     ) -> PostureResult:
         if polish:
             require_room(problem)
-        found = method(problem, progress=progress, **options)
-        return polished(problem, found, progress) if polish else found
+        result = method(problem, progress=progress, **options)
+        return polished(problem, result, progress) if polish else result
 
     own = inspect.signature(method)
     more = inspect.signature(run, follow_wrapped=False).parameters["polish"]
@@ -45,38 +45,38 @@ def require_room(problem: PostureProblem) -> None:
     require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
 
 
-def polished(problem: PostureProblem, found: PostureResult, progress: bool) -> PostureResult:
+def polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> PostureResult:
     """The better of a grid's result and of the local optimum that scp finds from it.
 
     Off the grid the status is FEASIBLE, since the bound is of paths over the grid alone: it stays,
     with what it bounds, and a drive off the grid may be below it. details: grid_value and
     grid_angles, of the grid's path; polish, how scp ended. Without a path nothing is polished.
     """
-    if found.x is None:
-        return found
+    if grid.x is None:
+        return grid
     from stickslip.optim.posture.scp import solve_scp
 
     began = time.perf_counter()
-    local = solve_scp(problem, start=found.x, progress=progress)
-    details = dict(found.details) | {
-        "grid_value": found.value,
-        "grid_angles": found.leg_angles,
+    local = solve_scp(problem, start=grid.x, progress=progress)
+    details = dict(grid.details) | {
+        "grid_value": grid.value,
+        "grid_angles": grid.leg_angles,
         "polish": f"{local.status.name}: {local.message}",
     }
-    seconds = found.seconds + time.perf_counter() - began
-    least = found.value - BETTER * (1 + abs(found.value))
-    if not local.feasible or (found.feasible and not local.value < least):
-        return replace(found, details=details, seconds=seconds)
-    stuck = f" {found.message}" if found.message.startswith("In ") else ""
+    seconds = grid.seconds + time.perf_counter() - began
+    least = grid.value - BETTER * (1 + abs(grid.value))
+    if not local.feasible or (grid.feasible and not local.value < least):
+        return replace(grid, details=details, seconds=seconds)
+    stuck = f" {grid.message}" if grid.message.startswith("In ") else ""
     return replace(
         local,
-        method=found.method,
+        method=grid.method,
         status=OptimStatus.FEASIBLE,
-        lower_bound=found.lower_bound,
-        bound_of=found.bound_of,
-        evaluations=found.evaluations,
+        lower_bound=grid.lower_bound,
+        bound_of=grid.bound_of,
+        evaluations=grid.evaluations,
         seconds=seconds,
         message=f"a local optimum off the grid, by scp ({local.message}), from the grid's path, "
-        f"whose value is {found.value:.8g}.{stuck}",
+        f"whose value is {grid.value:.8g}.{stuck}",
         details=details,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -32,14 +32,26 @@ CHUNK = 16_384
 """Stations evaluated in one call, about: what bounds the memory."""
 
 
+class Layer(NamedTuple):
+    """The stations [n] that may be chosen at a waypoint, and which constraints they meet."""
+
+    stations: Station
+    met: dict[str, Bool[np.ndarray, "n"]]
+
+    @property
+    def admissible(self) -> Bool[np.ndarray, "n"]:
+        """Which meet all constraints of a station."""
+        return np.all(list(self.met.values()), axis=0)
+
+
 @dataclass(frozen=True)
 class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
     rear, front: the angles of each leg [rad]; the pairs are all of one with all of the other, the
-    front leg's running faster. stations: [K, N]. start, end: the station [1] of the first and of
-    the last pair and what it meets, where they are given: they are then the only choice at their
-    waypoints, and need not lie on the grid.
+    front leg's running faster. stations: [K, N]. start, end: the layer of one station at the first
+    and at the last waypoint, where its pair is given: the only choice there, which need not lie on
+    the grid.
     """
 
     problem: PostureProblem
@@ -48,8 +60,8 @@ class PostureGrid:
     stations: Station
     ok: dict[str, Bool[np.ndarray, "K N"]]
     """Which stations meet each group of constraints."""
-    start: tuple[Station, dict[str, Bool[np.ndarray, "1"]]] | None
-    end: tuple[Station, dict[str, Bool[np.ndarray, "1"]]] | None
+    start: Layer | None
+    end: Layer | None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -103,16 +115,17 @@ class PostureGrid:
 
     def admissible(self, k: int) -> Bool[np.ndarray, "n"]:
         """Which nodes of waypoint k meet all constraints of a station."""
-        return np.all(list(self.layer(k)[1].values()), axis=0)
+        return self.layer(k).admissible
 
-    def layer(self, k: int) -> tuple[Station, dict[str, Bool[np.ndarray, "n"]]]:
-        """The stations that may be chosen at waypoint k, and which constraints they meet."""
+    def layer(self, k: int) -> Layer:
+        """What may be chosen at waypoint k."""
         last = len(self.problem.x) - 1
         if k == 0 and self.start is not None:
             return self.start
         if k == last and self.end is not None:
             return self.end
-        return self.stations.map(lambda of: of[k]), {n: of[k] for n, of in self.ok.items()}
+        met = {name: of[k] for name, of in self.ok.items()}
+        return Layer(self.stations.map(lambda of: of[k]), met)
 
     @property
     def free(self) -> tuple[int, int]:
@@ -126,9 +139,9 @@ class PostureGrid:
 
     def why_none(self, k: int) -> str:
         """Which constraints leave no pair at waypoint k, in words; empty where some are left."""
-        met = self.layer(k)[1]
-        count = len(next(iter(met.values())))
-        if np.any(np.all(list(met.values()), axis=0)):
+        layer = self.layer(k)
+        met, count = layer.met, len(layer.admissible)
+        if np.any(layer.admissible):
             return ""
         given = ", the given one," if count == 1 else ""
         where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
@@ -162,51 +175,53 @@ def build_grid(
     spaced angles of each leg themselves [rad], a pair of arrays; or None for `fitting_grid`, with
     `least` of each leg.
     """
-    given = fitting_grid(problem, least) if angles is None else _pair(angles)
-    counts = [of if isinstance(of, int) else len(of) for of in given]
+    legs = fitting_grid(problem, least) if angles is None else _pair(angles)
+    counts = [of if isinstance(of, int) else len(of) for of in legs]
     require_grid(problem, counts[0], counts[1], CHUNK)
-    rear, front = (_angles_of(problem, of) for of in given)
+    rear, front = (_angles_of(problem, of) for of in legs)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
     friction = problem.posture.friction
-    found = []
+    chunks = []
     with Bar(method, K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
             at = np.minimum(np.arange(begin, begin + rows), K - 1)  # all chunks of one shape
-            found.append(_evaluate(problem, problem.x[at], friction[at], pairs))
+            chunks.append(_evaluate(problem, problem.x[at], friction[at], pairs))
             bar.advance(min(rows, K - begin))
-    stations, met = jax.tree.map(lambda *of: np.concatenate(of)[:K], *found)
-    ends = []
-    for k, given in ((0, problem.start_angles), (-1, problem.end_angles)):
-        if given is None:
-            ends.append(None)
-            continue
-        one, of = _evaluate(problem, problem.x[[k]], friction[[k]], given[None])
-        ends.append((one.map(lambda of: of[0]), {name: v[0] for name, v in of.items()}))
-    return PostureGrid(problem, rear, front, stations, met, *ends)
+    whole = jax.tree.map(lambda *of: np.concatenate(of)[:K], *chunks)
+    start, end = (
+        None if pair is None else _given_layer(problem, k, pair)
+        for k, pair in ((0, problem.start_angles), (-1, problem.end_angles))
+    )
+    return PostureGrid(problem, rear, front, whole.stations, whole.met, start, end)
 
 
-def _evaluate(problem: PostureProblem, x, friction, pairs):
+def _given_layer(problem: PostureProblem, k: int, pair: np.ndarray) -> Layer:
+    """The one choice at waypoint k."""
+    row = _evaluate(problem, problem.x[[k]], problem.posture.friction[[k]], pair[None])
+    return jax.tree.map(lambda of: of[0], row)
+
+
+def _evaluate(problem: PostureProblem, x, friction, pairs) -> Layer:
     """Stations [rows, N] and which constraints they meet."""
     with jax.enable_x64(True):
-        return jax.tree.map(
-            np.asarray, _all_pairs(replace(problem.posture, criterion=None), x, friction, pairs)
-        )
+        posture = replace(problem.posture, criterion=None)
+        return Layer(*jax.tree.map(np.asarray, _all_pairs(posture, x, friction, pairs)))
 
 
 @jax.jit
 def _all_pairs(posture: Posture, x, friction, pairs):
-    found = posture.stations_at(x[:, None], friction[:, None], pairs)
-    met = {name: (of >= 0).all(-1) for name, of in posture.margins(found).items()}
-    return found, met | {"pose": met["pose"] & found.finite}
+    stations = posture.stations_at(x[:, None], friction[:, None], pairs)
+    met = {name: (of >= 0).all(-1) for name, of in posture.margins(stations).items()}
+    return stations, met | {"pose": met["pose"] & stations.finite}
 
 
 def _pair(angles: Any) -> tuple[Any, Any]:
     """For each leg a count or the angles themselves."""
     accepted = "an integer >= 2, or for each leg one or its evenly spaced angles [rad]"
-    given = angles.tolist() if isinstance(angles, np.ndarray) else angles
-    both = given if isinstance(given, tuple | list) else (given, given)
+    listed = angles.tolist() if isinstance(angles, np.ndarray) else angles
+    both = listed if isinstance(listed, tuple | list) else (listed, listed)
     if len(both) != 2:
         raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
     rear, front = (
@@ -220,24 +235,24 @@ def _pair(angles: Any) -> tuple[Any, Any]:
 
 def _evenly_spaced(angles: Any, accepted: str) -> np.ndarray:
     require_number("angles", angles, accepted=accepted, dtype=np.float64)
-    found = np.array(angles, dtype=float)
-    steps = np.diff(found)
-    if np.any(steps <= 0) or not np.allclose(steps, step_of(found), rtol=1e-6, atol=0):
+    array = np.array(angles, dtype=float)
+    steps = np.diff(array)
+    if np.any(steps <= 0) or not np.allclose(steps, step_of(array), rtol=1e-6, atol=0):
         raise ValueError(f"angles = {shown(angles)} are not evenly spaced; accepted: {accepted}")
-    return found
+    return array
 
 
-def _angles_of(problem: PostureProblem, given: Any) -> np.ndarray:
-    """The angles [rad] of a count, or those given, which must lie in the legs' range."""
+def _angles_of(problem: PostureProblem, leg: Any) -> np.ndarray:
+    """A leg's angles [rad] from how many they are, or as given, which must lie in its range."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    if isinstance(given, int):
-        return np.linspace(low, high, given) if low < high else np.array([low])
-    if given[0] < low - ROUNDING or given[-1] > high + ROUNDING:
+    if isinstance(leg, int):
+        return np.linspace(low, high, leg) if low < high else np.array([low])
+    if leg[0] < low - ROUNDING or leg[-1] > high + ROUNDING:
         raise ValueError(
-            f"angles from {given[0]:.6g} to {given[-1]:.6g} rad; accepted: within the legs' range, "
+            f"angles from {leg[0]:.6g} to {leg[-1]:.6g} rad; accepted: within the legs' range, "
             f"{low:.6g} to {high:.6g} rad"
         )
-    return np.clip(given, low, high)
+    return np.clip(leg, low, high)
 
 
 def offsets(grid: PostureGrid) -> Iterator[tuple[int, int]]:

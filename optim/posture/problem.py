@@ -67,7 +67,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
         start, end: the front wheel's first and last place [m]; by default the first one is so far
         in that the rear wheel stays on the track in every posture, and the last one is the track's
-        end. options: the other fields. ValueError for a track that is too short.
+        end. track: a Track, or one of TRACKS by its name. options: the other fields. ValueError for
+        a track that is too short.
         """
         known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
         require_known(options, sorted(known))
@@ -137,13 +138,13 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
         with jax.enable_x64(True):
-            held = traced.stations(self._shared, angles)
-            value = float(traced.value(self.posture.criterion, held))
-            margins = traced.constraints(self._shared, held, angles)
-            held, margins = jax.tree.map(np.asarray, (held, margins))
+            at = traced.stations(self._shared, angles)
+            value = float(traced.value(self.posture.criterion, at))
+            margins = traced.constraints(self._shared, at, angles)
+            at, margins = jax.tree.map(np.asarray, (at, margins))
         flat = self._flat(margins)
         feasible = self.meets(angles.reshape(-1), flat)
-        return Evaluation(value, flat, feasible, missed_by(self, angles, held))
+        return Evaluation(value, flat, feasible, missed_by(self, angles, at))
 
     def sample(
         self, X: Float[np.ndarray, "B n"]
@@ -153,22 +154,22 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         if count == 0:
             return np.zeros(0), np.zeros(0)
         with jax.enable_x64(True):
-            found = traced.stations(self._shared, angles)
-            value = traced.values(self.posture.criterion, found)
-            missed = traced.shortfall(self._shared, found, angles)
+            at = traced.stations(self._shared, angles)
+            value = traced.values(self.posture.criterion, at)
+            missed = traced.shortfall(self._shared, at, angles)
         return np.array(value)[:count], np.array(missed)[:count]
 
     def objective(self, x: Float[np.ndarray, "n"]) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
         with jax.enable_x64(True):
-            found = traced.stations(self._shared, self.angles(x))
-            return float(traced.value(self.posture.criterion, found))
+            at = traced.stations(self._shared, self.angles(x))
+            return float(traced.value(self.posture.criterion, at))
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
         with jax.enable_x64(True):
-            found = traced.stations_and_slopes(self._shared, self.angles(x))
-            return np.array(traced.gradient(self.posture.criterion, *found)).reshape(-1)
+            at, slopes = traced.stations_and_slopes(self._shared, self.angles(x))
+            return np.array(traced.gradient(self.posture.criterion, at, slopes)).reshape(-1)
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """The values of a batch; compiled once for each power of two that B rounds up to."""
@@ -176,29 +177,29 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         if count == 0:
             return np.zeros(0)
         with jax.enable_x64(True):
-            found = traced.stations(self._shared, angles)
-            return np.array(traced.values(self.posture.criterion, found))[:count]
+            at = traced.stations(self._shared, angles)
+            return np.array(traced.values(self.posture.criterion, at))[:count]
 
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
         angles = self.angles(x)
         with jax.enable_x64(True):
-            held = traced.stations(self._shared, angles)
-            found = jax.tree.map(np.asarray, traced.constraints(self._shared, held, angles))
-        return self._flat(found)
+            at = traced.stations(self._shared, angles)
+            margins = jax.tree.map(np.asarray, traced.constraints(self._shared, at, angles))
+        return self._flat(margins)
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         require_jacobian(self)
         with jax.enable_x64(True):
-            held = traced.stations_and_slopes(self._shared, self.angles(x))
-            found = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, *held))
+            at, slopes = traced.stations_and_slopes(self._shared, self.angles(x))
+            blocks = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, at, slopes))
         rows = np.zeros((sum(self._sizes.values()), self.n))
         K, groups = len(self.x), self.constraint_groups
-        for name, of in found.items():
-            m = of.shape[1]
+        for name, slope in blocks.items():
+            m = slope.shape[1]
             block = rows[groups[name]].reshape(K, m, K, 2)
-            block[np.arange(K), :, np.arange(K)] = of
+            block[np.arange(K), :, np.arange(K)] = slope
         if self.leg_rate is not None:
             block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, self.n)
             per_angle = 1 / (self.leg_rate * np.diff(self.x))

@@ -83,21 +83,16 @@ def solve_scp(
     if isinstance(begun, PostureResult):
         return begun
     near, x, note = begun
-    search = _Search(near, ConvexModel(near, x, solver), x)
+    search = _Search(near, ConvexModel(near, x, solver), x, tolerance, smallest)
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
             search.price(penalty, radius)
-            while len(search.history) < iterations and not search.settled(tolerance, smallest):
+            while len(search.history) < iterations and not search.settled:
                 search.step()
                 bar.advance(note=f"{near.value(near(search.x)):.6g}")
             if search.missed() <= MISSED:
                 break
-    steps, why, status = len(search.history), "stationary", OptimStatus.FEASIBLE
-    if not search.settled(tolerance, smallest):
-        why, status = "stopped", OptimStatus.LIMIT
-    elif search.predicted > tolerance:
-        why = "no step in the smallest box helped"
-        status = OptimStatus.INACCURATE if search.failed else status
+    status, why = search.ended()
     return result_at(
         problem,
         search.x,
@@ -105,8 +100,8 @@ def solve_scp(
         began=began,
         status=status,
         evaluations=near.evaluations,
-        message=f"{note}{why} after {steps} steps, the model promising a relative decrease of "
-        f"{search.predicted:.3g}{shortcomings(problem, search.x)}",
+        message=f"{note}{why} after {len(search.history)} steps, the model promising a relative "
+        f"decrease of {search.predicted:.3g}{shortcomings(problem, search.x)}",
         details={
             "history": tuple(search.history),
             "radius": search.radius,
@@ -117,10 +112,13 @@ def solve_scp(
 
 
 class _Search:
-    """A point, a box about it, and the history of both."""
+    """A point, a box about it, and the history of both; tolerance, smallest: see solve_scp."""
 
-    def __init__(self, near: Near, program: ConvexModel, x: np.ndarray):
+    def __init__(
+        self, near: Near, program: ConvexModel, x: np.ndarray, tolerance: float, smallest: float
+    ):
         self.near, self.program, self.x = near, program, x
+        self.tolerance, self.smallest = tolerance, smallest
         self.penalty = self.radius = 0.0
         self.predicted, self.failures, self.failed = np.inf, 0, False
         self.history: list[Step] = []
@@ -130,9 +128,19 @@ class _Search:
         self.penalty, self.radius, self.predicted = penalty, radius, np.inf
         self.failed = False
 
-    def settled(self, tolerance: float, smallest: float) -> bool:
+    @property
+    def settled(self) -> bool:
         """Whether nothing more is to be gained at this price."""
-        return self.predicted <= tolerance or self.radius < smallest
+        return self.predicted <= self.tolerance or self.radius < self.smallest
+
+    def ended(self) -> tuple[OptimStatus, str]:
+        """How the search ended, and in words."""
+        if not self.settled:
+            return OptimStatus.LIMIT, "stopped"
+        if self.predicted <= self.tolerance:
+            return OptimStatus.FEASIBLE, "stationary"
+        status = OptimStatus.INACCURATE if self.failed else OptimStatus.FEASIBLE
+        return status, "no step in the smallest box helped"
 
     def missed(self) -> float:
         """The largest scaled margin missed."""
@@ -146,14 +154,14 @@ class _Search:
     def step(self) -> None:
         """Solve the model, take or refuse its step, and adapt the box."""
         at = self.near(self.x)
-        found = self.program.solve(self.x, at, self.radius, self.penalty)
-        self.failed = found is None
-        if found is None:
+        solution = self.program.solve(self.x, at, self.radius, self.penalty)
+        self.failed = solution is None
+        if solution is None:
             self.failures += 1
             self.radius /= 4
             self.history.append(Step(self.near.value(at), np.nan, 0.0, self.radius, False))
             return
-        step, promised = found
+        step, promised = solution
         low, high = self.near.problem.bounds
         tried = np.clip(self.x + step, low, high)
         before, after = self.merit(at), self.merit(self.near(tried))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
@@ -64,6 +64,15 @@ class Station(NamedTuple):
     def map(self, function: Callable[[Any], Any]) -> Station:
         """The same with a function applied to every entry."""
         return Station._make(function(of) for of in self)
+
+    @property
+    def numbers(self) -> tuple[Float[Array, ...], ...]:
+        """All entries but the status, which has no slope."""
+        return self[: self._fields.index("status")]
+
+    def with_numbers(self, numbers: Iterable[Any]) -> Station:
+        """The same status beside other numbers."""
+        return Station(*numbers, status=self.status)
 
     @property
     def turn(self) -> Float[Array, ...]:

@@ -68,15 +68,15 @@ class Posture:
 
         For a Weighted: a list with those of each part.
         """
-        found = self.stations(angles)
-        a, b = steps(found)
+        stations = self.stations(angles)
+        a, b = steps(stations)
 
-        def of(one: Criterion):
-            return one.terms(a, b) if one.kind == "sum" else one.terms(found)
+        def terms_of(criterion: Criterion):
+            return criterion.terms(a, b) if criterion.kind == "sum" else criterion.terms(stations)
 
         if isinstance(self.criterion, Weighted):
-            return [of(one) for one, _ in self.criterion.parts]
-        return of(self.criterion)
+            return [terms_of(criterion) for criterion, _ in self.criterion.parts]
+        return terms_of(self.criterion)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
         """What is left of each constraint of a station, by name, scaled; satisfied where >= 0.
@@ -107,11 +107,13 @@ class Posture:
         return jnp.concatenate([1 - share, 1 + share], -1)
 
     def constraints(
-        self, found: Station, angles: Float[Array, "K 2"]
+        self, at: Station, angles: Float[Array, "K 2"]
     ) -> dict[str, Float[Array, "... m"]]:
         """All margins of stations [K] at these angles: `margins`, and leg_rate if it is limited."""
-        kept = self.margins(found)
-        return kept if self.leg_rate is None else kept | {"leg_rate": self.rate_margins(angles)}
+        margins = self.margins(at)
+        if self.leg_rate is None:
+            return margins
+        return margins | {"leg_rate": self.rate_margins(angles)}
 
 
 @jax.jit
@@ -124,53 +126,50 @@ def stations(posture: Posture, angles: Float[Array, "... K 2"]) -> Station:
 def stations_and_slopes(posture: Posture, angles: Float[Array, "K 2"]) -> tuple[Station, Station]:
     """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
 
-    def of_one(x, friction, pair):
-        found = posture.stations_at(x, friction, pair)
-        return found._replace(status=jnp.zeros_like(found.torque)), found.status
+    def numbers_of(x, friction, pair):
+        at = posture.stations_at(x, friction, pair)
+        return at._replace(status=jnp.zeros_like(at.torque)), at.status
 
     def with_slopes(x, friction, pair):
-        slopes, status = jax.jacfwd(of_one, argnums=2, has_aux=True)(x, friction, pair)
+        slopes, status = jax.jacfwd(numbers_of, argnums=2, has_aux=True)(x, friction, pair)
         return slopes, status
 
-    found = posture.stations(angles)
+    at = posture.stations(angles)
     slopes, _ = jax.vmap(with_slopes)(posture.x, posture.friction, angles)
-    return found, slopes
+    return at, slopes
 
 
 @jax.jit
-def value(criterion: Criterion | Weighted, found: Station) -> Float[Array, ""]:
+def value(criterion: Criterion | Weighted, at: Station) -> Float[Array, ""]:
     """The criterion's value of stations [K]."""
-    return finite_cost(criterion, found)
+    return finite_cost(criterion, at)
 
 
 @jax.jit
-def values(criterion: Criterion | Weighted, found: Station) -> Float[Array, "B"]:
+def values(criterion: Criterion | Weighted, at: Station) -> Float[Array, "B"]:
     """The same of a batch of drives, stations [B, K]."""
-    return jax.vmap(lambda one: finite_cost(criterion, one))(found)
+    return jax.vmap(lambda drive: finite_cost(criterion, drive))(at)
 
 
 @jax.jit
-def shortfall(posture: Posture, found: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
-    """The scaled margins that a batch of drives misses, summed; found: their stations [B, K]."""
+def shortfall(posture: Posture, at: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
+    """The scaled margins that a batch of drives misses, summed; at: their stations [B, K]."""
 
-    def of_one(one, pairs):
-        margins = posture.constraints(one, pairs).values()
+    def of_drive(at, pairs):
+        margins = posture.constraints(at, pairs).values()
         return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
 
-    return jax.vmap(of_one)(found, angles)
+    return jax.vmap(of_drive)(at, angles)
 
 
 @jax.jit
-def gradient(
-    criterion: Criterion | Weighted, found: Station, slopes: Station
-) -> Float[Array, "K 2"]:
+def gradient(criterion: Criterion | Weighted, at: Station, slopes: Station) -> Float[Array, "K 2"]:
     """Slope of the value in every angle; 0 where it is not finite."""
-    *numbers, status = found
 
     def cost(numbers):
-        return finite_cost(criterion, Station._make([*numbers, status]))
+        return finite_cost(criterion, at.with_numbers(numbers))
 
-    by_field = zip(jax.grad(cost)(numbers), slopes[:-1], strict=True)
+    by_field = zip(jax.grad(cost)(at.numbers), slopes.numbers, strict=True)
     parts = [_contract(weight, slope) for weight, slope in by_field]
     whole = reduce(jnp.add, parts)
     return jnp.where(jnp.isfinite(whole), whole, 0)
@@ -184,31 +183,30 @@ def _contract(weight: Array, slope: Array) -> Array:
 
 @jax.jit
 def constraints(
-    posture: Posture, found: Station, angles: Float[Array, "K 2"]
+    posture: Posture, at: Station, angles: Float[Array, "K 2"]
 ) -> dict[str, Float[Array, "... m"]]:
     """`Posture.constraints` of stations [K] at these angles."""
-    return posture.constraints(found, angles)
+    return posture.constraints(at, angles)
 
 
 @jax.jit
 def margin_slopes(
-    posture: Posture, found: Station, slopes: Station
+    posture: Posture, at: Station, slopes: Station
 ) -> dict[str, Float[Array, "K m 2"]]:
     """Slopes of each station's margins in its own two angles; 0 where not finite."""
-    *numbers, status = found
 
     def margins(*numbers):
-        return posture.margins(Station._make([*numbers, status]))
+        return posture.margins(at.with_numbers(numbers))
 
     each = []
     for angle in range(2):
-        along = [slope[..., angle] for slope in slopes[:-1]]
-        each.append(jax.jvp(margins, tuple(numbers), tuple(along))[1])
+        along = tuple(slope[..., angle] for slope in slopes.numbers)
+        each.append(jax.jvp(margins, at.numbers, along)[1])
     both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), *each)
     return {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}
 
 
-def finite_cost(criterion: Criterion | Weighted, found: Station) -> Float[Array, ""]:
+def finite_cost(criterion: Criterion | Weighted, at: Station) -> Float[Array, ""]:
     """The criterion's value, infinite where a station's numbers are not finite; never NaN."""
-    cost = drive_cost(criterion, found)
-    return jnp.where(jnp.all(found.finite) & jnp.isfinite(cost), cost, jnp.inf)
+    cost = drive_cost(criterion, at)
+    return jnp.where(jnp.all(at.finite) & jnp.isfinite(cost), cost, jnp.inf)

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number, shown
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv import PoseSolver, UGVParams
+from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.options import as_floats, require_scalar
 from stickslip.optim.posture.sizes import WAYPOINT, require_stations, require_waypoints
 
@@ -32,7 +33,7 @@ def longest_wheelbase(params: UGVParams) -> float:
 
 
 def waypoints_along(
-    track: Track,
+    track: Track | str,
     params: UGVParams,
     spacing: float,
     start: float | None,
@@ -45,7 +46,7 @@ def waypoints_along(
     contacts of both wheels can lie off below their centres on the steepest slope there. bytes_each:
     what each will need at least; more waypoints than that leaves room for are refused.
     """
-    require_kind("track", track, Track, "a Track")
+    track = track_of(track)
     require_kind("params", params, UGVParams, "UGVParams, or None")
     params.validate()
     require_scalar("spacing", spacing, low=0.0, strict=True, accepted="a length > 0 [m]")
@@ -77,7 +78,6 @@ def waypoints_along(
 def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
-    require_kind("track", problem.track, Track, "a Track")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
     problem.params.validate()
     for leaf in jax.tree.leaves(problem.params):
@@ -85,7 +85,7 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
             raise ValueError(f"params has a field of shape {np.shape(leaf)}; accepted: numbers")
     x = _waypoints(problem.x)
     require_stations(f"x of {len(x)} waypoints", len(x))
-    fields: dict[str, Any] = {"x": x}
+    fields: dict[str, Any] = {"track": track_of(problem.track), "x": x}
     accepted = "a number >= 0, or one for each waypoint"
     require_number("friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64)
     if np.shape(problem.friction) not in ((), x.shape):
@@ -117,10 +117,10 @@ def _waypoints(x: Any) -> np.ndarray:
     return array
 
 
-def _pair(name: str, given: Any, params: UGVParams) -> np.ndarray:
+def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
     low, high = float(params.leg_angle_min), float(params.leg_angle_max)
     accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
-    array = as_floats(name, given, accepted)
+    array = as_floats(name, angles, accepted)
     if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
         raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
     array = np.clip(array, low, high)

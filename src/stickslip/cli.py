@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn
 
 from stickslip.parser import Names, Parser, add_tables
@@ -94,14 +94,15 @@ class _Version(argparse.Action):
 
 
 def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    from stickslip.agents.config_fields import add_flags
-    from stickslip.agents.machines import MACHINES, config_kind, machine_named
+    from stickslip.agents.registry import machine_among, machines
+    from stickslip.agents.training.configuration import add_flags
 
+    names = [machine.name for machine in machines()]
     parser.add_argument(
         "machine",
         nargs="?",
-        choices=MACHINES,
-        default=MACHINES[0],
+        choices=names,
+        default=names[0],
         help="what to train (default: %(default)s); each has settings of its own, see --help after "
         "its name",
     )
@@ -111,12 +112,12 @@ def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
     parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
-    machine = machine_named(arguments)
+    machine = machine_among(arguments)
     parser.description = (
-        f"{parser.description} The settings of train {machine} come after the options; config.json "
-        "keeps them."
+        f"{parser.description} The settings of train {machine.name} come after the options; "
+        "config.json keeps them."
     )
-    add_flags(parser, config_kind(machine))
+    add_flags(parser, machine.configuration)
 
 
 def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
@@ -139,49 +140,45 @@ def _add_view(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 
 def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
-    """Which floor, load and start; which ground for the UGV."""
-    from stickslip.agents.biped_names import BIPED_BASELINES
-    from stickslip.agents.scenes import SCENE, SCENES
-    from stickslip.agents.ugv_names import UGV_BASELINES
-    from stickslip.agents.ugv_tracks import GROUND, TRACK_NAMES, VIEWED
-    from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+    """Which scene, and what else of the task to change, machine by machine."""
+    from stickslip.agents.registry import machines
 
-    several: dict[str, Any] = {"action": Names, "names": (*SCENES, *TRACK_NAMES)}
+    every = machines()
+    names = [name for machine in every for name in machine.scenes]
+    several: dict[str, Any] = {"action": Names, "names": names}
     how: dict[str, Any] = several if many else {"nargs": 1}
+    usual = [machine.usual_scene(viewed=not many) for machine in every if machine.scenes]
     parser.add_argument(
         "--scene",
         dest="scenes",
         metavar="NAME",
         **how,
-        help=f"floor or ground, see below (default: the policy's own; for baselines alone {SCENE} "
-        f"or {GROUND if many else VIEWED})"
+        help="floor or ground, see below (default: the policy's own; for baselines alone "
+        f"{' or '.join(usual)})"
         + ("; more names may follow, and the flag may come again" if many else ""),
     )
-    parser.add_argument("--mu-static", type=float, metavar="MU", help="one floor instead")
-    parser.add_argument("--mu-kinetic", type=float, metavar="MU", help="its kinetic friction")
-    parser.add_argument("--payload", type=float, metavar="KG", help="mass on the hip [kg]")
-    parser.add_argument(
-        "--commanded-rate", type=float, metavar="RATE", help="mean crank rate [rad/s]"
-    )
-    parser.add_argument(
-        "--start",
-        choices=("moving", "rest"),
-        help="from any phase and rate up to the commanded one, or from rest "
-        f"(default: {'moving' if many else 'rest'})",
-    )
-    ugv = parser.add_argument_group("for the UGV")
-    ugv.add_argument("--friction", type=float, metavar="MU", help="between wheels and ground [-]")
-    ugv.add_argument(
-        "--criterion",
-        metavar="NAME",
-        help="what is to be small, see below (default: the policy's own)",
-    )
-    baselines = {"biped": ", ".join(BIPED_BASELINES), "UGV": ", ".join(UGV_BASELINES)}
-    scenes = {"biped": ", ".join(SCENES), "UGV": f"{', '.join(TRACK_NAMES)}, or a file of points"}
-    add_tables(
-        parser,
-        {"baselines": baselines, "scenes": scenes, "criteria of the UGV": CRITERIA_IN_WORDS},
-    )
+    for machine in every:
+        under = parser.add_argument_group(f"for the {machine.title}")
+        for option in machine.options(viewed=not many):
+            if option.flag not in parser._option_string_actions:
+                under.add_argument(
+                    option.flag,
+                    type=option.kind,
+                    metavar=option.metavar,
+                    choices=option.choices,
+                    help=option.about,
+                )
+    tables: dict[str, Mapping[str, str]] = {
+        "baselines": {one.title: ", ".join(one.baselines) for one in every if one.baselines},
+        "scenes": {
+            one.title: ", ".join(filter(None, (*one.scenes, one.scene_files)))
+            for one in every
+            if one.scenes
+        },
+    }
+    for machine in every:
+        tables |= machine.tables()
+    add_tables(parser, tables)
 
 
 def _add_demo(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.agents.checkpoint import list_checkpoints
-from stickslip.agents.metrics import read_columns
 from stickslip.agents.policy import load_policy
+from stickslip.agents.training.checkpoint import list_checkpoints
+from stickslip.agents.training.metrics import read_columns
 
 TIMED = {"seconds", "steps_per_second"}
 """Columns that no two runs have alike."""

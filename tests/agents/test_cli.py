@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.cli import INTERRUPTED, OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
@@ -135,7 +135,7 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
 
 def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
     pytest.importorskip("stable_baselines3")
-    monkeypatch.setattr("stickslip.agents.train_products.FILM_TIME", 0.2)
+    monkeypatch.setattr("stickslip.agents.biped.products.FILM_TIME", 0.2)
     assert main(["train", "biped", "--out", "run", *TINY, "--slip-weight=2"]) == OK
     assert "Trained 128 steps" in capsys.readouterr().out
     for name in ("policy.npz", "learning.png", "episode.png", "walk.gif", "metrics.csv"):

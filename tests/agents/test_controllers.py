@@ -10,15 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.controllers import (
+from stickslip.agents.biped.controllers import (
     CONTROLLERS,
     ComputedTorque,
     ConstantTorque,
     CrankSpeedPI,
     controller_by_name,
 )
+from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.protocol import Controller
-from stickslip.agents.rollout import episode_key, horizon, rollout
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
 from stickslip.envs import BipedEnv

@@ -6,16 +6,16 @@ from typing import ClassVar
 
 import pytest
 
-from stickslip.agents.checkpoint import (
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.training.checkpoint import (
     TrainState,
     drop_checkpoints,
     list_checkpoints,
     read_model,
     write_checkpoint,
 )
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.metrics import MetricsFile, read_columns
-from stickslip.agents.train_run import open_run, read_config
+from stickslip.agents.training.directory import open_run, read_config
+from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.records import files
 from stickslip.records.files import write_whole
 
@@ -104,7 +104,7 @@ def assert_whole(path: Path, config: TrainConfig) -> None:
 @pytest.fixture(autouse=True)
 def _quickly(monkeypatch: pytest.MonkeyPatch):
     """What takes time and is not looked at here."""
-    monkeypatch.setattr("stickslip.agents.train_run.versions", lambda: {"python": "3"})
+    monkeypatch.setattr("stickslip.agents.training.directory.versions", lambda: {"python": "3"})
     monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 

@@ -8,13 +8,15 @@ from itertools import count
 import pytest
 
 from stickslip.agents import demo as module
-from stickslip.agents import plots_training
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.controllers import ConstantTorque
+from stickslip.agents.biped import demo as biped_demo
+from stickslip.agents.biped import products
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.demo import demo
-from stickslip.agents.metrics import MetricsFile
-from stickslip.agents.remaining import Remaining
-from stickslip.agents.train import Trained
+from stickslip.agents.pictures import learning as plots_training
+from stickslip.agents.training.metrics import MetricsFile
+from stickslip.agents.training.remaining import Remaining
+from stickslip.agents.training.trained import Trained
 from stickslip.cli import WRONG_INPUT, main
 
 SMALL = TrainConfig.of(
@@ -47,7 +49,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
     rows = MetricsFile(tmp_path / "metrics.csv", ("seconds", "noise"))
     for steps in (384, 768):
         rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
-        plots_training.plot_learning(tmp_path, SMALL, 4.0)
+        products.plot_learning(tmp_path, SMALL, 4.0)
     assert titles == [
         "PPO on the biped: 4 s of training, unfinished: 384 of 768 steps",
         "PPO on the biped: 8 s of training",
@@ -57,7 +59,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from stickslip.agents import plots, train_products
+    from stickslip.agents.biped import plots
 
     titles: list[str] = []
     for place in (plots, plots_training):
@@ -69,8 +71,8 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
                 titles.append(title) or make(rows, columns, size, title)
             ),
         )
-    monkeypatch.setattr(train_products, "FILM_TIME", 0.04)
-    monkeypatch.setattr(module, "CONTROLLERS", {"constant-torque": ConstantTorque})
+    monkeypatch.setattr(products, "FILM_TIME", 0.04)
+    monkeypatch.setattr(biped_demo, "CONTROLLERS", {"constant-torque": ConstantTorque})
     seconds, said = count(), []
     monkeypatch.setattr(module, "monotonic", lambda: float(next(seconds)))
     path = demo(tmp_path, config=SMALL, time_limit=110.0, say=said.append)
@@ -81,7 +83,7 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
     assert name in table
     assert "NOT finished: 384 of 768 steps (50 %)" in table
     assert "trained policy" not in table
-    rows = list(csv.DictReader((path / "table.csv").open()))
+    rows = list(csv.DictReader((path / "table.csv").read_text().splitlines()))
     assert [row["controller"] for row in rows] == ["constant-torque", name]
     content = json.loads((path / "table.json").read_text())
     assert content["training"] == {"timesteps": 384, "of": 768, "finished": False}

@@ -13,12 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import statistics
-from stickslip.agents.controllers import ComputedTorque, ConstantTorque
-from stickslip.agents.evaluate import MIN_DISTANCE, evaluate
-from stickslip.agents.mlp import MLPPolicy
-from stickslip.agents.rollout import episode_key, rollout
-from stickslip.agents.scenes import SCENES, scene_by_name
+from stickslip.agents import evaluate
+from stickslip.agents.biped.controllers import ComputedTorque, ConstantTorque
+from stickslip.agents.biped.evaluate import MIN_DISTANCE
+from stickslip.agents.biped.scenes import SCENES, scene_by_name
+from stickslip.agents.evaluation import statistics
+from stickslip.agents.evaluation.rollout import episode_key, rollout
+from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymEnv, Randomisation
 from stickslip.records.files import write_whole

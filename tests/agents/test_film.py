@@ -7,10 +7,11 @@ import sys
 import numpy as np
 import pytest
 
-from stickslip.agents.controllers import ConstantTorque
-from stickslip.agents.film import film, plot_comparison, plot_episode
-from stickslip.agents.histories import histories
-from stickslip.agents.rollout import rollout
+from stickslip.agents.biped.controllers import ConstantTorque
+from stickslip.agents.biped.histories import histories
+from stickslip.agents.biped.plots import plot_comparison, plot_episode
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures.film import film
 from stickslip.envs import BipedEnv
 
 pytest.importorskip("matplotlib")

@@ -8,17 +8,18 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import biped_task, ugv_parts
-from stickslip.agents.evaluate import evaluate
-from stickslip.agents.mlp import MLPPolicy
+from stickslip.agents import evaluate
+from stickslip.agents.biped import task as biped_task
+from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.policy import describe_environment, load_policy, save_policy
-from stickslip.agents.train_task import from_anywhere
+from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.ugv import task as ugv_parts
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
-from stickslip.envs.ugv_randomisation import RandomTrack, UGVRandomisation
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from tests.precision import mostly_single
 
 

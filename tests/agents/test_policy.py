@@ -15,8 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import arrays_file
-from stickslip.agents.mlp import FARTHEST
+from stickslip.agents.foreign import arrays as arrays_file
 from stickslip.agents.policy import (
     MLPPolicy,
     describe_environment,
@@ -25,6 +24,7 @@ from stickslip.agents.policy import (
     read_metadata,
     save_policy,
 )
+from stickslip.agents.policy.mlp import FARTHEST
 from stickslip.envs import BipedEnv, Randomisation
 
 

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.checkpoint import STATE, list_checkpoints
-from stickslip.agents.config import TrainConfig
+from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.demo import demo, find_directory
-from stickslip.agents.metrics import read_columns
 from stickslip.agents.policy import read_metadata
-from stickslip.agents.train import Trained, best_evaluation, train
-from stickslip.agents.train_run import only_writer
+from stickslip.agents.training.checkpoint import STATE, list_checkpoints
+from stickslip.agents.training.directory import only_writer
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.run import best_evaluation, train
+from stickslip.agents.training.trained import Trained
 from tests.agents.runs import assert_same_run
 
 pytest.importorskip("stable_baselines3")
@@ -94,8 +95,8 @@ def test_what_follows_a_checkpoint_depends_on_nothing_else(runs, tmp_path: Path,
 
 KILLED = """
 import os, signal, sys
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.train import train
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.training.run import train
 calls = iter(range(10**9))
 def stop():
     if next(calls) == int(sys.argv[3]):

@@ -9,19 +9,18 @@ from typing import Any
 
 import pytest
 
-from stickslip.agents.config import (
-    DEFAULTS,
-    PPOSettings,
-    TrainConfig,
+from stickslip.agents.biped.config import DEFAULTS, TrainConfig
+from stickslip.agents.registry import read_configuration
+from stickslip.agents.training.configuration import (
+    Configuration,
     add_flags,
     every_field,
     from_flags,
     rule_of,
 )
-from stickslip.agents.config_fields import Configuration
-from stickslip.agents.machines import read_configuration
-from stickslip.agents.metrics import MetricsFile, read_columns, read_rows
-from stickslip.agents.ugv_config import UGVTrainConfig
+from stickslip.agents.training.groups import PPOSettings
+from stickslip.agents.training.metrics import MetricsFile, read_columns, read_rows
+from stickslip.agents.ugv.config import UGVTrainConfig
 
 
 @pytest.mark.parametrize(
@@ -150,8 +149,8 @@ def test_what_is_no_configuration_is_refused(text: str):
 
 def test_every_field_has_a_flag():
     parser = argparse.ArgumentParser()
-    add_flags(parser)
-    assert from_flags(vars(parser.parse_args([]))) == TrainConfig.of()
+    add_flags(parser, TrainConfig)
+    assert from_flags(vars(parser.parse_args([])), TrainConfig) == TrainConfig.of()
     flags: list[str] = []
     expected: dict[str, Any] = {}
     for one in every_field(TrainConfig):
@@ -164,10 +163,10 @@ def test_every_field_has_a_flag():
         words = {bool: (), "range": value}.get(rule.kind, (value,))
         flags += ["--" + one.name.replace("_", "-"), *map(str, words)]
         expected[one.name] = value
-    assert from_flags(vars(parser.parse_args(flags))) == TrainConfig.of(**expected)
-    assert from_flags(vars(parser.parse_args(["--algorithm", "sac"]))) == TrainConfig.of(
-        algorithm="sac"
-    )
+    assert from_flags(vars(parser.parse_args(flags)), TrainConfig) == TrainConfig.of(**expected)
+    assert from_flags(
+        vars(parser.parse_args(["--algorithm", "sac"])), TrainConfig
+    ) == TrainConfig.of(algorithm="sac")
 
 
 def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
@@ -189,7 +188,7 @@ def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
 
 def test_tensorboard_reads_the_log_and_hides_what_a_resumption_repeats(tmp_path: Path):
     accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    from stickslip.agents.train_log import TensorBoard
+    from stickslip.agents.training.tensorboard import TensorBoard
 
     for upto, offset in ((0, 0.0), (20, 0.5)):
         with TensorBoard(tmp_path, upto) as board:

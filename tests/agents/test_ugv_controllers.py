@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.mlp import MLPPolicy
-from stickslip.agents.rollout import rollout
-from stickslip.agents.ugv_controllers import FixedPosture, FollowPath, LevelBody
-from stickslip.agents.ugv_evaluate import evaluate_ugv, first_state
-from stickslip.agents.ugv_plans import Optimum, RecedingHorizon
+from stickslip.agents.evaluation.rollout import first_state, rollout
+from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
+from stickslip.agents.ugv.evaluate import evaluate_ugv
+from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import solve
 from tests.envs.ugv_helpers import task

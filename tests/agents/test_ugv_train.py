@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.machines import machine_named, read_configuration
-from stickslip.agents.metrics import read_columns
+from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.policy import load_policy, read_metadata
-from stickslip.agents.train import Trained, train
-from stickslip.agents.ugv_config import UGVTrainConfig
-from stickslip.agents.ugv_task import make_ugv_task
-from stickslip.agents.ugv_tracks import TRACK_NAMES, ground_by_name
+from stickslip.agents.registry import machine_among, read_configuration
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.run import train
+from stickslip.agents.training.trained import Trained
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name
+from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import OK, WRONG_INPUT, main
 
 pytest.importorskip("stable_baselines3")
@@ -123,8 +124,8 @@ def test_a_configuration_says_whose_it_is():
 
 
 def test_the_biped_is_meant_where_no_machine_is_named(capsys: pytest.CaptureFixture[str]):
-    assert machine_named(["train", "--seed", "1"]) == "biped"
-    assert machine_named(["train", "ugv", "--seed", "1"]) == "ugv"
+    assert machine_among(["train", "--seed", "1"]).name == "biped"
+    assert machine_among(["train", "ugv", "--seed", "1"]).name == "ugv"
     assert "scene = 'moon' is unknown" in refusal(capsys, "train", "--scene", "moon")
     assert "criterion = 'moon'" in refusal(capsys, "train", "ugv", "--criterion", "moon")
     assert "track 'moon' is unknown" in refusal(capsys, "train", "ugv", "--tracks", "moon")

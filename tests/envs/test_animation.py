@@ -79,7 +79,7 @@ def test_a_failure_leaves_the_file_that_was_there(tmp_path):
 
 
 def test_an_encoder_that_fails_leaves_the_file_that_was_there(monkeypatch, tmp_path):
-    from stickslip.envs.rendering import animation
+    from stickslip.envs.rendering.film import animation
 
     def fails(file, *_):
         file.write(b"half")

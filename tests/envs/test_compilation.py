@@ -71,7 +71,7 @@ def test_the_vector_environment_compiles_once(mode):
 
 def test_the_stable_baselines3_environment_compiles_once():
     pytest.importorskip("stable_baselines3")
-    from stickslip.envs.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     def use(turn: int) -> None:
         env = SB3VecEnv(*task("random"), 3, seed=turn)

@@ -18,8 +18,8 @@ from stickslip.dynamics.biped import BipedModel, BipedParams, Table, prepare
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv, UGVEnvParams
-from stickslip.envs.biped_draw import drawn_robot
-from stickslip.envs.ugv_randomisation import UGVRandomisation
+from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.ugv.randomisation import UGVRandomisation
 from tests.envs.helpers import task
 
 OWN = 8.4661588

@@ -93,7 +93,7 @@ def test_the_vector_environment_that_resets_a_step_later():
 
 def test_the_stable_baselines3_environment():
     pytest.importorskip("stable_baselines3")
-    from stickslip.envs.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     run = by_hand()
     env = SB3VecEnv(*task("random"), 3, seed=SEED)

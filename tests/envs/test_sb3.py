@@ -10,9 +10,11 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from stable_baselines3 import PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from stickslip.envs.sb3 import SB3VecEnv
+from stickslip.envs.adapters.sb3 import SB3VecEnv
 from tests.envs.helpers import task
 from tests.envs.toy import Toy, ToyParams
 
@@ -125,20 +127,77 @@ def test_seed_zero_is_a_seed(count):
     assert np.array_equal(env.reset(), toys(count, seed=0).reset())
 
 
-def test_environments_and_attributes_answer_as_expected():
+def test_attributes_are_reached():
     env = toys()
     assert env.get_attr("render_mode") == [None] * 3
     assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
-    assert env.env_is_wrapped(VecMonitor) == [False] * 3
-    with pytest.raises(ValueError, match=r"'x' cannot be set"):
-        env.set_attr("x", 1)
-    with pytest.raises(ValueError, match=r"'x' cannot be called"):
+    assert env.get_attr("limit") == [PARAMS.limit] * 3
+    assert env.get_attr("action_names", 1) == [("push", "idle")]
+    assert env.get_attr("params") == [PARAMS] * 3
+    assert env.has_attr("functional")
+    assert not env.has_attr("spee")
+    with pytest.raises(AttributeError, match=r"'spee'; accepted: those of SB3VecEnv, ToyParams"):
+        env.get_attr("spee")
+    assert env.env_method("parameter_names", indices=[1]) == [()]
+    assert env.env_method("observation_bounds", PARAMS)[2][0].tolist() == [-2.0, 0.0]
+    with pytest.raises(AttributeError, match=r"no method 'x'; accepted: render, or those of"):
         env.env_method("x")
     env.close()
 
 
+def test_attributes_that_are_compiled_in_are_not_set():
+    env = toys()
+    with pytest.raises(ValueError, match=r"'limit' cannot be set; accepted: render_mode, set_opt"):
+        env.set_attr("limit", 1)
+    env.set_attr("render_mode", "rgb_array")
+    assert env.get_attr("render_mode") == ["rgb_array"] * 3
+    with pytest.raises(ValueError, match=r"render_mode of some environments; accepted: of all"):
+        env.set_attr("render_mode", None, indices=[1])
+    with pytest.raises(ValueError, match=r"render_mode = 'human' is unknown; accepted: None, 'rgb"):
+        env.set_attr("render_mode", "human")
+    with pytest.raises(ValueError, match=r"render_mode = 3 is unknown"):
+        toys(render_mode=3)
+
+
+def test_every_environment_has_a_picture_and_render_shows_them_in_one():
+    env = toys(4, render_mode="rgb_array")
+    assert env.render_mode == "rgb_array"
+    with pytest.raises(ValueError, match="render without episodes"):
+        env.get_images()
+    env.reset()
+    env.step(stand(4))
+    images = env.get_images()
+    assert [image.shape for image in images] == [(4, 6, 3)] * 4
+    assert all((image == 30).all() for image in images)
+    whole = env.render("rgb_array")
+    assert whole.shape == (8, 12, 3)
+    assert np.array_equal(whole, env.render())
+    assert np.array_equal(env.env_method("render", indices=2)[0], images[2])
+    with pytest.warns(UserWarning, match="render_mode"):
+        assert toys().render() is None
+    assert toys().get_images() == [None] * 3
+
+
+def test_its_statistics_are_taken_for_monitors_without_a_warning():
+    class Still:
+        def predict(self, obs, state=None, **_):
+            return np.zeros((len(obs), 2), np.float32), state
+
+    env = toys(3)
+    assert env.env_is_wrapped(Monitor) == [True] * 3
+    assert env.env_is_wrapped(VecMonitor, [0]) == [False]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        rewards, lengths = evaluate_policy(Still(), env, 5, return_episode_rewards=True)
+    starts = toys(3).reset()[:, 0]
+    assert lengths == [PARAMS.limit] * 5
+    for reward, start in zip(rewards[:3], starts, strict=True):
+        assert reward == pytest.approx(PARAMS.limit * start, rel=1e-5, abs=1e-6)
+
+
 def test_its_wrappers_work():
-    env = VecNormalize(VecMonitor(bipeds()))
+    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
+        env = VecNormalize(VecMonitor(bipeds()))
     env.reset()
     lengths = []
     for _ in range(40):

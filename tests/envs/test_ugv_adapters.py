@@ -50,7 +50,7 @@ def test_the_single_environment_does_what_the_functional_one_does(seed):
 
 def test_the_stable_baselines3_environment_too():
     pytest.importorskip("stable_baselines3")
-    from stickslip.envs.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     env_params = task("random", autoreset="same_step", preview=3)
     env, runs = SB3VecEnv(*env_params, 2, seed=SEED), [by_hand(SEED), by_hand(SEED + 1)]

@@ -148,7 +148,7 @@ def test_bad_actions_are_refused_and_the_episodes_go_on(actions, message):
         ({"reset_mask": np.asarray([1, 0, 1])}, r"type int64; accepted: booleans \[3\]"),
         ({"reset_mask": np.asarray([True, False])}, r"shape \(2,\).*accepted: booleans \[3\]"),
         ({"reset_mask": np.zeros(3, bool)}, r"at least one true"),
-        ({"mask": 1}, r"options = \{'mask': 1\}; accepted: reset_mask"),
+        ({"mask": 1}, r"'mask' is no option of reset; accepted: reset_mask"),
     ],
 )
 def test_bad_options_of_reset_are_refused(options, message):

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip import envs, optim
-from stickslip.agents.config import TrainConfig, every_field
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.training.configuration import every_field
 from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Status, Uniform, biped, ugv
 from stickslip.dynamics.biped.boundary import require_kinds
 

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.checkpoint import list_checkpoints
 from stickslip.agents.policy import MLPPolicy, load_policy, save_policy
+from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
 
 pytestmark = pytest.mark.long

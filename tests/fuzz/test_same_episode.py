@@ -80,7 +80,7 @@ def by_vector(count: int) -> np.ndarray:
 
 
 def by_sb3(count: int) -> np.ndarray:
-    from stickslip.envs.sb3 import SB3VecEnv
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     first, at = (SEED, CHOSEN) if count > 1 else (SEED + CHOSEN, 0)
     env = SB3VecEnv(*environment("same_step"), count, seed=first)

@@ -13,10 +13,11 @@ import time
 import traceback
 from pathlib import Path
 
-from stickslip.agents import biped_training, train_algorithm, train_callback, train_log  # noqa: F401
-from stickslip.agents.config import TrainConfig
-from stickslip.agents.train import train
-from stickslip.envs import sb3  # noqa: F401
+from stickslip.agents.biped import training  # noqa: F401
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.training import tensorboard  # noqa: F401
+from stickslip.agents.training.run import train
+from stickslip.agents.training.sb3 import trainer  # noqa: F401
 
 CONFIG = TrainConfig.of(
     timesteps=512,

@@ -164,14 +164,38 @@ def test_a_circle_is_found():
     assert circle({"a": {"b"}, "b": set()}) == []
 
 
-ROOMS = {"optim": "posture torque_split"}
-"""Folders of a layer that know what a machine is; the files beside them know of none."""
+ROOMS = {
+    "dynamics": ("biped", "ugv"),
+    "optim": ("posture", "torque_split"),
+    "envs": ("biped", "ugv", "rendering.biped", "rendering.ugv"),
+    "agents": ("biped", "ugv"),
+}
+"""Folders of a layer that know what a machine is; no other file of the layer does."""
 
 
-def test_shared_files_import_no_machine():
+def room_of(module: str) -> tuple[str, str] | None:
+    """Layer and machine's room that a module is in, if it is in one."""
     for layer, rooms in ROOMS.items():
-        own = {f"{FRONT}.{layer}.{room}" for room in rooms.split()}
-        for name, found in leads_to(modules()).items():
-            if name.rpartition(".")[0] == f"{FRONT}.{layer}":
-                wrong = [one for one in found if any(one.startswith(room) for room in own)]
-                assert not wrong, (name, wrong)
+        for room in rooms:
+            if module.startswith(f"{FRONT}.{layer}.{room}."):
+                return layer, room
+    return None
+
+
+def test_shared_files_import_no_machine_and_machines_not_each_other():
+    known = modules()
+    assert {room_of(name) for name in known} - {None} == {
+        (layer, room) for layer, rooms in ROOMS.items() for room in rooms
+    }
+    wrong = []
+    for name, found in leads_to(known).items():
+        layer, own = name.split(".")[1], room_of(name)
+        if layer not in ROOMS:
+            continue
+        for one in found:
+            other = room_of(one)
+            same_layer = other is not None and other[0] == layer
+            machines_meet = own and other and own[1].split(".")[-1] != other[1].split(".")[-1]
+            if same_layer and (own is None or machines_meet):
+                wrong.append(f"{name} imports {one}")
+    assert wrong == []

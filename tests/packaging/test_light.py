@@ -69,6 +69,11 @@ def test_importing_and_listing_packages_loads_nothing_heavy():
     assert loaded_after("\n".join(["import stickslip", "stickslip.__version__", *lines])) == []
 
 
+def test_names_of_scenes_and_tracks_load_nothing_heavy():
+    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names")
+    assert loaded_after("\n".join(f"import stickslip.{one}" for one in modules)) == []
+
+
 def test_an_environment_asked_for_by_the_package_and_its_name_loads_what_it_needs():
     made = "gymnasium.make('stickslip:stickslip/Biped-v0', height=1)"
     code = (

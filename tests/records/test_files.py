@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents import files as earlier
-from stickslip.records import files
 from stickslip.records.files import is_remains, write_whole, writing
 
 
@@ -59,7 +57,3 @@ def test_a_file_may_be_read_by_whom_a_new_file_may_be(tmp_path: Path, mask: int)
         os.umask(before)
     modes = {(tmp_path / name).stat().st_mode for name in ("plain", "whole")}
     assert len(modes) == 1
-
-
-def test_the_path_where_the_writer_was_still_leads_to_it():
-    assert all(getattr(earlier, name) is getattr(files, name) for name in earlier.__all__)

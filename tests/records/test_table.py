@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.report import markdown
-from stickslip.agents.evaluate import Evaluation, Row
-from stickslip.agents.statistics import Interval
-from stickslip.agents.tables import Column as Metric
+from stickslip.agents.evaluation.columns import Column as Metric
+from stickslip.agents.evaluation.statistics import Interval
+from stickslip.agents.evaluation.table import Evaluation, Row
 from stickslip.optimise.report import table
 from stickslip.paper.result import Claim
 from stickslip.paper.text import claims_text, csv_text

@@ -31,7 +31,7 @@ def draw_result(problem: PostureProblem, result: PostureResult, vehicles: int = 
     """
     if result.x is None:
         raise ValueError(f"the result holds no drive ({result.message}); accepted: one with x")
-    found = problem.stations(result.x)
+    stations = problem.stations(result.x)
     shown = chosen(problem, vehicles)
     angles = problem.angles(result.x)[shown]
     placed = poses(problem.params, problem.track, problem.x[shown], angles)
@@ -40,9 +40,9 @@ def draw_result(problem: PostureProblem, result: PostureResult, vehicles: int = 
     height = (sum(ratios) + 4 * 0.35) / 4
     figure, axes = drawing.sheet(4, height=height, sharex=True, height_ratios=ratios)
     top, legs, torque, grip = axes[:, 0]
-    draw_angles(legs, problem, found)
-    draw_torque(torque, found)
-    draw_grip(grip, problem, found)
+    draw_angles(legs, problem, stations)
+    draw_torque(torque, stations)
+    draw_grip(grip, problem, stations)
     draw_scene(top, problem.params, problem.track, placed)
     drawing.name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
     return figure
@@ -63,10 +63,10 @@ def scene_height(problem: PostureProblem, placed: Pose) -> float:
     return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
 
-def draw_angles(axis: Any, problem: PostureProblem, found: Station) -> None:
+def draw_angles(axis: Any, problem: PostureProblem, stations: Station) -> None:
     """Both leg angles in degrees; the range dashed."""
     for leg, (name, look) in enumerate((("rear", REAR), ("front", FRONT))):
-        axis.plot(found.x, np.degrees(found.leg_angles[:, leg]), label=name, **look)
+        axis.plot(stations.x, np.degrees(stations.leg_angles[:, leg]), label=name, **look)
     for end in (problem.params.leg_angle_min, problem.params.leg_angle_max):
         drawing.mark(axis, y=float(np.degrees(end)))
     axis.yaxis.set_major_locator(require("matplotlib.ticker").MultipleLocator(30))
@@ -74,22 +74,22 @@ def draw_angles(axis: Any, problem: PostureProblem, found: Station) -> None:
     drawing.name_panel(axis, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
 
 
-def draw_torque(axis: Any, found: Station) -> None:
+def draw_torque(axis: Any, stations: Station) -> None:
     """The torque of each wheel."""
-    axis.plot(found.x, found.torque, color=theme.INK, lw=1.4)
+    axis.plot(stations.x, stations.torque, color=theme.INK, lw=1.4)
     drawing.mark(axis, y=0.0)
     drawing.name_panel(axis, "torque on each wheel [N m]", "negative: drives forwards")
 
 
-def draw_grip(axis: Any, problem: PostureProblem, found: Station) -> None:
+def draw_grip(axis: Any, problem: PostureProblem, stations: Station) -> None:
     """What friction each wheel has left; below 0 it slips."""
     for name, F, N, look in (
-        ("rear", found.F_rear, found.N_rear, REAR),
-        ("front", found.F_front, found.N_front, FRONT),
+        ("rear", stations.F_rear, stations.N_rear, REAR),
+        ("front", stations.F_front, stations.N_front, FRONT),
     ):
-        axis.plot(found.x, found.friction * N - np.abs(F), label=name, **look)
+        axis.plot(stations.x, stations.friction * N - np.abs(F), label=name, **look)
     drawing.mark(axis, y=problem.min_grip)
-    least, most = np.min(found.friction), np.max(found.friction)
+    least, most = np.min(stations.friction), np.max(stations.friction)
     mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
     drawing.legend(axis)
     drawing.name_panel(

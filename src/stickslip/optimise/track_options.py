@@ -26,8 +26,8 @@ def track_options() -> dict[str, tuple[str, ...]]:
     return found
 
 
-def _builds_a_track(one: ast.stmt) -> TypeGuard[ast.FunctionDef]:
-    return isinstance(one, ast.FunctionDef) and one.name in TRACKS
+def _builds_a_track(statement: ast.stmt) -> TypeGuard[ast.FunctionDef]:
+    return isinstance(statement, ast.FunctionDef) and statement.name in TRACKS
 
 
 def _words(constructor: ast.FunctionDef) -> tuple[str, ...]:

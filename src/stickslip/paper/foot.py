@@ -34,30 +34,39 @@ class FootForces(NamedTuple):
     bar: np.ndarray
     zmp: np.ndarray
 
+    @property
+    def by_label(self) -> dict[str, np.ndarray]:
+        """The three forces by what they are called in figures."""
+        return {
+            "f01, ground on foot": self.ground,
+            "tibia (2) on foot": self.tibia,
+            "bar (11) on foot": self.bar,
+        }
+
 
 def forces(setting: Setting) -> Result:
     """Fig. 15."""
     params, angles = BipedParams.from_bars(), phases(setting.samples)
     setting.say("joint forces")
-    found = foot_forces(steady(params, angles, RATE, outputs="joints"))
+    on_foot = foot_forces(steady(params, angles, RATE, outputs="joints"))
     placed = poses(params, angles)
     bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
     foot = BODIES.index(FOOT)
     mass, gravity = float(params.mass[foot]), float(params.gravity)
     weight = gravity * float(params.total_mass)
-    linear, moment = residuals(found, bar_pin, mass * gravity)
+    linear, moment = residuals(on_foot, bar_pin, mass * gravity)
     share = np.linspace(0.0, 1.0, setting.samples + 1)
     columns = {
         "time / T [-]": share,
         **{
             f"{label} {axis} [N]": values[:, i]
-            for label, values in zip(_LABELS, found[:3], strict=True)
+            for label, values in on_foot.by_label.items()
             for i, axis in enumerate("xy")
         },
-        "zero-moment point from the ankle [m]": found.zmp,
+        "zero-moment point from the ankle [m]": on_foot.zmp,
     }
-    claims = [*_equations(linear, moment, weight, found.zmp), _pins(placed)]
-    return Result({"": columns}, lambda: _draw(share, found, bar_pin, params), claims)
+    claims = [*_equations(linear, moment, weight, on_foot.zmp), _pins(placed)]
+    return Result({"": columns}, lambda: _draw(share, on_foot, bar_pin, params), claims)
 
 
 def _equations(linear: float, moment: float, weight: float, zmp: np.ndarray) -> list[Claim]:
@@ -128,19 +137,16 @@ def foot_forces(motion: InverseDynamics) -> FootForces:
     )
 
 
-def residuals(found: FootForces, bar_pin: np.ndarray, weight: float) -> tuple[float, float]:
+def residuals(on_foot: FootForces, bar_pin: np.ndarray, weight: float) -> tuple[float, float]:
     """The largest |force| [N] and |moment about the ankle| [N m] left over on a foot at rest.
 
     The ankle is at ground level, is the tibia's pin and the foot's centre of mass, so neither the
     friction, nor the tibia, nor the foot's weight has a moment about it. bar_pin: link 11's pin
     from the ankle [n, 2] m. weight: of the foot [N].
     """
-    sum_of = found.ground + found.tibia + found.bar - np.array([0.0, weight])
-    moment = found.zmp * found.ground[:, 1] + _cross(bar_pin, found.bar)
+    sum_of = on_foot.ground + on_foot.tibia + on_foot.bar - np.array([0.0, weight])
+    moment = on_foot.zmp * on_foot.ground[:, 1] + _cross(bar_pin, on_foot.bar)
     return float(np.abs(sum_of).max()), float(np.abs(moment).max())
-
-
-_LABELS = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
 
 
 def _on_foot(joints: np.ndarray, other: str) -> np.ndarray:
@@ -158,29 +164,29 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _draw(share: np.ndarray, found: FootForces, bar_pin: np.ndarray, params: BipedParams):
+def _draw(share: np.ndarray, on_foot: FootForces, bar_pin: np.ndarray, params: BipedParams):
     figure, axes = drawing.sheet(3, height=2.5)
     colours = (theme.HOLDS, theme.MOTOR, theme.SLIDES)
     for axis, i, name in zip(axes[:2, 0], (0, 1), ("horizontal", "vertical"), strict=True):
-        for values, label, colour in zip(found[:3], _LABELS, colours, strict=True):
+        for (label, values), colour in zip(on_foot.by_label.items(), colours, strict=True):
             axis.plot(share, values[:, i], color=colour, lw=1.4, label=label)
         drawing.name_panel(axis, f"{name} force on the foot [N]", f"constant {RATE:g} rad/s")
         axis.set_xlim(0, 1)
     axes[1, 0].set_xlabel("time in steps, t / T", fontsize=9, color=theme.MUTED)
     drawing.legend(axes[0, 0])
-    _draw_foot(axes[2, 0], found, bar_pin, params, len(share) // 2, colours)
+    _draw_foot(axes[2, 0], on_foot, bar_pin, params, len(share) // 2, colours)
     return figure
 
 
-def _draw_foot(axis, found: FootForces, bar_pin, params: BipedParams, at: int, colours) -> None:
+def _draw_foot(axis, on_foot: FootForces, bar_pin, params: BipedParams, at: int, colours) -> None:
     """The foot at one instant with the forces on it as arrows."""
     heel, toe = -float(params.heel), float(params.toe)
     axis.plot([heel, toe], [0, 0], color=theme.INK, lw=5, solid_capstyle="butt")
     ankle = np.zeros(2)
-    places = (np.array([found.zmp[at], 0.0]), ankle, bar_pin[at])
+    places = (np.array([on_foot.zmp[at], 0.0]), ankle, bar_pin[at])
     sides = ("left", "right", "left")  # where the labels have room
-    for place, force, colour, label, side in zip(
-        places, found[:3], colours, _LABELS, sides, strict=True
+    for place, (label, force), colour, side in zip(
+        places, on_foot.by_label.items(), colours, sides, strict=True
     ):
         tip = place + SCALE * force[at]
         look = {"arrowstyle": "-|>", "color": colour, "lw": 1.8, "shrinkA": 0, "shrinkB": 0}

@@ -93,8 +93,8 @@ class Held(NamedTuple):
 
     x: np.ndarray
     degrees: tuple[float, float]
-    peak: tuple[float, tuple[float, float]]
-    """The lowest largest torque [N m], and the angles that have it [degrees]."""
+    peak: passage_claims.Peak
+    """The lowest of all."""
 
 
 def _best_held(problem: PostureProblem) -> Held:
@@ -105,7 +105,7 @@ def _best_held(problem: PostureProblem) -> Held:
     peaks = replace(problem, criterion="peak_torque").objectives(drives)
     best, low = int(np.argmin(problem.objectives(drives))), int(np.argmin(peaks))
     at = [(float(rear), float(front)) for rear, front in pairs[[best, low]]]
-    return Held(drives[best], at[0], (float(peaks[low]), at[1]))
+    return Held(drives[best], at[0], passage_claims.Peak(float(peaks[low]), at[1]))
 
 
 def _solved(problem: PostureProblem, angles: int) -> tuple[Solved, Solved]:

@@ -103,25 +103,33 @@ def wider(drive: Drive, angles: np.ndarray, value: float) -> Claim:
     )
 
 
+class Peak(NamedTuple):
+    """The largest torque [N m] with the legs held, and their angles [degrees]."""
+
+    torque: float
+    degrees: tuple[float, float]
+
+
 def peak(
     drives: Drives,
     bottleneck: float,
     where: float,
-    held: tuple[float, tuple[float, float]],
+    held: Peak,
     angles: int,
 ) -> Claim:
     """bottleneck, where: the torque that no posture gets below [N m], and where [m]. held: the
-    lowest of a posture held [N m] and its angles [degrees]."""
+    lowest of a posture held."""
     shown = (HELD, LIMITED, FREE)
+    rear, front = held.degrees
     return Claim(
         "(the largest torque)",
         f"{_each(drives, 'peak_torque', '.2f', *shown)} N m at the points, "
         f"{_each(drives, 'peak_torque', '.2f', *shown, between=True)} N m between them; the lowest "
-        f"with the legs held {held[0]:.2f} N m at {held[1][0]:g}/{held[1][1]:g}°",
+        f"with the legs held {held.torque:.2f} N m at {rear:g}/{front:g}°",
         NOT_STATED,
         f"with the front wheel at {where:.1f} m no posture of {angles} x {angles} needs less than "
         f"{bottleneck:.2f} N m: turning the legs can lower the peak by "
-        f"{100 * (1 - bottleneck / held[0]):.1f} %",
+        f"{100 * (1 - bottleneck / held.torque):.1f} %",
     )
 
 

@@ -173,9 +173,9 @@ def smaller_slide(walks: Walks) -> Claim:
     )
 
 
-def _main(one: Walk) -> Slide | None:
+def _main(walk: Walk) -> Slide | None:
     """Of the slides that start in the second step, the one that starts nearest to mid-step."""
-    return min(one.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
+    return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 
 def _has(onsets: list[float], at: float) -> bool:

@@ -1,0 +1,134 @@
+"""The configuration of the biped's training runs: every number of it, as a flag and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stickslip.agents.biped.scenes import SCENE, SCENES
+from stickslip.agents.training.configuration import Configuration, entry, group
+from stickslip.agents.training.groups import (
+    PPOSettings,
+    SACSettings,
+    require_room,
+    require_whole_batches,
+    shared,
+)
+
+ALGORITHMS = ("ppo", "sac")
+
+BIPED_OBSERVATION = 10
+"""Numbers in its longest observation."""
+
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "ppo": {},
+    "sac": {
+        "timesteps": 300_000,
+        "num_envs": 16,
+        "batch_size": 256,
+        "learning_rate": 1e-3,
+        "final_learning_rate": 3e-4,
+        "discount": 0.98,
+        "checkpoint_interval": 25_000,
+    },
+}
+"""Where an algorithm's defaults differ from the fields' own."""
+
+
+@dataclass(frozen=True)
+class TrainConfig(Configuration):
+    """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
+
+    Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
+    made from them; those of one algorithm stand in a group, `config.ppo.epochs`, and `of` takes all
+    of them by their names. Bad values raise ValueError naming the field, what was given and what is
+    accepted.
+    """
+
+    algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
+    seed: int = shared("seed", 0)
+    timesteps: int = shared("timesteps", 6_000_000)
+
+    scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
+    mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
+    mu_kinetic: float | None = entry(
+        None, float, "its kinetic friction, by default mu_static", low=0, optional=True
+    )
+    payload: float | None = entry(None, float, "on the hip [kg]", low=0, optional=True)
+    commanded_rate: float = entry(3.0, float, "mean crank rate [rad/s]", low=0, strict=True)
+    see_friction: bool = entry(False, bool, "the policy observes the friction underfoot")
+    see_patch: bool = entry(False, bool, "the policy observes the next patch of floor")
+
+    random_friction: tuple[float, float] | None = entry(
+        None, "range", "factor on every friction, drawn at each start", low=0, optional=True
+    )
+    random_mass: tuple[float, float] | None = entry(
+        None, "range", "factor on every mass, drawn at each start", low=1e-6, optional=True
+    )
+    random_payload: tuple[float, float] | None = entry(
+        None, "range", "payload drawn at each start [kg]", low=0, optional=True
+    )
+    random_commanded_rate: tuple[float, float] | None = entry(
+        None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6, optional=True
+    )
+    start_rate: float = entry(
+        5.0, float, "training starts at any phase and up to this crank rate [rad/s]", low=0, high=20
+    )
+    episode_time: float = entry(1.5, float, "length of training episodes [s]", low=0.02)
+    slip_weight: float = entry(3.0, float, "of slip in the training reward", low=0)
+    energy_weight: float = entry(0.5, float, "of energy in the training reward", low=0)
+    fall_penalty: float = entry(1.0, float, "of a fall in the training reward", low=0)
+
+    num_envs: int = shared("num_envs", 256)
+    learning_rate: float = shared("learning_rate", 1e-3)
+    final_learning_rate: float = shared("final_learning_rate", 1e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 4096)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
+
+    ppo: PPOSettings = group(PPOSettings)
+    sac: SACSettings = group(SACSettings)
+
+    checkpoint_interval: int = shared("checkpoint_interval", 262_144)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 64)
+
+    machine = "biped"
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "scene": "task",
+        "random_friction": "training episodes and their reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "buffer_size": "SAC",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
+    EXCLUSIVE: ClassVar = {
+        ("scene", "mu_static"): "floor",
+        ("payload", "random_payload"): "payload",
+        ("commanded_rate", "random_commanded_rate"): "rate",
+    }
+
+    @classmethod
+    def _defaults(cls, algorithm: str) -> dict[str, Any]:
+        return DEFAULTS.get(algorithm, {})
+
+    def _check_together(self) -> None:
+        require_room(self, BIPED_OBSERVATION)
+        if self.algorithm == "ppo":
+            require_whole_batches(self)
+        self._require_inside("commanded_rate", "random_commanded_rate")
+        if self.mu_static is not None and self.scene != SCENE:
+            raise ValueError(
+                f"scene = {self.scene!r} with mu_static = {self.mu_static}: both say which floor; "
+                "accepted: one of them"
+            )
+        if self.payload is not None and self.random_payload is not None:
+            raise ValueError("payload with random_payload; accepted: one of them")
+        if self.mu_kinetic is not None and self.mu_static is None:
+            raise ValueError(
+                f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
+                "alone or neither"
+            )

@@ -1,0 +1,90 @@
+"""The biped's demo: a floor too slippery for constant speed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import jax
+
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.controllers import CONTROLLERS
+from stickslip.agents.biped.names import FILM
+from stickslip.agents.biped.plots import plot_comparison
+from stickslip.agents.biped.products import write_products
+from stickslip.agents.biped.training import make_task
+from stickslip.agents.demonstration import Demonstration
+from stickslip.agents.evaluate import evaluate
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.policy import load_policy
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.agents.biped.training import Task
+    from stickslip.agents.training.trained import Trained
+
+
+class BipedDemonstration(Demonstration):
+    """mu_s = 0.06, mu_k = 0.05, 3 rad/s: the defaults."""
+
+    files: ClassVar = {
+        "learning.png": "what was learnt when",
+        "comparison.png": "the policy beside the baselines, from rest",
+        "episode.png": "the policy's torque, speed and friction, from rest",
+        FILM: "the policy walking",
+        "policy.npz": "the policy, for stickslip evaluate and stickslip view",
+        "table.csv": "the table above (table.json: every episode)",
+    }
+
+    def config(self) -> TrainConfig:
+        """See Demonstration."""
+        return TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, commanded_rate=3.0)
+
+    def task_in_words(self, config: Any) -> str:
+        """See Demonstration."""
+        return (
+            f"static friction {config.mu_static}, kinetic {config.mu_kinetic}, commanded "
+            f"{config.commanded_rate} rad/s on average\n"
+            "(at a constant 3 rad/s the foot holds from a friction of 0.08 up)."
+        )
+
+    def show(self, trained: Trained, say: Callable[[str], None]) -> str:
+        """See Demonstration."""
+        task, directory = make_task(trained.config), trained.directory
+        controllers: dict[str, Any] = {name: kind() for name, kind in CONTROLLERS.items()}
+        controllers[trained.name] = load_policy(trained.policy)
+        count = trained.config.evaluation_episodes  # the policy's program is then compiled already
+        moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
+        played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
+        width = max(map(len, played))
+        lines = [
+            f"{moving.to_text().rstrip()}\n",
+            f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
+            "baselines\nread the true state and masses, the policy its observation. From rest:",
+            *(_line(f"{name:<{width}}", one, task) for name, one in played.items()),
+        ]
+        text = self.text_of(trained, lines)
+        say("\n" + text)
+        say("Drawing ...")
+        title = "From rest on a slippery floor"
+        title += "" if trained.finished else f"; {trained.name}"
+        plot_comparison(played, task.rest, directory / "comparison.png", title)
+        write_products(trained, played[trained.name])
+        moving.write_csv(directory / "table.csv")
+        about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
+        about |= {"finished": trained.finished}
+        moving.write_json(
+            directory / "table.json", {"config": trained.config.digest, "training": about}
+        )
+        return text
+
+
+def _line(name: str, played: Any, task: Task) -> str:
+    """An episode from rest in a line."""
+    last = jax.tree.map(lambda leaf: float(leaf[-1]), played.state.totals)
+    seconds = int(played.length) * float(task.rest.control_period)
+    return (
+        f"  {name} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
+        f"walked {last.walked:6.3f} m, slid {last.slid:6.4f} m, took {last.energy:5.1f} J "
+        f"in {seconds:.1f} s"
+    )

@@ -1,0 +1,200 @@
+"""The biped as a machine. See stickslip.agents.machine.Machine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.names import BIPED_BASELINES, FILM, FRAMES
+from stickslip.agents.biped.scenes import SCENE, SCENES
+from stickslip.agents.machine import Machine, Option
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import numpy as np
+
+    from stickslip.agents.biped.task import BipedTask
+    from stickslip.agents.biped.training import Task
+    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.protocol import Controller
+    from stickslip.agents.training.trained import Trained
+    from stickslip.envs.biped.env import BipedEnv
+    from stickslip.envs.biped.params import BipedEnvParams
+
+STARTS = ("moving", "rest")
+
+
+class BipedMachine(Machine):
+    """PASIBOT: its scenes are floors."""
+
+    name = title = "biped"
+    environment = "BipedEnv"
+    outputs, actions = 1, "the biped's torque"
+    configuration = TrainConfig
+    modules = (
+        "stickslip.dynamics.biped.params",
+        "stickslip.dynamics.biped.fidelity",
+        "stickslip.dynamics.biped.table",
+        "stickslip.dynamics.biped.series",
+        "stickslip.dynamics.biped.integrators",
+        "stickslip.dynamics.biped.settings",
+        "stickslip.dynamics.scene",
+        "stickslip.envs.biped.env",
+        "stickslip.envs.biped.params",
+    )
+    baselines = BIPED_BASELINES
+    scenes = tuple(SCENES)
+    evaluated = (
+        "return",
+        "mean_speed",
+        "mean_crank_rate",
+        "slip_per_metre",
+        "energy_per_metre",
+        "falls",
+    )
+    episode = (
+        "episodes",
+        "return",
+        "duration",
+        "mean_crank_rate",
+        "speed",
+        "slip_per_metre",
+        "energy_per_metre",
+        "falls",
+    )
+    film, frames = FILM, FRAMES
+
+    def usual_scene(self, viewed: bool = False) -> str:
+        """See Machine."""
+        return SCENE
+
+    def options(self, viewed: bool = False) -> tuple[Option, ...]:
+        """See Machine."""
+        usual = "rest" if viewed else "moving"
+        return (
+            Option("mu_static", "one floor instead", metavar="MU"),
+            Option("mu_kinetic", "its kinetic friction", metavar="MU"),
+            Option("payload", "mass on the hip [kg]", metavar="KG"),
+            Option("commanded_rate", "mean crank rate [rad/s]", metavar="RATE"),
+            Option(
+                "start",
+                f"from any phase and rate up to the commanded one, or from rest (default: {usual})",
+                str,
+                choices=STARTS,
+            ),
+        )
+
+    def require_options(self, options: Mapping[str, Any]) -> None:
+        """See Machine."""
+        if options["mu_static"] is not None and options["scenes"]:
+            raise ValueError(
+                f"--mu-static {options['mu_static']:g} with --scene {' '.join(options['scenes'])}; "
+                "accepted: one of them, both say which floor"
+            )
+        if options["mu_kinetic"] is not None and options["mu_static"] is None:
+            raise ValueError(
+                f"mu_kinetic = {options['mu_kinetic']:g} without mu_static; accepted: both, "
+                "mu_static alone or neither"
+            )
+
+    def describe(self, env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+        """See Machine."""
+        from stickslip.agents.biped import task
+
+        return task.describe_environment(env, params)
+
+    def read_task(self, metadata: Mapping[str, Any]) -> BipedTask | None:
+        """See Machine."""
+        from stickslip.agents.biped import task
+
+        return task.read_task(metadata)
+
+    def standard_task(self, metadata: Mapping[str, Any]) -> BipedTask:
+        """See Machine."""
+        from stickslip.agents.biped import task
+
+        return task.standard_task(metadata)
+
+    def params_of(
+        self, task: BipedTask, options: Mapping[str, Any], viewed: bool
+    ) -> BipedEnvParams:
+        """See Machine."""
+        return task.begun(options["start"], "rest" if viewed else "moving")
+
+    def sightless(self, env: BipedEnv) -> BipedEnv:
+        """See Machine."""
+        from dataclasses import replace
+
+        return replace(env, see_friction=False, see_patch=False)
+
+    def baseline(self, name: str, env: BipedEnv) -> Controller:
+        """See Machine; a baseline suits every environment."""
+        from stickslip.agents.biped.controllers import controller_by_name
+
+        return controller_by_name(name)
+
+    def measures(self, env: BipedEnv) -> Measures:
+        """See Machine."""
+        from stickslip.agents.biped.evaluate import MEASURES
+
+        return MEASURES
+
+    def training_task(self, config: TrainConfig) -> Task:
+        """See Machine."""
+        from stickslip.agents.biped.training import make_task
+
+        return make_task(config)
+
+    def evaluate_policy(self, task: Task, policy: Any, config: TrainConfig) -> dict[str, float]:
+        """The standard reward over whole episodes from anywhere, deterministic."""
+        from stickslip.agents.biped.training import evaluate_policy
+
+        return evaluate_policy(task, policy, config, self.evaluated)
+
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """Means over the episodes and ratios of sums."""
+        from stickslip.agents.biped.training import summary
+
+        return summary(ended, period)
+
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        unknown = float("nan")
+        rate = row.get("mean_crank_rate", unknown)
+        return f"return {row.get('return', unknown):.2f}, {rate:.2f} rad/s"
+
+    def line(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return (
+            f"return {row['return']:6.2f}  "
+            f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
+            f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
+        )
+
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """See Machine."""
+        from stickslip.agents.biped.products import write_products
+
+        return write_products(trained, played)
+
+    def plot_episode(
+        self, played: Rollout, env: Any, params: BipedEnvParams, path: str | Path, title: str
+    ) -> Path:
+        """See Machine."""
+        from stickslip.agents.biped.plots import plot_episode
+
+        return plot_episode(played, params, path, title)
+
+    def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
+        """An episode is as long as what is shown of it."""
+        return params.replace(time_limit=seconds)
+
+    def demonstration(self) -> Demonstration:
+        """See Machine."""
+        from stickslip.agents.biped.demo import BipedDemonstration
+
+        return BipedDemonstration()

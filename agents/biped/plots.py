@@ -1,0 +1,159 @@
+"""Plots of episodes, written as PNG without a display. Needs the extra `viz`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.agents.biped.histories import Histories, histories
+from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
+from stickslip.dynamics.scene import Grip
+from stickslip.envs.rendering import theme
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.envs.biped.params import BipedEnvParams
+
+LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#1E2A36")
+STYLES = ("-", "--", "-.", ":")
+CEILING = 1.6
+"""Friction use beyond this is cut off in plots."""
+
+
+def plot_episode(
+    played: Rollout, params: BipedEnvParams, path: str | Path, title: str | None = None
+) -> Path:
+    """One episode over time: torque, crank rate, P w, friction use, way slid; return the path.
+
+    Slides are shaded. Forces are those at the end of each control step.
+    """
+    course = histories(played, params)
+    figure, axes = _sheet(5, title or "One episode")
+    torque, rate, momentum, use, slid = axes
+    _step(torque, course, course.torque, LINES[0])
+    limit = float(params.torque_limit)
+    for bound in (-limit, limit):
+        torque.axhline(bound, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+    torque.set_ylim(-1.1 * limit, 1.1 * limit)
+    _name(torque, "torque [N m]", "dashed: the motor's limit")
+    rate.plot(course.time, course.crank_rate, color=LINES[0], lw=1.2)
+    rate.axhline(course.commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+    _name(rate, "crank rate [rad/s]", "dashed: commanded mean")
+    _momentum(momentum, [course])
+    momentum.plot(course.time, course.momentum, color=LINES[0], lw=1.2)
+    _friction(use, [course], params)
+    use.plot(course.time, np.minimum(course.friction_use, CEILING), color=LINES[0], lw=1.2)
+    slid.plot(course.time, 1e3 * course.slid, color=LINES[0], lw=1.2)
+    _name(slid, "slid [mm]", "since the start, either direction; shaded: the foot slides")
+    for axis in axes:
+        _shade(axis, course)
+    slid.set_ylim(*_from_zero(1e3 * float(course.slid[-1])))
+    return _save(figure, axes, [course], path)
+
+
+def plot_comparison(
+    played: Mapping[str, Rollout],
+    params: BipedEnvParams,
+    path: str | Path,
+    title: str | None = None,
+) -> Path:
+    """Several controllers in one scene over time: crank rate, P w, friction use, way slid."""
+    if not played:
+        raise ValueError("played is empty; accepted: at least one rollout")
+    courses = {name: histories(one, params) for name, one in played.items()}
+    every = list(courses.values())
+    figure, axes = _sheet(4, title or "Controllers compared")
+    rate, momentum, use, slid = axes
+    rate.axhline(every[0].commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+    _name(rate, "crank rate [rad/s]", "dashed: commanded mean")
+    _momentum(momentum, every)
+    _friction(use, every, params)
+    _name(slid, "slid [mm]", "since the start, either direction; linear below 1 mm; x: fell")
+    for index, (name, course) in enumerate(courses.items()):
+        look: dict[str, Any] = {
+            "color": LINES[index % len(LINES)],
+            "ls": STYLES[index // len(LINES) % len(STYLES)],
+            "lw": 1.3,
+        }
+        rate.plot(course.time, course.crank_rate, label=name, **look)
+        momentum.plot(course.time, course.momentum, **look)
+        use.plot(course.time, np.minimum(course.friction_use, CEILING), **look)
+        slid.plot(course.time, 1e3 * course.slid, **look)
+        if course.time[-1] < max(one.time[-1] for one in every):
+            slid.plot(course.time[-1], 1e3 * course.slid[-1], "x", color=look["color"], ms=7)
+    _settle(axes, every)
+    figure.legend(loc="upper right", ncols=4, frameon=False, fontsize=9.5)
+    return _save(figure, axes, every, path)
+
+
+def _sheet(rows: int, title: str) -> tuple[Any, np.ndarray]:
+    return make_sheet(rows, 1, (11, 1.75 * rows + 0.9), title)
+
+
+def _name(axis: Any, label: str, note: str) -> None:
+    """What is drawn and its unit, over the panel; the note beside it."""
+    axis.set_title(label, loc="left", fontsize=10, color=theme.INK, pad=3)
+    axis.set_title(note, loc="right", fontsize=8.5, color=theme.MUTED, pad=3)
+
+
+def _step(axis: Any, course: Histories, values: np.ndarray, colour: str) -> None:
+    """A value held during each step, drawn from the step's start."""
+    starts = np.concatenate([[0.0], course.time])
+    held = np.append(values, values[-1:])
+    axis.plot(starts, held, color=colour, lw=1.2, drawstyle="steps-post")
+
+
+def _momentum(axis: Any, courses: list[Histories]) -> None:
+    axis.axhline(courses[0].cruise, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+    _name(
+        axis,
+        "P(θ) · crank rate [kg m/s]",
+        "horizontal momentum, its slope is the friction; dashed: at the commanded mean speed",
+    )
+
+
+def _friction(axis: Any, courses: list[Histories], params: BipedEnvParams) -> None:
+    grip = isinstance(params.scene.floor, Grip)
+    label = "|f| / N [-]" if grip else "friction use |f| / (μs N) [-]"
+    axis.axhline(1.0, color=theme.SLIDES, lw=1.0, ls=(0, (4, 3)))
+    _name(axis, label, "" if grip else "at 1 the foot breaks loose; while it slides, μk / μs")
+    highest = max(float(np.max(course.friction_use, initial=0.0)) for course in courses)
+    axis.set_ylim(0, min(max(1.1, 1.1 * highest), CEILING))
+
+
+def _settle(axes: Any, courses: list[Histories]) -> None:
+    """Limits that a controller out of hand does not spoil for the others."""
+    rate, momentum, _, slid = axes
+    for axis, usual in ((rate, courses[0].commanded_rate), (momentum, courses[0].cruise)):
+        low, high = axis.get_ylim()
+        axis.set_ylim(max(low, -0.8 * usual), min(high, 2.2 * usual))
+    slid.set_yscale("symlog", linthresh=1.0, linscale=0.6)
+    farthest = 1e3 * max(float(course.slid[-1]) for course in courses)
+    slid.set_ylim(-0.06, max(1.0, 1.5 * farthest))
+    slid.set_yticks(ticks := [0, *(10.0**k for k in range(5) if 10.0**k <= max(1.0, farthest))])
+    slid.set_yticklabels([f"{tick:g}" for tick in ticks])
+    slid.minorticks_off()
+
+
+def _from_zero(highest: float) -> tuple[float, float]:
+    """Limits that show a line at zero."""
+    top = max(1.0, 1.08 * highest)
+    return -0.04 * top, top
+
+
+def _shade(axis: Any, course: Histories) -> None:
+    """The steps in which the foot slid."""
+    edges = np.diff(np.concatenate([[0], course.sliding.astype(int), [0]]))
+    times = np.concatenate([[0.0], course.time])
+    for begin, end in zip(np.nonzero(edges == 1)[0], np.nonzero(edges == -1)[0], strict=True):
+        axis.axvspan(times[begin], times[end], color=theme.SLIDES, alpha=0.18, lw=0)
+
+
+def _save(figure: Any, axes: Any, courses: list[Histories], path: str | Path) -> Path:
+    name_below(axes[-1], "time [s]")
+    axes[-1].set_xlim(0, max(float(course.time[-1]) for course in courses))
+    return save_sheet(figure, path)

@@ -1,0 +1,99 @@
+"""What a training configuration asks of the environment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.agents.biped.evaluate import MEASURES
+from stickslip.agents.biped.scenes import scene_by_name
+from stickslip.agents.biped.task import ANY_PHASE, from_anywhere
+from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.table import row_of_test
+from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped.env import BipedEnv
+from stickslip.envs.biped.params import BipedEnvParams, Randomisation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.agents.biped.config import TrainConfig
+
+
+class Task(NamedTuple):
+    """The environment and its parameters."""
+
+    env: BipedEnv
+    training: BipedEnvParams
+    """Short episodes from anywhere, with the training reward."""
+    moving: BipedEnvParams
+    """Test: the standard reward and length, from any phase and up to the commanded rate."""
+    rest: BipedEnvParams
+    """Test: the standard reward and length, from rest."""
+
+    @property
+    def tested(self) -> BipedEnvParams:
+        """What a policy's file tells of; the start aside."""
+        return self.rest
+
+
+def make_task(config: TrainConfig) -> Task:
+    """Build the task. ValueError for an unknown scene or numbers that do not go together."""
+    env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
+    drawn = Randomisation(
+        friction=config.random_friction,
+        mass=config.random_mass,
+        payload=config.random_payload,
+        commanded_rate=config.random_commanded_rate,
+    )
+    standard = {"scene": make_scene(config), "commanded_rate": config.commanded_rate}
+    rest = env.make_params(randomisation=drawn, **standard)
+    training = env.make_params(
+        randomisation=replace(drawn, phase=ANY_PHASE, crank_rate=(0.0, config.start_rate)),
+        time_limit=config.episode_time,
+        slip_weight=config.slip_weight,
+        energy_weight=config.energy_weight,
+        fall_penalty=config.fall_penalty,
+        **standard,
+    )
+    return Task(env, training, from_anywhere(rest), rest)
+
+
+def make_scene(config: TrainConfig) -> Scene:
+    """The named scene, or one floor of the friction given instead, with the payload."""
+    scene = scene_by_name(config.scene)
+    if config.mu_static is not None:
+        scene = Scene.uniform(config.mu_static, config.mu_kinetic)
+    return replace(scene, payload=config.payload).validate()
+
+
+def evaluate_policy(task: Task, policy: Any, config: TrainConfig, names: Sequence[str]) -> Any:
+    """The standard reward over whole episodes from anywhere, deterministic: metrics by name."""
+    seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
+    env = replace(task.env, autoreset="disabled")
+    played = play(env, policy, task.moving, seeds, MEASURES.keep)
+    return row_of_test(MEASURES.columns, names, played)
+
+
+def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+    """Means over training episodes and ratios of sums. See Machine."""
+    names = ("return", "length", "walked", "slid", "energy", "mean_rate")
+    total, length, walked, slid, energy, rate = (
+        np.asarray(ended["episode_" + name], float) for name in names
+    )
+    fell = np.asarray(ended["status"] > Status.SLIP_ONSET, float)
+    far = walked.sum() > 0.1
+    return {
+        "episodes": len(total),
+        "return": total.mean(),
+        "duration": length.mean() * period,
+        "mean_crank_rate": np.average(rate, weights=length),
+        "speed": walked.sum() / (length.sum() * period),
+        "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
+        "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
+        "falls": fell.mean(),
+    }

@@ -1,0 +1,48 @@
+"""What `stickslip demo` needs to know of a machine."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.trained import Trained
+
+TABLE = "table.txt"
+"""The file of a finished demo that is written last: it says that the rest is there."""
+
+
+class Demonstration(ABC):
+    """One machine's demo: what is trained, and how the policy is compared and shown."""
+
+    files: ClassVar[Mapping[str, str]]
+    """What is left in the run's directory to look at, and what each is; TABLE aside."""
+
+    @abstractmethod
+    def config(self) -> Configuration:
+        """What is trained."""
+
+    @abstractmethod
+    def task_in_words(self, config: Configuration) -> str:
+        """What is to be learnt, in a line or two."""
+
+    @abstractmethod
+    def show(self, trained: Trained, say: Callable[[str], None]) -> str:
+        """Compare the policy with the baselines, say so, write `files` and return what was said.
+
+        The text is `text_of` the lines. say: also called with what goes on.
+        """
+
+    def text_of(self, trained: Trained, lines: Iterable[str]) -> str:
+        """The lines, and that the training is not finished where it is not."""
+        text = "\n".join(lines) + "\n"
+        if trained.finished:
+            return text
+        done, of = trained.timesteps, trained.config.timesteps
+        return (
+            f"{text}\nThe training is NOT finished: {done:,} of {of:,} steps "
+            f"({trained.percent} %).\n"
+        )

@@ -1,0 +1,1 @@
+"""Episodes played in batches, and tables of what came of them."""

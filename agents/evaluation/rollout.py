@@ -1,0 +1,139 @@
+"""One episode of a controller, as a compiled scan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_integer, shown
+from stickslip.envs.functional import pure_step
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.agents.protocol import Controller
+
+
+MOST_STEPS = 10**7
+"""Of one episode."""
+
+
+class Rollout(NamedTuple):
+    """An episode of at most n control steps; a step's row holds what it led to.
+
+    After the episode's end the last row stands; `length` rows are real. `trimmed` cuts the rest.
+    """
+
+    start_state: Any
+    """The environment's state; `state` below, too."""
+    start_obs: Float[Array, " obs"]
+    state: Any
+    """After each step; every leaf [n]."""
+    obs: Float[Array, "n obs"]
+    """After each step, the one that ends the episode included."""
+    action: Float[Array, "n act"]
+    reward: Float[Array, " n"]
+    terminated: Bool[Array, " n"]
+    truncated: Bool[Array, " n"]
+    info: dict[str, Array]
+    """As the environment's step gives it, without final_obs and autoreset; every entry [n]."""
+    length: Int[Array, ""]
+
+    def trimmed(self) -> Rollout:
+        """As NumPy arrays without the rows after the end. For one episode, not a batch."""
+        here = jax.tree.map(np.asarray, self)
+        end = int(here.length)
+        rows = jax.tree.map(lambda leaf: leaf[:end], here[2:-1])
+        return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
+
+
+def rollout(
+    env: Any,
+    controller: Controller,
+    params: Any,
+    key: Array | int,
+    steps: int | None = None,
+) -> Rollout:
+    """One episode of an environment with a time limit (BipedEnv, UGVEnv).
+
+    key: a JAX random key given to the reset, or a seed as every adapter takes it.
+    steps: the most control steps to take, by default up to the time limit. Pure: vmap over key,
+    params or the controller's numbers, then with `steps` given. env.autoreset is ignored.
+    """
+    controller.validate()
+    if isinstance(key, int | np.integer):
+        key = episode_key(int(key))
+    count = horizon(params) if steps is None else require_integer("steps", steps, high=MOST_STEPS)
+    return _rollout(replace(env, autoreset="disabled"), count, controller, params, key)
+
+
+def episode_key(seed: Array | int) -> Array:
+    """The key of a seed's first episode, the same in every adapter (see envs/packed.py)."""
+    return jax.random.split(jax.random.key(seed))[1]
+
+
+def first_state(env: Any, params: Any, seed: int) -> Any:
+    """The state in which a seed's first episode begins."""
+    return env.reset(episode_key(seed), params)[1]
+
+
+def planned(env: Any, controller: Any, params: Any, seed: int) -> Any:
+    """A planner's path for a seed's first episode, to be played back; any other controller."""
+    if not hasattr(controller, "path"):
+        return controller
+    return controller.path(env, params, first_state(env, params, seed))
+
+
+def horizon(params: Any) -> int:
+    """Control steps to the time limit. params: concrete numbers."""
+    steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
+    count = float(np.max(steps))
+    if not count <= MOST_STEPS:
+        raise ValueError(
+            f"time_limit = {shown(params.time_limit)} with control_period = "
+            f"{shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
+            f"{MOST_STEPS:g}"
+        )
+    return max(1, int(np.ceil(count - 0.5)))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _rollout(env, count: int, controller, params, key) -> Rollout:
+    start_obs, start = env.reset_env(key, params)
+    unused = jax.random.key(0)  # a step draws nothing when it does not reset
+
+    def outcome(obs, state, memory):
+        memory, action = controller.act(memory, obs, state, params)
+        if jnp.shape(action) != (size := (len(env.action_names),)):
+            raise ValueError(
+                f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
+                f"{', '.join(env.action_names)}: it was made for another machine"
+            )
+        obs, state, reward, terminated, truncated, info = pure_step(
+            env, unused, state, action, params
+        )
+        info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
+        return memory, (state, obs, action, reward, terminated, truncated, info)
+
+    memory = controller.init(params, start)
+    shapes = jax.eval_shape(lambda: outcome(start_obs, start, memory)[1])
+    blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
+
+    def body(carry, _):
+        (last, memory, length) = carry
+        over = last[0].over
+        new_memory, row = outcome(last[1], last[0], memory)
+        row, memory = jax.tree.map(
+            lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
+        )
+        return (row, memory, length + (~over).astype(length.dtype)), row
+
+    first = (start, start_obs, *blank[2:])
+    nothing = jnp.zeros((), jnp.int32)
+    (_, _, length), rows = jax.lax.scan(body, (first, memory, nothing), None, length=count)
+    return Rollout(start, start_obs, *rows, length)  # pyright: ignore[reportCallIssue]

@@ -1,0 +1,138 @@
+"""The table that an evaluation is: a row for each scene and controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.evaluation.columns import Column
+from stickslip.agents.evaluation.statistics import Interval
+from stickslip.records import table
+from stickslip.records.files import write_whole
+from stickslip.records.table import Table, json_text, undefined
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+INTERVALS = ("return",)
+"""Metrics of a test during training whose interval is written, too."""
+Columns = Mapping[str, tuple[Column, Callable[[Any], Interval]]]
+"""Metrics by name: how each is shown, and how it comes from a machine's episodes."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One controller in one scene. metrics: by the names of the columns, in SI units."""
+
+    scene: str
+    controller: str
+    metrics: dict[str, Interval]
+    episodes: Any
+    """What the machine keeps of each episode; every entry [episodes]."""
+
+    @property
+    def count(self) -> int:
+        """Number of episodes."""
+        return len(self.episodes.reward)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A table with one row for each scene and controller.
+
+    Intervals are 95 %: Student's t over episodes for means and for the ratios per metre (totals
+    over totals), Wilson's for shares of episodes. Where a reset draws nothing every seed is the
+    same episode: it is run once, and there are no intervals. What is not defined is NaN, shown as
+    "-".
+    """
+
+    rows: tuple[Row, ...]
+    seeds: tuple[int, ...]
+    columns: Columns
+
+    def row(self, scene: str, controller: str) -> Row:
+        """The row of that scene and controller; ValueError if there is none."""
+        for row in self.rows:
+            if (row.scene, row.controller) == (scene, controller):
+                return row
+        known = ", ".join(f"{row.scene}/{row.controller}" for row in self.rows)
+        raise ValueError(f"no row {scene}/{controller}; accepted: {known}")
+
+    def to_markdown(self) -> str:
+        """A GitHub table."""
+        return self._shown().markdown()
+
+    def to_text(self) -> str:
+        """The same for a terminal: aligned, with a note on the intervals."""
+        return self._shown().terminal(grouped=True)
+
+    def write_csv(self, path: str | Path) -> Path:
+        """One line a row, three columns a metric (value, low, high); empty where undefined."""
+        flat = [
+            {name: value for name, value in record.items() if name != "metrics"}
+            | {
+                f"{name}{end}": ends[which]
+                for name, ends in record["metrics"].items()
+                for end, which in (("", "value"), ("_low", "low"), ("_high", "high"))
+            }
+            for record in self._records()
+        ]
+        cells = [[None if undefined(value) else value for value in row.values()] for row in flat]
+        return write_whole(path, Table([table.Column(name) for name in flat[0]], cells).csv())
+
+    def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
+        """Everything, each episode included; null where undefined. about: further entries."""
+        units = {
+            name: "-" if column.percent else column.unit
+            for name, (column, _) in self.columns.items()
+        }
+        rows = [
+            record | {"per_episode": row.episodes._asdict() | {"fell": row.episodes.fell}}
+            for record, row in zip(self._records(), self.rows, strict=True)
+        ]
+        content = {"confidence": 0.95, "units": units, "seeds": list(self.seeds), "rows": rows}
+        return write_whole(path, json_text(dict(about or {}) | content))
+
+    def _records(self) -> list[dict[str, Any]]:
+        return [
+            {"scene": row.scene, "controller": row.controller, "episodes": row.count}
+            | {"metrics": {name: value._asdict() for name, value in row.metrics.items()}}
+            for row in self.rows
+        ]
+
+    def _shown(self) -> Table:
+        metrics = {name: column for name, (column, _) in self.columns.items()}
+        words = (table.Column(name, words=True) for name in ("scene", "controller"))
+        rows = [
+            [row.scene, row.controller, row.count]
+            + [metrics[name].show(value) for name, value in row.metrics.items()]
+            for row in self.rows
+        ]
+        return Table([*words, table.Column("episodes"), *metrics.values()], rows)
+
+
+def joined(parts: Sequence[Evaluation], order: Sequence[str] = ()) -> Evaluation:
+    """One table of several over the same seeds and columns: scenes as they come, and within a scene
+    controllers as they come or in an order."""
+    rows = [row for part in parts for row in part.rows]
+    if order:
+        scenes = list(dict.fromkeys(row.scene for row in rows))
+        rows.sort(key=lambda row: (scenes.index(row.scene), order.index(row.controller)))
+    return replace(parts[0], rows=tuple(rows))
+
+
+def row_of_test(
+    columns: Columns,
+    names: Sequence[str],
+    played: Any,
+) -> dict[str, float]:
+    """The named metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
+    row = {}
+    for name in names:
+        value = columns[name][1](played)
+        row[name] = value.value
+        if name in INTERVALS:
+            row |= {f"{name}_low": value.low, f"{name}_high": value.high}
+    return row

@@ -1,0 +1,223 @@
+"""What a machine is to training, evaluation, pictures and the command line.
+
+Shared code asks a machine and never which one it is. What stands here, and what a machine's module
+imports at its top, needs neither JAX nor NumPy, so that help is quick; methods import what they
+work with.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import numpy as np
+
+    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.trained import Trained
+
+
+@dataclass(frozen=True)
+class Option:
+    """A flag of `evaluate` and `view` that changes a task: --name, or --na-me for na_me."""
+
+    name: str
+    about: str
+    kind: type = float
+    metavar: str | None = None
+    choices: tuple[str, ...] | None = None
+
+    @property
+    def flag(self) -> str:
+        """As it stands on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+
+class Task(Protocol):
+    """A task in parts, which options change before an environment's parameters are made of it.
+
+    options: the options by name, None where one is not given.
+    """
+
+    @property
+    def env(self) -> Any:
+        """The environment's static choices."""
+        ...
+
+    def params(self) -> Any:
+        """The environment's parameters; ValueError where the parts will not do."""
+        ...
+
+    def with_options(self, options: Mapping[str, Any], scene: str | None) -> Any:
+        """The task with what the options ask for instead."""
+        ...
+
+    def label(self, scene: str | None) -> str:
+        """A few words for a row."""
+        ...
+
+    def details(self) -> str:
+        """The numbers in a line."""
+        ...
+
+
+class TrainingTask(Protocol):
+    """What a configuration asks of the environment."""
+
+    @property
+    def env(self) -> Any:
+        """The environment's static choices."""
+        ...
+
+    @property
+    def training(self) -> Any:
+        """The parameters of training episodes."""
+        ...
+
+    @property
+    def tested(self) -> Any:
+        """The parameters that a policy is trained for, which its file tells of."""
+        ...
+
+
+class Machine(ABC):
+    """One machine, registered by name (see stickslip.agents.registry).
+
+    StandardMachine has what does for most machines: see there for how little one must say.
+    """
+
+    name: ClassVar[str]
+    """On the command line and in configurations."""
+    title: ClassVar[str]
+    """In sentences and titles."""
+    environment: ClassVar[str]
+    """Name of the environment's class, by which a policy's file says whose it is."""
+    outputs: ClassVar[int]
+    """Numbers in an action."""
+    actions: ClassVar[str]
+    """What they are, in words."""
+    configuration: ClassVar[type[Configuration]]
+    """Of its training runs."""
+    modules: ClassVar[tuple[str, ...]] = ()
+    """Full names of the modules whose dataclasses a task in a policy's file is made of."""
+    baselines: ClassVar[tuple[str, ...]] = ()
+    scenes: ClassVar[tuple[str, ...]] = ()
+    """Floors or grounds by name."""
+    scene_files: ClassVar[str] = ""
+    """What may be named instead, in words."""
+    evaluated: ClassVar[tuple[str, ...]]
+    """What evaluations.csv holds of each evaluation; "return" among it."""
+    episode: ClassVar[tuple[str, ...]]
+    """What metrics.csv holds of the training episodes."""
+    film: ClassVar[str]
+    """Name of the animation that a finished run leaves."""
+    frames: ClassVar[float]
+    """Pictures a second of animations, at most one a control step."""
+
+    # What the command line shows before anything is computed.
+
+    def usual_scene(self, viewed: bool = False) -> str:
+        """The scene where none is named; viewed: of a baseline alone in `view`."""
+        return self.scenes[0] if self.scenes else ""
+
+    def options(self, viewed: bool = False) -> tuple[Option, ...]:
+        """The flags that change a task in `evaluate`, or in `view`."""
+        return ()
+
+    def require_options(self, options: Mapping[str, Any]) -> None:
+        """Raise ValueError for options that contradict each other; "scenes" is among them."""
+        del options
+
+    def tables(self) -> dict[str, Mapping[str, str]]:
+        """More names for the end of the help, by title."""
+        return {}
+
+    # Tasks.
+
+    @abstractmethod
+    def describe(self, env: Any, params: Any) -> dict[str, Any]:
+        """An environment and its parameters as JSON values, for a policy's file: for people, and
+        for `read_task`; under "environment" the name of its class."""
+
+    @abstractmethod
+    def read_task(self, metadata: Mapping[str, Any]) -> Task | None:
+        """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
+
+    @abstractmethod
+    def standard_task(self, metadata: Mapping[str, Any]) -> Task:
+        """The one for a policy whose file holds none, and for baselines alone ({})."""
+
+    def params_of(self, task: Any, options: Mapping[str, Any], viewed: bool) -> Any:
+        """The environment's parameters, for `evaluate` or for `view`."""
+        return task.params()
+
+    def sightless(self, env: Any) -> Any:
+        """The environment without what only changes what is observed."""
+        return env
+
+    @abstractmethod
+    def baseline(self, name: str, env: Any) -> Any:
+        """A baseline for an environment. ValueError for an unknown name."""
+
+    # Evaluation.
+
+    @abstractmethod
+    def measures(self, env: Any) -> Measures:
+        """What is kept of an environment's episodes, and the columns of its tables."""
+
+    def unit_of(self, env: Any) -> str:
+        """What a table's columns depend on; environments of one table have the same."""
+        return ""
+
+    # Training.
+
+    @abstractmethod
+    def training_task(self, config: Any) -> TrainingTask:
+        """What to train on. ValueError for numbers that do not go together."""
+
+    @abstractmethod
+    def evaluate_policy(self, task: Any, policy: Any, config: Any) -> dict[str, float]:
+        """A row of evaluations.csv: `evaluated`."""
+
+    @abstractmethod
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];
+        period: of a step [s]."""
+
+    @abstractmethod
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """How training episodes go, in a few characters."""
+
+    @abstractmethod
+    def line(self, row: Mapping[str, float]) -> str:
+        """An evaluation in a line."""
+
+    # Pictures.
+
+    @abstractmethod
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """Write learning.png, episode.png and `film` into a run's directory, and return the paths.
+
+        played: the policy's episode, if it is there already.
+        """
+
+    @abstractmethod
+    def plot_episode(
+        self, played: Rollout, env: Any, params: Any, path: str | Path, title: str
+    ) -> Path:
+        """An episode over time as a PNG."""
+
+    def params_to_view(self, params: Any, seconds: float) -> Any:
+        """The parameters of an episode of which so much is shown [s]."""
+        return params
+
+    def demonstration(self) -> Demonstration | None:
+        """What `stickslip demo` does with it, if anything."""
+        return None

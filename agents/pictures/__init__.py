@@ -1,0 +1,1 @@
+"""Sheets of plots and animations of any machine."""

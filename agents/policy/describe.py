@@ -1,0 +1,16 @@
+"""What a policy's file says of the task that the policy was made for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stickslip.agents.registry import machine_of_env
+
+
+def describe_environment(env: Any, params: Any) -> dict[str, Any]:
+    """An environment and its parameters as JSON values, for the metadata of `save_policy`.
+
+    For people, and for `evaluate` and `view`, which show the policy on its own task. ValueError for
+    an environment of no machine.
+    """
+    return machine_of_env(env).describe(env, params)

@@ -1,0 +1,173 @@
+"""Policy files: one .npz of arrays and one JSON text. Loading one runs no code from it."""
+
+from __future__ import annotations
+
+import io
+import json
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.foreign.arrays import LARGEST, arrays_in
+from stickslip.agents.foreign.reading import (
+    LARGEST_TEXT,
+    RefusedError,
+    parse_json,
+    read_bytes,
+    refusing,
+    require_head,
+)
+from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.dynamics.checks import require_number, shown
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+FORMAT, VERSION = "stickslip policy", 1
+ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
+PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
+SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
+DEEPEST = 64
+"""More layers than this are refused."""
+
+
+def save_policy(
+    policy: MLPPolicy,
+    path: str | Path,
+    metadata: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
+) -> Path:
+    """Write a policy and return the path. ValueError if the path exists and is not to be replaced.
+
+    metadata: JSON values under names of the caller's choice, kept beside what the file says of
+    itself (format, version, layer_sizes, activation, squash, observation_clip, versions); see
+    `describe_environment`. The file appears whole or not at all.
+    """
+    policy.validate()
+    own = {
+        "format": FORMAT,
+        "version": VERSION,
+        "layer_sizes": list(policy.layer_sizes),
+        "activation": policy.activation,
+        "squash": policy.squash,
+        "observation_clip": policy.observation_clip,
+        "versions": _versions(),
+    }
+    extra = dict(metadata or {})
+    if taken := sorted(own.keys() & extra.keys()):
+        raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
+    try:
+        text = json.dumps(own | extra, allow_nan=False, ensure_ascii=False)
+        parse_json(text, "metadata")
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(
+            f"metadata is no JSON ({error}); accepted: finite JSON values, at most "
+            f"{LARGEST_TEXT} bytes"
+        ) from error
+    arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
+    arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
+    arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
+    raw = file.getvalue()
+    try:
+        _policy(*_contents(raw))
+    except RefusedError as error:
+        raise ValueError(f"the policy could not be read again: {error}; {SAVED}") from error
+    return write_whole(path, raw, overwrite=overwrite)
+
+
+def load_policy(path: str | Path) -> MLPPolicy:
+    """The policy in a file.
+
+    ValueError naming the file, what is wrong with it and what is accepted, if it is missing, cut
+    short, of another kind or has contents that do not fit. The file is data: nothing in it is run.
+    """
+    return read_policy(path)[0]
+
+
+def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Any]]:
+    """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
+    try:
+        with refusing("its contents"):
+            arrays, metadata = _contents(read_bytes(path, LARGEST))
+            return _policy(arrays, metadata), metadata
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+
+
+def read_metadata(path: str | Path) -> dict[str, Any]:
+    """What a policy file says of itself and of its making. ValueError as in `load_policy`."""
+    try:
+        with refusing("its contents"):
+            return _contents(read_bytes(path, LARGEST))[1]
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+
+
+def policy_path(name: str) -> Path:
+    """The policy's file of a name: itself, or the one in a run's directory."""
+    path = Path(name)
+    return path / "policy.npz" if path.is_dir() else path
+
+
+def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    arrays = arrays_in(raw)
+    text = arrays.pop("metadata", None)
+    if text is None or text.shape != () or text.dtype.kind != "U":
+        raise RefusedError(f"no metadata among its entries ({_named(arrays)})")
+    content = parse_json(str(text), "its metadata")
+    require_head(content, FORMAT, VERSION, "a policy")
+    return arrays, content
+
+
+def _policy(arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> MLPPolicy:
+    sizes = metadata.get("layer_sizes")
+    if not isinstance(sizes, list) or not 2 <= len(sizes) <= DEEPEST + 1:
+        raise RefusedError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
+    layers = range(len(sizes) - 1)
+    names = [f"{kind}_{i}" for kind in ("weight", "bias") for i in layers] + ["shift", "scale"]
+    if set(names) != set(arrays):
+        raise RefusedError(f"its entries are {_named(arrays)}, not {_named(names)}")
+    for name, values in arrays.items():
+        if values.dtype not in (np.float32, np.float64):
+            raise RefusedError(f"{name} is {values.dtype}, not float32 or float64")
+    try:
+        for name, values in arrays.items():
+            require_number(name, values, dtype=np.float32, accepted="finite in float32")
+        numbers = {name: jnp.asarray(values) for name, values in arrays.items()}
+        policy = MLPPolicy(
+            weights=tuple(numbers[f"weight_{i}"] for i in layers),
+            biases=tuple(numbers[f"bias_{i}"] for i in layers),
+            shift=numbers["shift"],
+            scale=numbers["scale"],
+            activation=metadata.get("activation", ""),
+            squash=metadata.get("squash", ""),
+            observation_clip=metadata.get("observation_clip"),
+        ).validate()
+    except ValueError as error:
+        raise RefusedError(str(error)) from error
+    if list(policy.layer_sizes) != sizes:
+        raise RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
+    return policy
+
+
+def _named(names: Iterable[str]) -> str:
+    """Some of the names, shortened."""
+    return shown(sorted(names))
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found

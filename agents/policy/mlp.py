@@ -1,0 +1,155 @@
+"""A multilayer perceptron as a controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.protocol import Memoryless
+from stickslip.agents.registry import machines
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_kind,
+    require_number,
+)
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+
+ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
+SQUASHES = ("clip", "tanh")
+FARTHEST = 1e6
+"""Observations up to this are certain to have a finite action; the environments' are below."""
+MOST = float(np.finfo(np.float32).max) / 2
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class MLPPolicy(Memoryless):
+    """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
+
+    x = (observation - shift) / scale, then clipped to +- observation_clip unless that is None.
+    weights: [inputs, outputs] of each layer; biases: [outputs]; shift, scale: [observation].
+    activation: "tanh" or "relu" (h). squash: "clip" to [-1, 1] or "tanh". Uses the observation
+    alone and remembers nothing. Computes in the weights' type.
+    """
+
+    weights: tuple[Array, ...]
+    biases: tuple[Array, ...]
+    shift: Array
+    scale: Array
+    activation: str = field(default="tanh", metadata={"static": True})
+    squash: str = field(default="clip", metadata={"static": True})
+    observation_clip: float | None = field(default=None, metadata={"static": True})
+
+    @property
+    def layer_sizes(self) -> tuple[int, ...]:
+        """Number of inputs, then of outputs of every layer."""
+        return (np.shape(self.weights[0])[-2], *(np.shape(w)[-1] for w in self.weights))
+
+    def validate(self) -> MLPPolicy:
+        """Return self, or raise ValueError naming what does not fit."""
+        require_choice("activation", self.activation, tuple(ACTIVATIONS))
+        require_choice("squash", self.squash, SQUASHES)
+        if self.observation_clip is not None:
+            accepted = "None, or finite and > 0"
+            require_kind("observation_clip", self.observation_clip, (int, float), accepted)
+            require_number(
+                "observation_clip",
+                self.observation_clip,
+                low=0.0,
+                strict=True,
+                dtype=np.float32,
+                accepted=accepted,
+            )
+        for name in ("weights", "biases"):
+            require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
+        if not self.weights or len(self.weights) != len(self.biases):
+            raise ValueError(
+                f"{len(self.weights)} weights with {len(self.biases)} biases; accepted: as many of "
+                "each, at least one"
+            )
+        self._check_shapes()
+        if is_concrete(self):
+            self._check_numbers()
+        return self
+
+    def act(
+        self,
+        memory: None,
+        obs: Float[Array, " obs"],
+        env_state: Any = None,
+        env_params: Any = None,
+    ) -> tuple[None, Float[Array, " act"]]:
+        """See Controller. Observations may have leading batch axes here."""
+        return memory, self(obs)
+
+    def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch act"]:
+        """The actions for observations."""
+        size = self.layer_sizes[0]
+        if np.shape(obs)[-1:] != (size,):
+            raise ValueError(
+                f"observation has shape {np.shape(obs)}; accepted by this policy: {size} entries. "
+                "It was made for another configuration of the environment"
+            )
+        given = jnp.asarray(obs)
+        x = (given.astype(jnp.result_type(self.weights[0])) - self.shift) / self.scale
+        if self.observation_clip is not None:
+            x = jnp.clip(x, -self.observation_clip, self.observation_clip)
+        last = len(self.weights) - 1
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            x = jnp.matmul(x, weight, precision="highest") + bias
+            x = x if index == last else ACTIVATIONS[self.activation](x)
+        x = jnp.tanh(x) if self.squash == "tanh" else jnp.clip(x, -1.0, 1.0)
+        return x.astype(given.dtype)
+
+    def _check_shapes(self) -> None:
+        width = None
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            shape = np.shape(weight)
+            if len(shape) != 2 or 0 in shape or (width is not None and shape[0] != width):
+                rows = "inputs" if width is None else width
+                raise ValueError(f"weight {index} has shape {shape}; accepted: ({rows}, outputs)")
+            width = shape[1]
+            if np.shape(bias) != (width,):
+                raise ValueError(f"bias {index} has shape {np.shape(bias)}; accepted: ({width},)")
+        outputs = {machine.outputs: machine.actions for machine in reversed(machines())}
+        if width not in outputs:
+            known = " or ".join(f"{count}, {outputs[count]}" for count in sorted(outputs))
+            raise ValueError(f"the last layer has {width} outputs; accepted: {known}")
+        for name in ("shift", "scale"):
+            shape = np.shape(getattr(self, name))
+            if shape != self.layer_sizes[:1]:
+                raise ValueError(f"{name} has shape {shape}; accepted: {self.layer_sizes[:1]}")
+
+    def _check_numbers(self) -> None:
+        """Finite numbers, a scale that is one in float32, and no way for an action to overflow."""
+        named = {f"weight {i}": w for i, w in enumerate(self.weights)}
+        named |= {f"bias {i}": b for i, b in enumerate(self.biases)} | {"shift": self.shift}
+        for name, values in named.items():
+            require_number(name, values, accepted="finite numbers")
+        require_number(
+            "scale",
+            self.scale,
+            low=0.0,
+            strict=True,
+            dtype=np.float32,
+            accepted="finite, > 0",
+        )
+        clip = np.inf if self.observation_clip is None else self.observation_clip
+        shift, scale = (np.abs(np.asarray(one, float)) for one in (self.shift, self.scale))
+        highest = np.minimum((FARTHEST + shift) / scale, clip)
+        for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            sums = highest @ np.abs(np.asarray(weight, float)) + np.abs(np.asarray(bias, float))
+            if not np.max(sums) < MOST:
+                raise ValueError(
+                    f"weight {index} lets its layer reach {np.max(sums):.3g} for observations of "
+                    f"up to {FARTHEST:g}; accepted: weights with which it stays below {MOST:.3g}"
+                )
+            highest = np.ones_like(sums) if self.activation == "tanh" else sums

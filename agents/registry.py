@@ -1,0 +1,90 @@
+"""Which machines there are, by name. stickslip.agents registers its own when it is imported."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.foreign.reading import RefusedError
+from stickslip.agents.training.configuration import UNNAMED, Configuration, content_of
+from stickslip.dynamics.plain_checks import nearest, require_choice, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.agents.machine import Machine
+
+_MACHINES: dict[str, Machine] = {}
+
+
+def register(machine: Machine) -> None:
+    """Make a machine known to training, evaluation, policy files and the command line.
+
+    ValueError where its name, its environment or a baseline's name is another machine's; a machine
+    of a name and class that are registered takes the place of the one before.
+    """
+    for other in _MACHINES.values():
+        if other.name == machine.name and type(other).__name__ == type(machine).__name__:
+            continue
+        taken = {other.name, other.environment, *other.baselines}
+        if common := taken & {machine.name, machine.environment, *machine.baselines}:
+            raise ValueError(
+                f"{', '.join(sorted(common))} is known from the {other.title}; accepted: names, "
+                "environments and baselines that no other machine has"
+            )
+    _MACHINES[machine.name] = machine
+
+
+def unregister(name: str) -> None:
+    """Forget a machine. ValueError for an unknown name."""
+    machine_by_name(name)
+    del _MACHINES[name]
+
+
+def machines() -> tuple[Machine, ...]:
+    """All machines in order of their registration; the first one is meant where none is named."""
+    return tuple(_MACHINES.values())
+
+
+def machine_by_name(name: str) -> Machine:
+    """The machine of a name. ValueError for an unknown one."""
+    require_choice("machine", name, tuple(_MACHINES))
+    return _MACHINES[name]
+
+
+def machine_among(arguments: Sequence[str]) -> Machine:
+    """The machine that the arguments of `stickslip train` name, before they are parsed."""
+    named = next((name for name in arguments if name in _MACHINES), None)
+    return machines()[0] if named is None else _MACHINES[named]
+
+
+def machine_of_config(config: Configuration) -> Machine:
+    """The machine that a configuration is of."""
+    return machine_by_name(config.machine)
+
+
+def machine_of_env(env: Any) -> Machine:
+    """The machine of an environment. ValueError for an environment of none."""
+    found = machine_of_environment(type(env).__name__)
+    if found is None:
+        known = ", ".join(one.environment for one in machines())
+        raise ValueError(f"env is a {type(env).__name__}; accepted: {known}")
+    return found
+
+
+def machine_of_environment(environment: Any) -> Machine | None:
+    """The machine whose environment's class has that name, if there is one."""
+    return next((one for one in machines() if one.environment == environment), None)
+
+
+def machine_of_baseline(name: str) -> Machine | None:
+    """The machine that has a baseline of that name, if there is one."""
+    return next((one for one in machines() if name in one.baselines), None)
+
+
+def read_configuration(text: str) -> Configuration:
+    """The configuration in a JSON text, of whichever machine, or ValueError."""
+    name = content_of(text).get("machine", UNNAMED)
+    if not isinstance(name, str) or name not in _MACHINES:
+        near = nearest(name, _MACHINES) if isinstance(name, str) else ""
+        raise RefusedError(f"its machine is {shown(name)}, not one of {', '.join(_MACHINES)}{near}")
+    return _MACHINES[name].configuration.from_json(text)

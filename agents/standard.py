@@ -1,0 +1,121 @@
+"""A machine of which little is known: what does for most, so that a new one is short."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from stickslip.agents.machine import Machine
+from stickslip.dynamics.plain_checks import require_choice, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import numpy as np
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.tasks.standard import StandardTask
+    from stickslip.agents.training.trained import Trained
+    from stickslip.envs.functional import FunctionalEnv
+
+
+class StandardMachine(Machine):
+    """A machine whose task is its environment and its parameters.
+
+    To be said: the names of Machine without a value here, `env`, `with_scene` where there are
+    scenes, `baseline` where there are any, and `training_task` where training differs from the
+    standard task. The environment is a dataclass; its parameters are one, too, with `time_limit`
+    and `control_period`, their classes stand in `modules`, and options that change a task have the
+    names of their fields. Infos hold "episode_return" and "episode_length" (steps so far).
+    """
+
+    evaluated: ClassVar[tuple[str, ...]] = ("return", "duration", "failures")
+    episode: ClassVar[tuple[str, ...]] = ("episodes", "return", "duration")
+    film: ClassVar[str] = "episode.gif"
+    frames: ClassVar[float] = 25.0
+
+    @abstractmethod
+    def env(self) -> FunctionalEnv[Any, Any]:
+        """The environment of the standard task, whose parameters are its `default_params`."""
+
+    def with_scene(self, params: Any, scene: str) -> Any:
+        """The parameters in a scene of `scenes`."""
+        raise NotImplementedError(f"{type(self).__name__}.with_scene, which its scenes need")
+
+    def in_scene(self, params: Any, scene: str) -> Any:
+        """The parameters in a scene. ValueError for an unknown one."""
+        if not self.scenes:
+            raise ValueError(f"scene {shown(scene)}; accepted: none, the {self.title} has none")
+        require_choice("scene", scene, self.scenes)
+        return self.with_scene(params, scene)
+
+    def describe(self, env: Any, params: Any) -> dict[str, Any]:
+        """See Machine."""
+        from stickslip.agents.tasks.file import task_entry
+
+        return {"environment": type(env).__name__, **task_entry(env=env, values=params)}
+
+    def read_task(self, metadata: Mapping[str, Any]) -> StandardTask | None:
+        """See Machine."""
+        from stickslip.agents.tasks.standard import read_task
+
+        return read_task(metadata, self.env(), self.in_scene)
+
+    def standard_task(self, metadata: Mapping[str, Any]) -> StandardTask:
+        """See Machine."""
+        from stickslip.agents.tasks.standard import StandardTask
+
+        env = self.env()
+        return StandardTask(env, env.default_params, self.in_scene)
+
+    def baseline(self, name: str, env: Any) -> Any:
+        """See Machine."""
+        raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
+
+    def measures(self, env: Any) -> Measures:
+        """See Machine."""
+        from stickslip.agents.evaluation.standard import MEASURES
+
+        return MEASURES
+
+    def training_task(self, config: Any) -> StandardTask:
+        """See Machine."""
+        return self.standard_task({})
+
+    def evaluate_policy(self, task: Any, policy: Any, config: Any) -> dict[str, float]:
+        """See Machine."""
+        from stickslip.agents.evaluation.standard import evaluate_policy
+
+        return evaluate_policy(task, policy, config.evaluation_episodes, self.evaluated)
+
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """See Machine."""
+        return {
+            "episodes": len(ended["episode_return"]),
+            "return": float(ended["episode_return"].mean()),
+            "duration": float(ended["episode_length"].mean()) * period,
+        }
+
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return f"return {row.get('return', float('nan')):.2f}"
+
+    def line(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return "  ".join(f"{name.replace('_', ' ')} {row[name]:8.3f}" for name in self.evaluated)
+
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """See Machine."""
+        from stickslip.agents.pictures.standard import write_products
+
+        return write_products(self, self.training_task(trained.config), trained, played)
+
+    def plot_episode(
+        self, played: Rollout, env: Any, params: Any, path: str | Path, title: str
+    ) -> Path:
+        """See Machine."""
+        from stickslip.agents.pictures.standard import plot_episode
+
+        return plot_episode(played, env, params, path, title)

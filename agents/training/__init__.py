@@ -1,0 +1,1 @@
+"""Training runs that can be stopped, killed and gone on with, whatever learns."""

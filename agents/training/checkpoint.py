@@ -1,0 +1,146 @@
+"""Checkpoints: folders that appear whole or not at all, and that run no code when read.
+
+A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters and optimiser states, for SAC
+what the replay buffer holds, as arrays), `policy.npz` and `state.json`. Random states are not kept:
+at every checkpoint the generators and environments start anew from the seed and the number of steps
+(see train.py).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.foreign.reading import (
+    RefusedError,
+    parse_json,
+    read_bytes,
+    read_text,
+    refusing,
+    require_entries,
+    require_head,
+)
+from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.training.state_file import pack, unpack
+from stickslip.dynamics.checks import memory_limit
+from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+FORMAT, VERSION = "stickslip checkpoint", 2
+MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
+CONTENTS = (MODEL, STATE, POLICY, "model.pt")
+"""All that a checkpoint holds, the last one of version 1."""
+RULES = {
+    "timesteps": Rule(int, "so far", low=0),
+    "seconds": Rule(float, "trained so far", low=0),
+    "config": Rule(str, "digest of the configuration"),
+}
+"""Of a TrainState's entries."""
+
+
+@dataclass(frozen=True)
+class TrainState:
+    """Where a run is. config: digest of the configuration. seconds: trained so far [s]."""
+
+    timesteps: int
+    seconds: float
+    config: str
+
+
+def folder_name(timesteps: int) -> str:
+    """The checkpoint's folder."""
+    return f"{timesteps:012d}"
+
+
+def write_checkpoint(
+    directory: Path, state: TrainState, model: dict[str, Any], save: Callable[[Path], Any]
+) -> Path:
+    """Write a checkpoint under a temporary name, then rename it; return its folder.
+
+    save: writes the policy to the path that it is given.
+    """
+    final = directory / folder_name(state.timesteps)
+    partial = directory / (final.name + PARTIAL)
+    if partial.exists():
+        discard(partial)
+    partial.mkdir(parents=True)
+    write_whole(partial / MODEL, pack(model))
+    save(partial / POLICY)
+    head = {"format": FORMAT, "version": VERSION}
+    write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
+    if final.exists():
+        before = final.with_name(final.name + ".old" + PARTIAL)
+        os.replace(final, before)
+        os.replace(partial, final)
+        discard(before)
+    else:
+        os.replace(partial, final)
+    return final
+
+
+def list_checkpoints(directory: Path) -> list[Path]:
+    """The complete checkpoints, oldest first."""
+    found = directory.iterdir() if directory.is_dir() else ()
+    return sorted(path for path in found if path.is_dir() and path.name.isdigit())
+
+
+def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
+    """Delete all but those to keep, and what an interrupted run left half written."""
+    kept = set(keep)
+    for path in list_checkpoints(directory):
+        if path not in kept:
+            discard(put_aside(path))
+    for path in directory.glob("*" + PARTIAL):
+        if _is_checkpoints(path.name):
+            discard(path)
+
+
+def foreign_to(directory: Path) -> list[Path]:
+    """What is in a folder of checkpoints, or in one of them, that no run wrote; links always."""
+    if directory.is_symlink() or not directory.is_dir():
+        return [directory]
+    foreign = []
+    for path in directory.iterdir():
+        if path.is_symlink() or not path.is_dir() or not _is_checkpoints(path.name):
+            foreign.append(path)
+            continue
+        inside = (one for one in path.iterdir() if one.name not in CONTENTS or not one.is_file())
+        foreign += [one for one in inside if not is_remains(one.name, CONTENTS)]
+    return foreign
+
+
+def _is_checkpoints(name: str) -> bool:
+    stem = name.removesuffix(PARTIAL).removesuffix(".old")
+    return stem.isascii() and stem.isdigit()
+
+
+def read_state(folder: Path) -> TrainState:
+    """What a checkpoint says of itself. ValueError if it is not a whole checkpoint."""
+    try:
+        with refusing("it"):
+            content = parse_json(read_text(folder / STATE), "it")
+            content = require_head(content, FORMAT, VERSION, "the state of a checkpoint")
+            return TrainState(**require_entries(content, RULES))
+    except RefusedError as error:
+        raise ValueError(_refused(folder, STATE, error)) from error
+
+
+def read_model(folder: Path) -> dict[str, Any]:
+    """The tensors of a checkpoint. ValueError if they are missing, cut short or anything else."""
+    try:
+        largest = int(min(memory_limit(), 2**62))
+        return unpack(read_bytes(folder / MODEL, largest), largest)
+    except RefusedError as error:
+        raise ValueError(_refused(folder, MODEL, error)) from error
+
+
+def _refused(folder: Path, name: str, reason: Exception) -> str:
+    return (
+        f"{folder}: {name} is missing or damaged ({reason}); accepted: a checkpoint as training "
+        "wrote it. Delete this folder to resume from the checkpoint before it"
+    )

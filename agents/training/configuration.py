@@ -1,0 +1,256 @@
+"""What configurations of training runs share: checked fields, JSON, flags of the command line."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, field, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
+from stickslip.agents.foreign.rules import Rule
+from stickslip.dynamics.plain_checks import require_kind, require_known, shown
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping
+
+FORMAT, VERSION = "stickslip training", 2
+FLAT = 1
+"""The version without groups: each field stands by its name. It is still read."""
+UNNAMED = "biped"
+"""The machine of a configuration that names none."""
+
+
+def entry(default: Any, kind: Any, about: str, **rule: Any) -> Any:
+    """A field of a configuration."""
+    return field(default=default, metadata={"rule": Rule(kind, about, **rule)})
+
+
+def group(kind: type[Settings], **defaults: Any) -> Any:
+    """A field of a configuration that holds several, whose names are unlike all others.
+
+    defaults: where they differ from the fields' own. Nothing is built before a configuration is.
+    """
+    about = {"group": kind, "defaults": defaults}
+    return field(default_factory=partial(kind, **defaults), metadata=about)
+
+
+class Field(NamedTuple):
+    """A field of a configuration, in whichever group; like those of `dataclasses.fields`."""
+
+    name: str
+    default: Any
+    metadata: Mapping[str, Any]
+    group: str | None = None
+
+
+def every_field(kind: Any) -> list[Field]:
+    """All fields of a configuration, those in its groups among them.
+
+    What the rule of one in a group is about begins with the group's name.
+    """
+    found: list[Field] = []
+    for one in fields(kind):
+        if "group" not in one.metadata:
+            found.append(Field(one.name, one.default, one.metadata))
+            continue
+        for inner in fields(one.metadata["group"]):
+            rule = replace(rule_of(inner), about=f"{one.name}: {rule_of(inner).about}")
+            default = one.metadata["defaults"].get(inner.name, inner.default)
+            found.append(Field(inner.name, default, {"rule": rule}, one.name))
+    return found
+
+
+def rule_of(one: Any) -> Rule:
+    """What a field accepts."""
+    return one.metadata["rule"]
+
+
+class Settings:
+    """The base of frozen dataclasses made of `entry` fields; it has no field of its own."""
+
+    def __post_init__(self):
+        for one in _fields(self):
+            value = getattr(self, one.name)
+            if "group" in one.metadata:
+                kind = one.metadata["group"]
+                require_kind(one.name, value, kind, f"a {kind.__name__}")
+            else:
+                object.__setattr__(self, one.name, rule_of(one).require(one.name, value))
+
+
+class Configuration(Settings):
+    """A configuration of training runs: settings, some of them in groups.
+
+    machine: what is trained. What every run needs is named here; a machine's dataclass gives each
+    of these its default (see `shared` in groups.py) and adds its own.
+    """
+
+    algorithm: str
+    seed: int
+    timesteps: int
+    checkpoint_interval: int
+    keep_checkpoints: int
+    evaluation_episodes: int
+
+    machine: ClassVar[str] = UNNAMED
+    GROUPS: ClassVar[dict[str, str]] = {}
+    """First field of each group of flags -> the group's title."""
+    EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
+    """Pairs of fields of which at most one is given, and what both of them decide."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        self._check_together()
+
+    def _check_together(self) -> None:
+        """Raise ValueError for fields that do not go together."""
+
+    def _require_inside(self, name: str, drawn: str) -> None:
+        """Raise ValueError for a number outside the range that is drawn in its place."""
+        value, ends = getattr(self, name), getattr(self, drawn)
+        if ends is not None and not ends[0] <= value <= ends[1]:
+            raise ValueError(
+                f"{name} = {value} outside {drawn} = {ends}, which is drawn in its place; "
+                "accepted: a number inside"
+            )
+
+    @classmethod
+    def of(cls, /, **given: Any):
+        """The algorithm's defaults with some fields changed, those in groups by their own names.
+
+        ValueError for an unknown field, for two fields that both say the same thing, and for one of
+        the other algorithm.
+        """
+        rules = {one.name: rule_of(one) for one in every_field(cls)}
+        require_known(given, rules)
+        given = {name: value for name, value in given.items() if value is not None}
+        algorithm = given.get("algorithm", "ppo")
+        for one, other in cls.EXCLUSIVE:
+            if one in given and other in given:
+                raise ValueError(
+                    f"{one} with {other}: both say which {cls.EXCLUSIVE[one, other]}; accepted: "
+                    "one of them"
+                )
+        for name in given:
+            whose = rules[name].about.partition(": ")[0]
+            if whose in rules["algorithm"].choices and whose != algorithm:
+                raise ValueError(
+                    f"{name} with algorithm = {shown(algorithm)}, which has none; accepted: with "
+                    f"algorithm = {whose!r}"
+                )
+        return cls._grouped(cls._defaults(str(algorithm)) | given)
+
+    @classmethod
+    def _defaults(cls, algorithm: str) -> dict[str, Any]:
+        """Where an algorithm's defaults differ from the fields' own."""
+        return {}
+
+    @classmethod
+    def _grouped(cls, given: Mapping[str, Any]):
+        """From values by the fields' names, whichever groups they are in."""
+        left, groups = dict(given), {}
+        for one in _fields(cls):
+            if "group" in one.metadata:
+                kind, values = one.metadata["group"], dict(one.metadata["defaults"])
+                inner = [each.name for each in fields(kind) if each.name in left]
+                groups[one.name] = kind(**values | {name: left.pop(name) for name in inner})
+        return cls(**left, **groups)
+
+    def to_json(self) -> str:
+        """As JSON text that `from_json` reads."""
+        return self._json(VERSION, asdict(self))  # pyright: ignore[reportArgumentType]
+
+    def _json(self, version: int, content: dict[str, Any]) -> str:
+        head: dict[str, Any] = {"format": FORMAT, "version": version}
+        head |= {} if self.machine == UNNAMED else {"machine": self.machine}
+        return json.dumps(head | content, indent=2) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str):
+        """The configuration in a JSON text, or ValueError saying what is wrong with it."""
+        content = content_of(text)
+        if (machine := content.pop("machine", UNNAMED)) != cls.machine:
+            raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
+        rules = {one.name: rule_of(one) for one in every_field(cls)}
+        return cls._grouped(require_entries(_flat(content, cls), rules))
+
+    @property
+    def digest(self) -> str:
+        """A name for exactly this configuration; the same as before there were groups."""
+        content = _flat(asdict(self), type(self))  # pyright: ignore[reportArgumentType]
+        return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
+
+
+def content_of(text: str) -> dict[str, Any]:
+    """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
+    content = parse_json(text, "it")
+    earlier = isinstance(content, dict) and content.get("version") == FLAT
+    version = FLAT if earlier else VERSION
+    return require_head(content, FORMAT, version, "the configuration of a training run")
+
+
+def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> None:
+    """One flag for each field, in groups; only those given appear in the parsed arguments."""
+    import argparse
+
+    under: Any = parser
+    for one in every_field(kind):
+        if one.name in kind.GROUPS:
+            under = parser.add_argument_group(kind.GROUPS[one.name])
+        rule = rule_of(one)
+        options: dict[str, Any] = {"default": argparse.SUPPRESS, "dest": one.name}
+        options["help"] = _help_of(one, kind).replace("%", "%%")
+        if rule.kind is bool:
+            options["action"] = argparse.BooleanOptionalAction
+        elif rule.kind == "range":
+            options |= {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
+        else:
+            options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
+        under.add_argument("--" + one.name.replace("_", "-"), **options)
+
+
+def _help_of(one: Any, kind: type[Configuration]) -> str:
+    """What a field is, what it may be where that is a name, and its defaults."""
+    rule = rule_of(one)
+    choices = f": {', '.join(rule.choices)}" if rule.choices else ""
+    defaults = "none" if one.default is None else f"{one.default}"
+    rules = {of.name: rule_of(of) for of in every_field(kind)}
+    for algorithm in rules["algorithm"].choices:
+        other = kind._defaults(algorithm).get(one.name, one.default)
+        defaults += f"; {algorithm}: {other}" if other != one.default else ""
+    return f"{rule.about}{choices} (default: {defaults})"
+
+
+def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
+    """Those of the parsed arguments that are fields of the configuration."""
+    return {one.name: given[one.name] for one in every_field(kind) if one.name in given}
+
+
+def from_flags(given: Mapping[str, Any], kind: type[Configuration]) -> Any:
+    """The configuration that parsed arguments ask for."""
+    return kind.of(**flags_given(given, kind))
+
+
+def _flat(content: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
+    """The entries of groups in the place of the groups. ValueError for what is no group of these,
+    and for an entry that stands in and beside one."""
+    names = {one.name: one.metadata["group"] for one in _fields(kind) if "group" in one.metadata}
+    found: dict[str, Any] = {}
+    for name, value in content.items():
+        entries = {name: value}
+        if name in names:
+            if not isinstance(value, dict):
+                raise RefusedError(f"{name} = {shown(value)} is no group of settings")
+            entries = value
+            require_known(entries, [one.name for one in fields(names[name])], f"field of {name}")
+        if twice := [each for each in entries if each in found]:
+            raise RefusedError(f"it has {', '.join(twice)} twice")
+        found |= entries
+    return found
+
+
+def _fields(kind: Any) -> Any:
+    return fields(kind)

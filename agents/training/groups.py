@@ -1,0 +1,98 @@
+"""Settings that machines share: those of one algorithm each, as groups, and fields by name."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+from stickslip.agents.foreign.reading import LARGEST_TEXT
+from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.training.configuration import Settings, entry
+from stickslip.dynamics.plain_checks import require_memory
+
+MOST_STEPS = 10**12 - 1
+"""What the name of a checkpoint has room for."""
+SHARED = {
+    "algorithm": Rule(str, "learning algorithm", choices=("ppo",)),
+    "timesteps": Rule(int, "control steps in all", low=1, high=MOST_STEPS),
+    "seed": Rule(int, "of everything random", low=0, high=2**31 - 1),
+    "num_envs": Rule(int, "environments side by side", low=1, high=65536),
+    "learning_rate": Rule(float, "at the beginning", low=0, strict=True),
+    "final_learning_rate": Rule(float, "at the end", low=0),
+    "discount": Rule(float, "gamma, per control step", low=0, high=1),
+    "batch_size": Rule(int, "samples a gradient step", low=2),
+    "hidden": Rule(int, "units a hidden layer", low=1, high=4096),
+    "layers": Rule(int, "hidden layers", low=1, high=8),
+    "threads": Rule(int, "of PyTorch", low=1, high=256),
+    "checkpoint_interval": Rule(int, "steps to the next checkpoint", low=1, high=MOST_STEPS),
+    "keep_checkpoints": Rule(int, "of the latest, beside the best", low=1),
+    "evaluation_episodes": Rule(int, "episodes an evaluation", low=1, high=65536),
+}
+"""Fields that mean the same whatever is trained."""
+
+
+def shared(name: str, default: Any) -> Any:
+    """The field of that name, with a machine's own default."""
+    return field(default=default, metadata={"rule": SHARED[name]})
+
+
+@dataclass(frozen=True)
+class PPOSettings(Settings):
+    """Of proximal policy optimisation."""
+
+    rollout_steps: int = entry(128, int, "steps of each environment an update", low=2)
+    epochs: int = entry(6, int, "passes over a rollout", low=1)
+    gae_lambda: float = entry(0.95, float, "of the advantage estimate", low=0, high=1)
+    clip_range: float = entry(0.2, float, "of the probability ratio", low=0, strict=True)
+    noise: float = entry(
+        0.22,
+        float,
+        "standard deviation of exploration, the largest action being 1",
+        low=0,
+        strict=True,
+    )
+    final_noise: float = entry(0.03, float, "the same at the end", low=0, strict=True)
+
+
+@dataclass(frozen=True)
+class SACSettings(Settings):
+    """Of soft actor-critic."""
+
+    buffer_size: int = entry(300_000, int, "transitions remembered", low=1)
+    learning_starts: int = entry(10_000, int, "random steps beforehand", low=0)
+    gradient_steps: int = entry(8, int, "gradient steps a step of all", low=1)
+    soft_update: float = entry(0.005, float, "tau of the target network", low=0, high=1)
+
+
+def require_whole_batches(config: Any) -> None:
+    """Raise ValueError unless PPO's batches divide a rollout of the configuration."""
+    rollout = config.num_envs * config.ppo.rollout_steps
+    if config.batch_size > rollout or rollout % config.batch_size:
+        raise ValueError(
+            f"batch_size = {config.batch_size} is not accepted; accepted: a divisor of "
+            f"num_envs x rollout_steps = {rollout}"
+        )
+
+
+def require_room(config: Any, observation: int) -> None:
+    """Raise ValueError for networks that no policy file holds, and for samples that no memory does.
+
+    observation: about how many numbers an observation has.
+    """
+    from stickslip.agents.foreign.arrays import LARGEST
+
+    widths = [observation, *[config.hidden] * config.layers, 2]
+    size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
+    if size > LARGEST - 2 * LARGEST_TEXT:
+        raise ValueError(
+            f"hidden = {config.hidden} with layers = {config.layers} makes a policy of {size:,} "
+            f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
+        )
+    if config.algorithm == "sac":
+        given, samples = f"buffer_size = {config.sac.buffer_size}", config.sac.buffer_size
+    else:
+        steps = config.ppo.rollout_steps
+        given = f"num_envs = {config.num_envs} with rollout_steps = {steps}"
+        samples = config.num_envs * steps
+    require_memory(given, "samples", samples, 8 * (observation + 8))

@@ -1,0 +1,88 @@
+"""A table that grows while a run goes on, as CSV, and that a killed run can go on with."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from typing import TYPE_CHECKING
+
+from stickslip.agents.foreign.reading import LARGEST_TABLE, RefusedError, read_text, refusing
+from stickslip.dynamics.checks import shown
+from stickslip.records.files import write_whole
+from stickslip.records.table import cell_text, csv_line
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+KEY = "timesteps"
+WHOLE = re.compile(r"[0-9]{1,12}")
+NUMBER = re.compile(r"|-?[0-9]{1,20}(?:\.[0-9]{0,20})?(?:e[+-]?[0-9]{1,2}|e-[0-9]{3})?")
+
+
+class MetricsFile:
+    """Rows in order of their `timesteps`, each on the disk once `append` returns.
+
+    Opened at `upto`, rows past it are dropped, as is a last line that was cut short: what is
+    written after a resumption follows on what the checkpoint knew. Numbers that are not finite are
+    left empty. ValueError for a file of other columns or with anything but numbers in it.
+    """
+
+    def __init__(self, path: Path, columns: tuple[str, ...], upto: int = 0):
+        self.path, self.columns = path, (KEY, *columns)
+        lines = [self.columns]
+        if path.exists():
+            rows = read_rows(path)
+            if rows and tuple(rows[0]) != self.columns:
+                raise ValueError(
+                    f"{path}: its columns are {shown(list(rows[0]))}; accepted: those of this "
+                    f"run, {', '.join(self.columns)}"
+                )
+            lines += [tuple(row.values()) for row in rows if int(row[KEY]) <= upto]
+        write_whole(path, "".join(map(csv_line, lines)))
+
+    def append(self, timesteps: int, values: Mapping[str, float]) -> None:
+        """Add a row; columns without a value stay empty."""
+        row = [values.get(name, math.nan) for name in self.columns[1:]]
+        with self.path.open("a", encoding="utf-8", newline="") as file:
+            file.write(csv_line([timesteps, *(_number(value) for value in row)]))
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file by column; lines of another length than the head's are left out.
+
+    A line without its end is one that was being written. ValueError, naming the file, unless every
+    cell is empty or a number and the first of each row a whole one.
+    """
+    try:
+        with refusing("the table"):
+            text = read_text(path, LARGEST_TABLE)
+            whole = text[: text.rfind("\n") + 1]
+            head, *rows = list(csv.reader(io.StringIO(whole))) or [[]]
+            found = [dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)]
+            _require_numbers(found)
+    except RefusedError as error:
+        raise ValueError(f"{path}: {error}; accepted: a table as training wrote it") from error
+    return found
+
+
+def read_columns(path: Path) -> dict[str, list[float]]:
+    """The columns of a CSV file as numbers, NaN where empty; none if there is no file."""
+    rows = read_rows(path) if path.exists() else []
+    names = rows[0].keys() if rows else ()
+    return {name: [float(row[name] or "nan") for row in rows] for name in names}
+
+
+def _require_numbers(rows: list[dict[str, str]]) -> None:
+    for row in rows:
+        for name, cell in row.items():
+            if not (WHOLE if name == KEY else NUMBER).fullmatch(cell):
+                raise RefusedError(f"{shown(name)} = {shown(cell)} is no number")
+    if rows and KEY not in rows[0]:
+        raise RefusedError(f"it has no column {KEY}")
+
+
+def _number(value: float) -> str:
+    return cell_text(float(value), 7) if math.isfinite(value) else ""

@@ -1,0 +1,234 @@
+"""A training run in a directory that a killed run can go on in, whatever learns.
+
+A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
+environments anew from the seed and the number of steps so far, so it depends on nothing but the
+checkpoint before it: a run that was killed and resumed ends with the policy, the metrics and the
+evaluations of one that was not, to the last bit on the same machine and versions (the columns of
+wall-clock time aside). A run stopped by `stop` (Ctrl-C) adds a checkpoint where it stood, and so
+goes on with other random numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from contextlib import ExitStack
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.agents.evaluation.table import INTERVALS
+from stickslip.agents.policy.file import save_policy
+from stickslip.agents.registry import machine_of_config
+from stickslip.agents.training.checkpoint import (
+    POLICY,
+    TrainState,
+    drop_checkpoints,
+    folder_name,
+    list_checkpoints,
+    read_model,
+    write_checkpoint,
+)
+from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
+from stickslip.agents.training.metrics import MetricsFile, read_columns
+from stickslip.agents.training.progress import Progress
+from stickslip.agents.training.trained import Trained
+from stickslip.agents.training.trainer import Trainer, Update, trainer_of
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.agents.machine import Machine
+    from stickslip.agents.training.configuration import Configuration
+
+PACKAGES = ("tensorboard", "filelock", "tqdm")
+"""Of the extra `train`, needed whatever learns."""
+COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
+"""Of metrics.csv, before those of the machine's episodes and of the trainer."""
+
+
+def train(
+    config: Configuration | None,
+    directory: str | Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    bar: bool | None = None,
+    stop: Callable[[], bool] = lambda: False,
+    after: float = 0.0,
+) -> Trained:
+    """Train in a directory and return what came of it. Needs the extra `train`.
+
+    config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
+    evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
+    for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
+    and Trained.finished is false. ValueError for a directory in use and for anything damaged in it.
+    """
+    directory = Path(directory)
+    for package in PACKAGES:
+        import_module(package)  # before anything is written
+    if config is not None:
+        trainer_of(config)  # likewise
+        machine_of_config(config).training_task(config)  # for its ValueError
+    if resume:
+        read_config(directory)  # nothing to resume is no reason to make a directory
+    with only_writer(directory), ExitStack() as stack:
+        run = open_run(directory, config, resume=resume, overwrite=overwrite)
+        return _Training(run, bar, stop, stack, after).train()
+
+
+class _Training:
+    """One process's part of a run."""
+
+    def __init__(
+        self,
+        run: Run,
+        bar: bool | None,
+        stop: Callable[[], bool],
+        stack: ExitStack,
+        after: float,
+    ):
+        from stickslip.agents.training.tensorboard import TensorBoard
+
+        self.run, self.config = run, run.config
+        self.machine = machine_of_config(run.config)
+        self.task = self.machine.training_task(run.config)
+        self.about = self.machine.describe(self.task.env, self.task.tested)
+        self.period = float(np.asarray(self.task.training.control_period))
+        at = run.state.timesteps if run.state else 0
+        kind = trainer_of(run.config)
+        self.trainer = kind(run.config, self.task.env, self.task.training, self._report, stop)
+        stack.callback(self.trainer.close)
+        if run.latest is not None:
+            _take_up(self.trainer, run.latest)
+        self.trainer.timesteps = at
+        self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
+        self.metrics = MetricsFile(
+            run.path / "metrics.csv", metric_columns(self.machine, self.trainer), upto=at
+        )
+        self.evaluations = MetricsFile(
+            run.path / "evaluations.csv", ("seconds", *_evaluation_columns(self.machine)), upto=at
+        )
+        self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
+        self.progress = stack.enter_context(
+            Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
+        )
+
+    def train(self) -> Trained:
+        """Stretch after stretch to the end."""
+        self._tidy()
+        total, interval = self.config.timesteps, self.config.checkpoint_interval
+        while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
+            self.trainer.begin_stretch(at)
+            self.clock.begin(at)
+            self.trainer.advance(min((at // interval + 1) * interval, total))
+            self.clock.stop()
+            if self.trainer.timesteps > at:
+                self._check_point()
+        return Trained(
+            self.run.path,
+            self.run.path / POLICY,
+            self.config,
+            self.trainer.timesteps,
+            self.clock.seconds,
+            self.trainer.timesteps >= total,
+        )
+
+    def _report(self, update: Update) -> None:
+        """Write a row of metrics, and show it."""
+        rate = self.clock.lap(update.timesteps)
+        ended = update.ended
+        row = {
+            "seconds": self.clock.seconds,
+            "steps_per_second": rate,
+            "learning_rate": update.learning_rate,
+            "noise": update.noise,
+            **(self.machine.summary(ended, self.period) if ended else {"episodes": 0}),
+            **update.losses,
+        }
+        self.metrics.append(update.timesteps, row)
+        self.board.add("train", update.timesteps, row)
+        self.progress.show(update.timesteps, row)
+
+    def _check_point(self) -> None:
+        """Evaluate the policy and write it all down. The evaluation's row comes first: a checkpoint
+        that exists has one."""
+        at, seconds = self.trainer.timesteps, self.clock.seconds
+        if not self.trainer.is_finite():
+            raise ValueError(
+                f"training diverged before step {at}: the policy's parameters are no longer finite "
+                "(the checkpoints are whole); accepted: a smaller learning_rate"
+            )
+        policy = self.trainer.policy()
+        row = self.machine.evaluate_policy(self.task, policy, self.config)
+        self.evaluations.append(at, {"seconds": seconds} | row)
+        self.board.add("evaluation", at, row)
+        self.progress.tell(at, row)
+        about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
+        state = TrainState(at, seconds, self.config.digest)
+        write_checkpoint(
+            self.run.checkpoints,
+            state,
+            self.trainer.take_state(),
+            lambda path: save_policy(policy, path, about),
+        )
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Keep the latest checkpoints and the best, whose policy becomes the run's."""
+        every = list_checkpoints(self.run.checkpoints)
+        best = self.run.checkpoints / folder_name(best_evaluation(self.run.path)[0])
+        drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], best])
+        if best in every:
+            write_whole(self.run.path / POLICY, (best / POLICY).read_bytes())
+
+
+class _Clock:
+    """Time spent learning, evaluations and checkpoints aside. seconds: so far [s]."""
+
+    def __init__(self, seconds: float, timesteps: int):
+        self.seconds, self._timesteps, self._since = seconds, timesteps, 0.0
+
+    def begin(self, timesteps: int) -> None:
+        """A stretch begins."""
+        self._timesteps, self._since = timesteps, time.monotonic()
+
+    def lap(self, timesteps: int) -> float:
+        """So many steps were made; the rate since the last lap [1/s]."""
+        now, gone = time.monotonic(), timesteps - self._timesteps
+        passed = now - self._since
+        self.seconds, self._since, self._timesteps = self.seconds + passed, now, timesteps
+        return gone / max(passed, 1e-9)
+
+    def stop(self) -> None:
+        """The stretch ends."""
+        self.seconds += time.monotonic() - self._since
+
+
+def best_evaluation(directory: Path) -> tuple[int, float]:
+    """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
+    rows = read_columns(directory / "evaluations.csv")
+    pairs = zip(rows.get("timesteps", []), rows.get("return", []), strict=True)
+    best = max(pairs, key=lambda pair: (pair[1], pair[0]), default=(0, -math.inf))
+    return int(best[0]), best[1]
+
+
+def metric_columns(machine: Machine, trainer: Trainer) -> tuple[str, ...]:
+    """Columns of metrics.csv after the number of steps."""
+    return (*COLUMNS, *machine.episode, *trainer.losses)
+
+
+def _take_up(trainer: Trainer, checkpoint: Path) -> None:
+    """Go on from a checkpoint. ValueError naming it where it is of something else."""
+    state: dict[str, Any] = read_model(checkpoint)
+    try:
+        trainer.put_state(state)
+    except ValueError as error:
+        raise ValueError(f"{checkpoint}: {error}; accepted: this run's own") from error
+
+
+def _evaluation_columns(machine: Machine) -> tuple[str, ...]:
+    return (*machine.evaluated, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))

@@ -1,0 +1,44 @@
+"""A configuration for machines that ask for nothing of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stickslip.agents.training.configuration import Configuration, group
+from stickslip.agents.training.groups import PPOSettings, require_whole_batches, shared
+
+
+@dataclass(frozen=True)
+class StandardConfig(Configuration):
+    """Training with PPO. A machine's own configuration is a frozen dataclass on top, which says
+    `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
+    """
+
+    algorithm: str = shared("algorithm", "ppo")
+    seed: int = shared("seed", 0)
+    timesteps: int = shared("timesteps", 1_000_000)
+
+    num_envs: int = shared("num_envs", 64)
+    learning_rate: float = shared("learning_rate", 1e-3)
+    final_learning_rate: float = shared("final_learning_rate", 1e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 512)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
+    ppo: PPOSettings = group(PPOSettings)
+
+    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 32)
+
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
+
+    def _check_together(self) -> None:
+        require_whole_batches(self)

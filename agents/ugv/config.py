@@ -1,0 +1,103 @@
+"""The configuration of the UGV's training runs: every number of it, as a flag and as JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stickslip.agents.training.configuration import Configuration, entry, group
+from stickslip.agents.training.groups import (
+    MOST_STEPS,
+    PPOSettings,
+    require_room,
+    require_whole_batches,
+    shared,
+)
+from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+
+OBSERVATION = 9
+"""Numbers in an observation, the preview aside."""
+
+
+@dataclass(frozen=True)
+class UGVTrainConfig(Configuration):
+    """How a policy of the UGV is trained, with PPO. The defaults take minutes on two cores.
+
+    Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
+    from them; groups as in TrainConfig. Bad values raise ValueError naming the field, what was
+    given and what is accepted.
+    """
+
+    algorithm: str = shared("algorithm", "ppo")
+    seed: int = shared("seed", 0)
+    timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
+
+    criterion: str = entry(
+        "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
+    )
+    tracks: str = entry(
+        GROUND,
+        str,
+        f"ground, drawn at each start: {', '.join(RANDOM)}; or {', '.join(FIXED)}; or a file",
+    )
+    friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
+    random_friction: tuple[float, float] | None = entry(
+        None, "range", "friction drawn at each start instead", low=0, optional=True
+    )
+    leg_rate: float = entry(1.0, float, "of the legs at action 1 [rad/m]", low=0, strict=True)
+    spacing: float = entry(0.1, float, "way of a step [m]", low=0, strict=True)
+    start_angle: float = entry(90.0, float, "of both legs at the start [degrees]", low=0, high=180)
+    random_start: tuple[float, float] | None = entry(
+        None,
+        "range",
+        "angles drawn at each start of training episodes instead [degrees]",
+        low=0,
+        high=180,
+        optional=True,
+    )
+    preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
+    preview_length: float = entry(4.0, float, "how far ahead [m]", low=0, strict=True)
+    preview_noise: float | None = entry(
+        None, float, "standard deviation of each [m]", low=0, optional=True
+    )
+    reward_scale: float | None = entry(
+        None,
+        float,
+        "factor on the training reward, by default what makes a usual cost about 1",
+        low=0,
+        strict=True,
+        optional=True,
+    )
+    failure: float = entry(10.0, float, "penalty of a failure in the scaled training reward", low=0)
+
+    num_envs: int = shared("num_envs", 64)
+    learning_rate: float = shared("learning_rate", 3e-3)
+    final_learning_rate: float = shared("final_learning_rate", 3e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 512)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
+    ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
+
+    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 32)
+
+    machine = "ugv"
+    GROUPS: ClassVar = {
+        "algorithm": "run",
+        "criterion": "task",
+        "preview": "what is observed of the ground",
+        "reward_scale": "training reward",
+        "num_envs": "learning",
+        "rollout_steps": "PPO",
+        "checkpoint_interval": "checkpoints and evaluations",
+    }
+    EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
+
+    def _check_together(self) -> None:
+        self._require_inside("friction", "random_friction")
+        require_room(self, self.preview + OBSERVATION)
+        require_whole_batches(self)

@@ -1,0 +1,150 @@
+"""Baseline controllers of the UGV, to measure a policy against. See stickslip.agents.protocol."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.protocol import Memoryless
+from stickslip.dynamics.checks import require_integer, require_number
+from stickslip.envs.ugv.env import UGVEnv
+
+if TYPE_CHECKING:
+    from jax.typing import ArrayLike
+    from jaxtyping import Array, Float
+
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
+
+
+MOST_POSTURES = 1000
+"""Of each leg, that FixedPosture tries."""
+
+
+def towards(
+    target: ArrayLike, env_state: UGVEnvState, env_params: UGVEnvParams
+) -> Float[Array, " 2"]:
+    """The action that brings the legs as near to the angles [2] as one step can [rad]."""
+    angles = env_state.leg_angles
+    step = env_params.leg_rate * env_params.spacing
+    return jnp.clip((jnp.asarray(target, angles.dtype) - angles) / step, -1.0, 1.0)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class FollowPath(Memoryless):
+    """Play back a path: the legs' angles at every waypoint, the first included.
+
+    angles: [K, 2], rear and front [rad]; a result's `leg_angles`. Past its end the last pair
+    stands.
+    """
+
+    angles: ArrayLike
+
+    def validate(self) -> FollowPath:
+        """Return self, or raise ValueError naming the field."""
+        require_number("angles", self.angles, low=0.0, accepted="finite angles >= 0 [rad]")
+        if np.ndim(self.angles) < 2 or np.shape(self.angles)[-1] != 2:
+            raise ValueError(f"angles has shape {np.shape(self.angles)}; accepted: [K, 2]")
+        return self
+
+    def act(
+        self,
+        memory: None,
+        obs: Float[Array, " obs"],
+        env_state: UGVEnvState,
+        env_params: UGVEnvParams,
+    ) -> tuple[None, Float[Array, " 2"]]:
+        """See Controller."""
+        last = np.shape(self.angles)[0] - 1
+        at = jnp.minimum(env_state.elapsed + 1, last)
+        return memory, towards(jnp.asarray(self.angles)[at], env_state, env_params)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class FixedPosture:
+    """Go to one posture as fast as the legs turn, and keep it: the best on the very track.
+
+    At the start of an episode `count` x `count` pairs of angles are driven with to the end, on the
+    ground and friction that the episode has, and the one of the greatest return is taken (static:
+    env, count). It sees what no policy sees, but does not use it on the way.
+    """
+
+    env: UGVEnv = field(default_factory=UGVEnv, metadata={"static": True})
+    count: int = field(default=9, metadata={"static": True})
+
+    def validate(self) -> FixedPosture:
+        """Return self, or raise ValueError naming the field."""
+        require_integer("count", self.count, high=MOST_POSTURES)
+        return self
+
+    def init(self, env_params: UGVEnvParams, env_state: UGVEnvState) -> Float[Array, " 2"]:
+        """The posture."""
+        dtype, vehicle = env_state.leg_angles.dtype, env_params.vehicle
+        part = jnp.linspace(0, 1, self.count, dtype=dtype)
+        one = vehicle.leg_angle_min + (vehicle.leg_angle_max - vehicle.leg_angle_min) * part
+        pairs = jnp.stack(jnp.meshgrid(one, one), -1).reshape(-1, 2)
+        returns = jax.vmap(lambda pair: self._return_with(pair, env_state, env_params))(pairs)
+        return pairs[jnp.argmax(returns)]
+
+    def act(
+        self,
+        memory: Float[Array, " 2"],
+        obs: Float[Array, " obs"],
+        env_state: UGVEnvState,
+        env_params: UGVEnvParams,
+    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"]]:
+        """See Controller."""
+        return memory, towards(memory, env_state, env_params)
+
+    def _return_with(self, pair, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, ""]:
+        """The return of keeping a posture; of two that fail, the later failure is worth more."""
+
+        def step(state: UGVEnvState) -> UGVEnvState:
+            return self.env.step_env(state, towards(pair, state, params), params)[1]
+
+        end = jax.lax.while_loop(lambda state: ~state.over, step, state)
+        missed = params.steps - end.elapsed
+        late = params.reward_scale * params.failure_penalty * missed.astype(state.cost.dtype)
+        return end.totals.reward - late
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class LevelBody(Memoryless):
+    """Keep the body level: the leg on the low side straightens, the other one spreads.
+
+    Both angles begin at `posture` and keep their mean there: rear = posture - share,
+    front = posture + share, where share grows by gain x pitch a step. posture [rad]. gain [-]:
+    about how much of the pitch is taken out in a step. Wanted angles stay between 90 degrees
+    (straight down) and the end of the legs' range.
+    """
+
+    posture: ArrayLike = 2 * np.pi / 3
+    gain: ArrayLike = 0.8
+
+    def validate(self) -> LevelBody:
+        """Return self, or raise ValueError naming the field."""
+        require_number("posture", self.posture, low=0.0, accepted="a finite angle >= 0 [rad]")
+        require_number("gain", self.gain, low=0.0, accepted="finite, >= 0")
+        return self
+
+    def act(
+        self,
+        memory: None,
+        obs: Float[Array, " obs"],
+        env_state: UGVEnvState,
+        env_params: UGVEnvParams,
+    ) -> tuple[None, Float[Array, " 2"]]:
+        """See Controller."""
+        rear, front = env_state.leg_angles
+        share = (front - rear) / 2 + self.gain * env_state.attitude.pitch
+        wanted = self.posture + share * jnp.asarray([-1.0, 1.0], share.dtype)
+        highest = env_params.vehicle.leg_angle_max
+        wanted = jnp.clip(wanted, jnp.minimum(np.pi / 2, highest), highest)
+        return memory, towards(wanted, env_state, env_params)

@@ -1,0 +1,156 @@
+"""The UGV as a machine. See stickslip.agents.machine.Machine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.machine import Machine, Option
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.names import FILM, FRAMES, UGV_BASELINES
+from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
+from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    import numpy as np
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.ugv.task import UGVParts
+    from stickslip.agents.ugv.training import UGVTask
+    from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams
+
+
+class UGVMachine(Machine):
+    """The vehicle on legs: its scenes are grounds."""
+
+    name, title = "ugv", "UGV"
+    environment = "UGVEnv"
+    outputs, actions = 2, "the rates of the UGV's legs"
+    configuration = UGVTrainConfig
+    modules = (
+        "stickslip.dynamics.ugv.params",
+        "stickslip.dynamics.ugv.pose_solver",
+        "stickslip.dynamics.ugv.roughness",
+        "stickslip.dynamics.ugv.shapes",
+        "stickslip.dynamics.ugv.spline",
+        "stickslip.dynamics.ugv.track",
+        "stickslip.envs.ugv.env",
+        "stickslip.envs.ugv.randomisation",
+    )
+    baselines = UGV_BASELINES
+    scenes, scene_files = TRACK_NAMES, "or a file of points"
+    evaluated = ("return", "cost", "score", "total_energy", "demand", "failures")
+    episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
+    film, frames = FILM, FRAMES
+
+    def usual_scene(self, viewed: bool = False) -> str:
+        """See Machine."""
+        return VIEWED if viewed else GROUND
+
+    def options(self, viewed: bool = False) -> tuple[Option, ...]:
+        """See Machine."""
+        return (
+            Option("friction", "between wheels and ground [-]", metavar="MU"),
+            Option(
+                "criterion",
+                "what is to be small, see below (default: the policy's own)",
+                str,
+                metavar="NAME",
+            ),
+        )
+
+    def tables(self) -> dict[str, Mapping[str, str]]:
+        """See Machine."""
+        return {"criteria of the UGV": CRITERIA_IN_WORDS}
+
+    def describe(self, env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+        """See Machine."""
+        from stickslip.agents.ugv import task
+
+        return task.describe_ugv(env, params)
+
+    def read_task(self, metadata: Mapping[str, Any]) -> UGVParts | None:
+        """See Machine."""
+        from stickslip.agents.ugv import task
+
+        return task.read_task(metadata)
+
+    def standard_task(self, metadata: Mapping[str, Any]) -> UGVParts:
+        """See Machine."""
+        from stickslip.agents.ugv import task
+
+        return task.standard_task(metadata)
+
+    def sightless(self, env: UGVEnv) -> UGVEnv:
+        """See Machine."""
+        from dataclasses import replace
+
+        return replace(env, preview=0)
+
+    def baseline(self, name: str, env: UGVEnv) -> Any:
+        """See Machine."""
+        from stickslip.agents.ugv.names import ugv_baseline
+
+        return ugv_baseline(name, env)
+
+    def measures(self, env: UGVEnv) -> Measures:
+        """See Machine."""
+        from stickslip.agents.ugv.evaluate import ugv_measures
+
+        return ugv_measures(env)
+
+    def unit_of(self, env: UGVEnv) -> str:
+        """See Machine."""
+        return f"{env.measure.unit} of {env.criterion}"
+
+    def training_task(self, config: UGVTrainConfig) -> UGVTask:
+        """See Machine."""
+        from stickslip.agents.ugv.training import make_ugv_task
+
+        return make_ugv_task(config)
+
+    def evaluate_policy(
+        self, task: UGVTask, policy: Any, config: UGVTrainConfig
+    ) -> dict[str, float]:
+        """See Machine."""
+        from stickslip.agents.ugv.training import evaluate_policy
+
+        return evaluate_policy(task, policy, config, self.evaluated)
+
+    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+        """See Machine."""
+        from stickslip.agents.ugv.training import summary
+
+        return summary(ended)
+
+    def beside_bar(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        unknown = float("nan")
+        return f"return {row.get('return', unknown):.2f}, cost {row.get('cost', unknown):.4g}"
+
+    def line(self, row: Mapping[str, float]) -> str:
+        """See Machine."""
+        return (
+            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
+            f"{row['score']:6.3f} of the optimum  with legs {row['total_energy']:7.1f} J  "
+            f"failures {100 * row['failures']:3.0f} %"
+        )
+
+    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+        """See Machine."""
+        from stickslip.agents.ugv.products import write_products
+
+        return write_products(trained, played)
+
+    def plot_episode(
+        self, played: Rollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
+    ) -> Path:
+        """See Machine."""
+        from stickslip.agents.ugv.products import plot_drive
+
+        return plot_drive(played, env, params, path, title)

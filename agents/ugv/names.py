@@ -1,0 +1,29 @@
+"""Names of the UGV that the command line knows, and of what its runs leave."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from stickslip.dynamics.plain_checks import require_choice
+
+if TYPE_CHECKING:
+    from stickslip.envs.ugv.env import UGVEnv
+
+UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
+FILM, FRAMES = "drive.gif", 10.0
+"""The animation of a finished run, and its pictures a second, at most one a step."""
+
+
+def ugv_baseline(name: str, env: UGVEnv) -> Any:
+    """A baseline or planner for an environment. ValueError for an unknown name."""
+    from stickslip.agents.ugv.controllers import FixedPosture, LevelBody
+    from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
+
+    known = {
+        "fixed-posture": lambda: FixedPosture(env),
+        "level-body": LevelBody,
+        "receding-horizon": RecedingHorizon,
+        "optimum": Optimum,
+    }
+    require_choice("baseline", name, UGV_BASELINES)
+    return known[name]()

@@ -1,0 +1,124 @@
+"""What a configuration asks of the UGV's environment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.table import row_of_test
+from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.agents.ugv.evaluate import optima, ugv_measures
+from stickslip.agents.ugv.plans import Optimum
+from stickslip.agents.ugv.tracks import ground_by_name
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import PoseSolver
+from stickslip.envs.ugv.env import UGVEnv
+from stickslip.envs.ugv.params import UGVEnvParams
+from stickslip.envs.ugv.randomisation import UGVRandomisation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.agents.ugv.config import UGVTrainConfig
+
+GRID = 21
+"""Angles of the optimiser's grid for the score during training."""
+SOLVER = PoseSolver(iterations=5, samples=8)
+"""Of training: unrolled, which suits batches; exact to rounding on such ground."""
+USUAL = {
+    "wheel_energy": 300.0,
+    "total_energy": 300.0,
+    "peak_torque": 50.0,
+    "torque_variation": 1e4,
+    "grip": 1000.0,
+    "normal_force": 1000.0,
+    "friction_demand": 0.1,
+}
+"""About what a drive over the default bump costs, in the criterion's unit."""
+
+
+class UGVTask(NamedTuple):
+    """The environment and its parameters."""
+
+    env: UGVEnv
+    training: UGVEnvParams
+    """With the training reward, and starts drawn if asked for."""
+    test: UGVEnvParams
+    """The reward in the criterion's unit, and the standard start."""
+
+    @property
+    def tested(self) -> UGVEnvParams:
+        """What a policy's file tells of."""
+        return self.test
+
+
+def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
+    """Build the task. ValueError for an unknown ground or numbers that do not go together."""
+    env = UGVEnv(config.criterion, config.preview, SOLVER)
+    ground = ground_by_name(config.tracks)
+    start = np.radians(config.start_angle)
+    common: dict[str, Any] = {
+        "track": ground.track,
+        "friction": config.friction,
+        "leg_rate": config.leg_rate,
+        "spacing": config.spacing,
+        "start_angles": (start, start),
+        "preview_length": config.preview_length,
+        "preview_noise": config.preview_noise,
+    }
+    drawn = UGVRandomisation(ground.drawn, config.random_friction)
+    test = env.make_params(randomisation=drawn, **common)
+    scale = config.reward_scale or 1 / USUAL[config.criterion]
+    if config.random_start is not None:
+        low, high = np.radians(config.random_start)
+        drawn = UGVRandomisation(ground.drawn, config.random_friction, (float(low), float(high)))
+    training = env.make_params(
+        randomisation=drawn,
+        reward_scale=scale,
+        failure_penalty=config.failure / scale,
+        **common,
+    )
+    return UGVTask(env, training, test)
+
+
+def evaluate_policy(
+    task: UGVTask, policy: Any, config: UGVTrainConfig, names: Sequence[str]
+) -> dict[str, float]:
+    """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
+    cost over the optimiser's on the same tracks: metrics by name."""
+    env, measures = replace(task.env, autoreset="disabled"), ugv_measures(task.env)
+    drawn = bool(task.test.randomisation.track or task.test.randomisation.friction)
+    seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if drawn else 1))
+    played = play(env, policy, task.test, seeds, measures.keep)
+    played = played._replace(optimum=_optima(config, len(seeds)))
+    return row_of_test(measures.columns, names, played)
+
+
+@lru_cache(maxsize=1)
+def _optima(config: UGVTrainConfig, count: int) -> np.ndarray:
+    """The optimiser's values on the test tracks, computed once."""
+    task = make_ugv_task(config)
+    env = replace(task.env, autoreset="disabled")
+    return optima(env, task.test, range(TEST_SEEDS, TEST_SEEDS + count), Optimum(GRID))
+
+
+def summary(ended: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Means over training episodes; of the cost, over those that reached the end."""
+    failed = np.asarray(ended["status"] != Status.OK)
+
+    def mean(name: str, rows: np.ndarray) -> float:
+        values = np.asarray(ended["episode_" + name], float)[rows]
+        return float(values.mean()) if len(values) else np.nan
+
+    every = np.ones(len(failed), bool)
+    return {
+        "episodes": len(failed),
+        "return": mean("return", every),
+        "length": mean("length", every),
+        **{name: mean(name, ~failed) for name in ("cost", "wheel_energy", "total_energy")},
+        "failures": float(failed.mean()),
+    }

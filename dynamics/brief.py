@@ -1,0 +1,90 @@
+"""What parameters, scenes and tracks show of themselves: a line that a person can read."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+from jax.core import Tracer
+
+from stickslip.dynamics.plain_checks import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+FEW = 6
+"""So many numbers, or entries, are shown one by one."""
+LONGEST = 24
+"""Characters of what is no number."""
+
+
+def short_repr(self: Any) -> str:
+    """`__repr__` of a dataclass: its `in_short()`, or the entries that differ from their defaults.
+
+    Never raises: for batches, traced and deleted numbers and axes to map over, too.
+    """
+    name = type(self).__name__
+    try:
+        return self.in_short() if hasattr(self, "in_short") else f"{name}({joined(self)})"
+    except Exception:  # noqa: BLE001, a repr is read in a debugger, of whatever is half made
+        return f"{name}(...)"
+
+
+def joined(tree: Any, *first: str, usual: Mapping[str, Any] | None = None) -> str:
+    """What is said `first`, and the entries that differ from the usual ones, or a few of them."""
+    words = list(differing(tree, usual))
+    if len(words) > FEW:
+        words = [*words[: FEW // 2], f"{len(words) - FEW // 2} more"]
+    return ", ".join([*first, *words])
+
+
+def differing(tree: Any, usual: Mapping[str, Any] | None = None) -> Iterator[str]:
+    """ "name=value" of the entries that differ from `usual`, or from the fields' defaults."""
+    if usual is None:
+        usual = {one.name: one.default for one in fields(tree) if one.repr}
+    for name, default in usual.items():
+        value = getattr(tree, name)
+        if default is MISSING or not _same(value, default):
+            yield f"{name}={brief(value)}"
+
+
+def brief(value: Any) -> str:
+    """A number to four digits, a few of them in brackets, of many their type, shape and range."""
+    if isinstance(value, Tracer):
+        return f"traced{list(value.shape) or ''}"
+    if isinstance(value, tuple | list) and len(value) <= FEW:
+        return f"({', '.join(map(brief, value))})"
+    if isinstance(value, bool | str | None) or not _is_number(value):
+        own = is_dataclass(value) and type(value).__repr__ is short_repr
+        text = repr(value) if own else shown(value)
+        return text if own or len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    try:
+        array = np.asarray(value)
+    except Exception:  # noqa: BLE001, such as a buffer that was given away
+        return f"{type(value).__name__} that cannot be read"
+    if array.ndim == 0:
+        return f"{array.item():.4g}"
+    if array.ndim == 1 and array.size <= FEW:
+        return f"[{', '.join(f'{one:.4g}' for one in array.tolist())}]"
+    ends = f" from {array.min():.4g} to {array.max():.4g}" if array.size else ""
+    return f"{array.dtype}{list(array.shape)}{ends}"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number | np.ndarray | jax.Array) and not (
+        isinstance(value, np.ndarray) and value.dtype.kind not in "fiu"
+    )
+
+
+def _same(value: Any, default: Any) -> bool:
+    """Whether a value is known to be the default, or a batch of it, to single precision."""
+    if not (_is_number(value) or isinstance(value, tuple)) or default is None:
+        return value is default or (isinstance(value, str) and value == default)
+    leaves = jax.tree.leaves(value)
+    if any(isinstance(leaf, Tracer) for leaf in leaves):
+        return False
+    value, default = np.asarray(value), np.asarray(default)
+    alike = value.shape[value.ndim - default.ndim :] == default.shape
+    return alike and np.allclose(value, default, rtol=1e-6, atol=0)

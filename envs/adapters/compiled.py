@@ -1,0 +1,46 @@
+"""What an adapter is compiled from, to be read and not set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.dynamics.checks import require_kind, shown
+
+if TYPE_CHECKING:
+    from stickslip.envs.functional import FunctionalEnv
+
+
+class Compiled:
+    """An adapter with the environment and the parameters that its step was compiled with."""
+
+    _functional: FunctionalEnv
+    _params: Any
+
+    @property
+    def functional(self) -> FunctionalEnv:
+        """The functional environment."""
+        return self._functional
+
+    @property
+    def params(self) -> Any:
+        """Its parameters; fixed, as they are compiled in: make another environment for others."""
+        return self._params
+
+    def _episode_params(self, options: Any) -> Any:
+        """The parameters that the options of a reset ask for; None where they ask for nothing."""
+        if options is None:
+            return None
+        require_kind("options", options, Mapping, "None or a dict")
+        if not options:
+            return None
+        params = self.functional.episode_params(self.params, options)
+        bounds = (self.functional.observation_bounds(each) for each in (self.params, params))
+        if not all(map(np.array_equal, *bounds)):
+            raise ValueError(
+                f"options = {shown(dict(options))} would change what is observed; accepted: a "
+                "scene or track that leaves the observation as it is"
+            )
+        return params

@@ -1,0 +1,113 @@
+"""A Gymnasium environment over a functional one; no physics here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from stickslip.dynamics.checks import require_choice, require_kind
+from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.packed import PackedEnvs
+from stickslip.envs.adapters.spaces import action_space, observation_space
+from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.rendering import Window
+
+RENDER_MODES = ("human", "rgb_array")
+
+
+class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
+    """One functional environment as a gymnasium.Env.
+
+    `reset(seed=s)` starts the chain of episodes of seed s, the same in every adapter; a reset
+    without a seed goes on in the chain. info holds Python numbers under the functional
+    environment's names. Rendering needs the extra `viz` and neither a display nor GL.
+    """
+
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
+
+    def __init__(self, env: FunctionalEnv, params: Any, render_mode: str | None = None):
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        if env.autoreset != "disabled":
+            raise ValueError(
+                f"autoreset = {env.autoreset!r}; accepted: 'disabled', a gymnasium.Env is reset "
+                "by its user"
+            )
+        if render_mode is not None:
+            require_choice("render_mode", render_mode, RENDER_MODES, also="None")
+        self._functional, self._params, self.render_mode = env, params, render_mode
+        self.observation_space = observation_space(env, params)
+        self.action_space = action_space(env)
+        self.metadata = self.metadata | {"render_fps": round(1 / float(params.control_period))}
+        self._envs = PackedEnvs(env, params, 1)
+        self._seeded = False
+        self._over = False
+        self._info: dict[str, Any] = {}
+        self._renderer: Any = None
+        self._drawn: Any = None
+        self._window: Window | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode. options: what is different in this episode alone; see `help` of the
+        functional environment's class for their names. ValueError for unknown names and values.
+
+        How an episode starts is a number: other ones compile nothing but, once, the reset. A scene
+        or a track compiles a step the first time that its kind is asked for (seconds), and nothing
+        for other numbers of that kind.
+        """
+        params = self._episode_params(options)
+        super().reset(seed=seed)
+        if seed is not None or not self._seeded:
+            self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
+            self._seeded = True
+        obs = self._envs.reset(params=params)[0].astype(np.float32)
+        self._over, self._info = False, {}
+        if self._renderer is not None:
+            self._renderer.reset()
+        if self._drawn is not self._envs.params_of(0):
+            self._renderer, self._drawn = None, self._envs.params_of(0)
+        if self.render_mode == "human":
+            self.render()
+        return obs, {}
+
+    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """One control step. Raises ValueError for a bad action and after an episode's end."""
+        if not self._envs.begun or self._over:
+            raise ValueError("step without an episode; accepted: after reset()")
+        action = np.asarray(self.functional.check_action(action), self._envs.dtype)
+        results = self._envs.step(action[None])
+        terminated, truncated = bool(results.terminated[0]), bool(results.truncated[0])
+        self._over = terminated or truncated
+        self._info = {name: column[0].item() for name, column in results.info.items()}
+        if self.render_mode == "human":
+            self.render()
+        obs = results.obs[0].astype(np.float32)
+        return obs, float(results.reward[0]), terminated, truncated, dict(self._info)
+
+    def render(self) -> np.ndarray | None:
+        """The picture [height, width, 3] for "rgb_array"; shown in a window for "human"."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without render_mode; accepted: 'human', 'rgb_array'")
+            return None
+        if not self._envs.begun:
+            raise ValueError("render without an episode; accepted: after reset()")
+        params = self.params if self._drawn is None else self._drawn
+        if self._renderer is None:
+            self._renderer = self.functional.renderer(params)
+        state = self._envs.state_of(0)
+        picture = self._renderer.draw(self.functional.picture(state, self._info, params))
+        if self.render_mode == "rgb_array":
+            return picture
+        if self._window is None:
+            self._window = Window(fps=self.metadata["render_fps"])
+        self._window.show(picture)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None

@@ -1,0 +1,300 @@
+"""A batch of functional environments behind plain NumPy arrays: what every adapter stands on.
+
+One compiled call a step; its results come back in one array, which costs one copy instead of one
+for each entry of info.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_memory, shown
+from stickslip.envs.adapters.apart import Apart, kind_of, signature_of, unpack
+from stickslip.envs.adapters.codec import Codec
+from stickslip.envs.adapters.shared import Shared, chosen, split, table_of
+from stickslip.envs.functional import pure_step
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jaxtyping import Array
+
+    from stickslip.envs.functional import FunctionalEnv
+
+
+MOST_ENVS = 2**31 - 1
+"""In a batch: what an index of JAX's counts; memory refuses fewer."""
+COPIES = 4
+"""States and results of one step that exist at once, at least."""
+
+
+class Results(NamedTuple):
+    """One step of a batch of n environments; `info` has a column [n] for each entry."""
+
+    obs: np.ndarray
+    final_obs: np.ndarray
+    reward: np.ndarray
+    terminated: np.ndarray
+    truncated: np.ndarray
+    autoreset: np.ndarray
+    info: dict[str, np.ndarray]
+
+
+class _Layout(NamedTuple):
+    """What is static about a batch: hashable, the key of the compiled step."""
+
+    env: FunctionalEnv
+    shared: Shared | None
+    """None: every environment has parameters of its own, passed at each call."""
+    carry: Codec
+    """Of the key chains (as plain numbers) and the states."""
+
+    def batched(self, params: Any) -> tuple[Any, int | None]:
+        """The parameters and their axis for vmap."""
+        return (params, 0) if self.shared is None else (self.shared.params(), None)
+
+
+class PackedEnvs:
+    """n environments of one kind, each with its own chain of random keys.
+
+    Environment i starts its chain with `jax.random.key(seeds[i])`; every reset splits the chain and
+    gives the second part to `FunctionalEnv.reset`. So one seed means one sequence of episodes,
+    whatever the adapter and the size of the batch.
+    """
+
+    def __init__(self, env: FunctionalEnv, params: Any, num_envs: int, mapped: bool = False):
+        """`mapped`: every leaf of params has a leading axis [num_envs]; else all share them."""
+        self.env, self.num_envs = env, num_envs
+        params = jax.tree.map(jnp.asarray, params)
+        key = jax.eval_shape(lambda: jax.random.key(0))
+        one = jax.tree.map(lambda leaf: leaf[0], params) if mapped else params
+        obs, state = jax.eval_shape(env.reset_env, key, one)
+        action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
+        step = jax.eval_shape(partial(pure_step, env), key, state, action, one)
+        info, self._signature = step[5], signature_of((obs, *step[2:]))
+        data = jax.eval_shape(jax.random.key_data, key)
+        many = jax.tree.map(
+            lambda leaf: jax.ShapeDtypeStruct((num_envs, *leaf.shape), leaf.dtype), (data, state)
+        )
+        self.dtype = np.dtype(obs.dtype)
+        each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
+        require_memory(f"num_envs = {shown(num_envs)}", "environments", num_envs, COPIES * each)
+        shared = None if mapped else Shared(params)
+        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)))
+        self._params = params if mapped else None
+        self._carry: dict[str, Array] | None = None
+        self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
+        self._pending = np.zeros(num_envs, bool)
+        self._names = sorted(set(info) - {"final_obs", "autoreset"})
+        self._kinds = [np.dtype(info[name].dtype) for name in self._names]
+        self._width = obs.shape[0]
+        self._groups: dict[Any, Apart] = {}
+        self._apart = np.zeros(num_envs, bool)
+        self._ended = np.zeros(num_envs, bool)
+        self._given: list[Any] = [None] * num_envs
+
+    @property
+    def begun(self) -> bool:
+        """Whether there has been a reset."""
+        return self._carry is not None or bool(self._apart.any())
+
+    def state_of(self, index: int) -> Any:
+        """The functional state of an environment; after the first reset."""
+        groups = (group for group in self._groups.values() if group.members[index])
+        group = next(groups, None)
+        states = (self if group is None else group).unpacked()[1]
+        return jax.tree.map(lambda leaf: leaf[index], states)
+
+    def params_of(self, index: int) -> Any:
+        """The parameters that an environment steps with, where its episode has its own, or None."""
+        return self._given[index]
+
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Start the chain of every environment whose seed is not None; others keep theirs."""
+        given = np.asarray([seed is not None for seed in seeds])
+        numbers = np.asarray([0 if seed is None else seed % 2**32 for seed in seeds], np.uint32)
+        new = np.asarray(_chains(numbers))
+        self._seeded = np.where(given[:, None], new, self._seeded)
+        self._pending |= given
+
+    def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
+        """Begin new episodes, where `mask` is true if given; the observations [n, obs], which mean
+        nothing elsewhere.
+
+        params: of these episodes alone, as `FunctionalEnv.episode_params` makes them; None for
+        those of the batch. ValueError where their steps would return something else.
+        """
+        chains, begun, everyone = self._chains(), self.begun, np.ones(self.num_envs, bool)
+        mask = everyone if mask is None else mask
+        params = None if params is None else jax.tree.map(jnp.asarray, params)
+        group = None if params is None else self._group_for(params)
+        self._pending &= ~(mask if begun else everyone)
+        if group is None:
+            return self._begin(chains, mask if begun else everyone)
+        if not (begun or mask.all()):
+            self._begin(chains, everyone)
+        carry, obs = group.begin(chains, mask, params)
+        self._leave(mask)
+        if self._steps_alike(params):
+            whole = self._carry is None or mask.all()
+            self._carry = carry if whole else _merged(mask, carry, self._carry)
+        else:
+            group.members |= mask
+            self._apart |= mask
+            for index in map(int, np.flatnonzero(mask)):
+                self._given[index] = params
+        return obs
+
+    def step(self, actions: np.ndarray) -> Results:
+        """One control step of every environment; actions [n, act], checked already."""
+        table, width = self._stepped(actions), self._width
+        flags = table[:, 2 * width + 1 : 2 * width + 4] != 0
+        info = {
+            name: table[:, 2 * width + 4 + column].astype(kind, copy=False)
+            for column, (name, kind) in enumerate(zip(self._names, self._kinds, strict=True))
+        }
+        return Results(
+            obs=table[:, :width].copy(),
+            final_obs=table[:, width : 2 * width],
+            reward=table[:, 2 * width],
+            terminated=flags[:, 0],
+            truncated=flags[:, 1],
+            autoreset=flags[:, 2],
+            info=info,
+        )
+
+    def _stepped(self, actions: np.ndarray) -> np.ndarray:
+        """The rows of `table_of`."""
+        if not self._apart.any():
+            return self._stepped_together(actions)
+        columns = 2 * self._width + 4 + len(self._names)
+        table = np.zeros((self.num_envs, columns), self.dtype)
+        if not self._apart.all():
+            table = self._stepped_together(actions)
+        for group in self._groups.values():
+            if group.members.any():
+                table = np.where(group.members[:, None], group.step(actions), table)
+        self._reset_apart(table)
+        return table
+
+    def _stepped_together(self, actions: np.ndarray) -> np.ndarray:
+        """The rows of `table_of`, in the batch's own step."""
+        self._carry, table = _step(self._layout, self._carry, actions, self._params)
+        return np.array(table)
+
+    def _reset_apart(self, table: np.ndarray) -> None:
+        """What autoreset does, for environments apart: they go on with the batch's parameters."""
+        width, autoreset = self._width, 2 * self._width + 3
+        ends = self._apart & table[:, autoreset - 2 : autoreset].any(axis=1)
+        if self.env.autoreset == "same_step" and ends.any():
+            table[ends, :width] = self.reset(ends)[ends]
+            table[ends, autoreset] = 1
+        if self.env.autoreset == "next_step":
+            over, self._ended = self._ended, ends & ~self._ended
+            if over.any():
+                obs = self.reset(over)[over]
+                table[over] = 0
+                table[over, : 2 * width] = np.tile(obs, 2)
+                table[over, autoreset] = 1
+
+    def _begin(self, chains: np.ndarray, mask: np.ndarray) -> np.ndarray:
+        """Episodes with the batch's own parameters."""
+        before = None if mask.all() else self._carry
+        self._carry, obs = _reset(self._layout, chains, self._params, mask, before)
+        self._leave(mask)
+        return np.array(obs)
+
+    def _leave(self, mask: np.ndarray) -> None:
+        """The episodes apart are over where the mask is true."""
+        self._apart &= ~mask
+        self._ended &= ~mask
+        for group in self._groups.values():
+            group.members &= ~mask
+        for index in map(int, np.flatnonzero(mask)) if any(self._given) else ():
+            self._given[index] = None
+
+    def _group_for(self, params: Any) -> Apart:
+        """Where episodes with parameters of this structure are stepped."""
+        shared = self._layout.shared
+        if shared is None:
+            raise ValueError("options beside parameters of every environment's own; accepted: none")
+        usual = shared.params()
+        key = kind_of(self.env, usual, params)
+        if key not in self._groups:
+            try:
+                group = Apart(self.env, usual, params, self.num_envs)
+            except (TypeError, ValueError) as error:
+                raise ValueError(
+                    "options: such an episode cannot be stepped; accepted: the numbers of one "
+                    "episode, not a batch"
+                ) from error
+            if group.signature != self._signature:
+                raise ValueError(
+                    "options: observation or info of such episodes would have other entries; "
+                    "accepted: a scene or track that leaves them as they are"
+                )
+            self._groups[key] = group
+        return self._groups[key]
+
+    def _steps_alike(self, params: Any) -> bool:
+        """Whether the batch's own step does for these parameters, once an episode has begun."""
+        shared = self._layout.shared
+        usual = None if shared is None else self.env.read_by_steps(shared.params())
+        return Shared(usual) == Shared(self.env.read_by_steps(params))
+
+    def unpacked(self) -> Any:
+        """The chains and the states of the batch's own carry."""
+        return unpack(self._layout.carry, self._carry)
+
+    def _chains(self) -> np.ndarray:
+        """Where every chain of keys stands: newly seeded, or as the steps left it."""
+        if self._carry is None:
+            chains = np.asarray(_chains(np.zeros(self.num_envs, np.uint32)))
+        else:
+            chains = np.asarray(self.unpacked()[0])
+        for group in self._groups.values():
+            if group.members.any():
+                own = np.asarray(group.unpacked()[0])
+                chains = np.where(group.members[:, None], own, chains)
+        return np.where(self._pending[:, None], self._seeded, chains)
+
+
+@jax.jit
+def _chains(numbers):
+    return jax.vmap(lambda number: jax.random.key_data(jax.random.key(number)))(numbers)
+
+
+@partial(jax.jit, static_argnums=0)
+def _reset(layout: _Layout, chains, params, mask, before):
+    params, axis = layout.batched(params)
+    after, subkeys = split(chains)
+    obs, states = jax.vmap(layout.env.reset_env, (0, axis))(subkeys, params)
+    carry = after, states
+    if before is not None:
+        old = layout.carry.unpack(before)
+        carry = chosen(mask, carry, (chains, old[1]))
+    return layout.carry.pack(carry), obs
+
+
+@partial(jax.jit, static_argnums=0)
+def _step(layout: _Layout, carry, actions, params):
+    params, axis = layout.batched(params)
+    chains, states = layout.carry.unpack(carry)
+    after, subkeys = split(chains)
+    obs, states, reward, terminated, truncated, info = jax.vmap(
+        partial(pure_step, layout.env), (0, 0, 0, axis)
+    )(subkeys, states, actions, params)
+    chains = chosen(info["autoreset"], after, chains)
+    table = table_of(obs, reward, terminated, truncated, info)
+    return layout.carry.pack((chains, states)), table
+
+
+@jax.jit
+def _merged(mask, one, other):
+    """Rows of one packed tree where the mask is true, of the other elsewhere."""
+    return jax.tree.map(partial(jnp.where, mask), one, other)  # the environments are last

@@ -1,0 +1,203 @@
+"""A Stable-Baselines3 vector environment over a functional one (extra `train`)."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnv
+
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.adapters.pictures import Pictures
+from stickslip.envs.adapters.shared import Shared
+from stickslip.envs.adapters.spaces import action_space, observation_space
+from stickslip.envs.functional import FunctionalEnv
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MAY_BE_SET = ("render_mode",)
+"""Attributes of the environments that `set_attr` sets."""
+
+
+class SB3VecEnv(Compiled, VecEnv):
+    """n copies of a functional environment, stepped in one compiled call.
+
+    Seeds and episodes are those of the Gymnasium adapters: environment i has seed `seed` + i. At an
+    episode's end its info holds `terminal_observation`, `TimeLimit.truncated` (true only where the
+    time limit and nothing else ended it), `episode` (return r, length l, wall time t) and the
+    functional environment's info of the last step; other infos are empty, which is what makes
+    stepping cheap. Observations and rewards are fresh, writable float32 arrays.
+
+    `episode` is what SB3's Monitor puts there, so `env_is_wrapped(Monitor)` is true:
+    `evaluate_policy` takes its numbers and does not warn, and no Monitor is needed. With
+    render_mode "rgb_array", `get_images` gives a picture of each environment and `render` all of
+    them in one. `set_options` gives the options of the next reset, see GymEnv.reset.
+
+    `get_attr` reaches what this environment has (functional, params, spaces, ...), the entries of
+    the parameters and the choices of the functional environment; `env_method` calls the methods of
+    the functional environment. Parameters cannot be set, as they are compiled in.
+    """
+
+    def __init__(
+        self,
+        env: FunctionalEnv,
+        params: Any,
+        num_envs: int,
+        seed: int = 0,
+        render_mode: str | None = None,
+    ):
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        if env.autoreset != "same_step":
+            raise ValueError(
+                f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
+            )
+        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
+        seed = require_integer("seed", seed, low=0)
+        _require_mode(render_mode)
+        self.render_mode = render_mode
+        self._functional, self._params = env, params
+        self._envs = PackedEnvs(env, params, num_envs)
+        self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
+        self._actions: np.ndarray | None = None
+        self._results: Results | None = None
+        self._pictures: Pictures | None = None
+        self._begun = time.time()
+        super().__init__(num_envs, observation_space(env, params), action_space(env))
+        self.metadata = {**self.metadata, "render_fps": round(1 / float(params.control_period))}
+
+    def reset(self) -> np.ndarray:
+        """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
+        wanted = self._wanted()
+        if len(wanted) > 1 and not self._envs.begun:
+            self._envs.reset()  # some begin after others
+        if any(seed is not None for seed in self._seeds):
+            self._seeds_given = list(self._seeds)
+        if any(seed is not None for seed in self._seeds_given):
+            self._envs.seed(self._seeds_given)
+        self._seeds_given = [None] * self.num_envs
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = [{} for _ in range(self.num_envs)]
+        self._begun, self._results = time.time(), None
+        if self._pictures is not None:
+            self._pictures.reset()
+        obs = np.zeros((self.num_envs, *(self.observation_space.shape or ())), np.float32)
+        for mask, params in wanted:
+            obs[mask] = self._envs.reset(mask, params)[mask]
+        return obs
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Check the actions and keep them for `step_wait`."""
+        if not self._envs.begun:
+            raise ValueError("step without episodes; accepted: after reset()")
+        checked = self._envs.env.check_action(actions, (self.num_envs,))
+        self._actions = np.asarray(checked, self._envs.dtype)
+
+    def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
+        """One control step of every environment."""
+        if self._actions is None:
+            raise ValueError("step_wait without actions; accepted: after step_async")
+        results, self._actions = self._envs.step(self._actions), None
+        self._results = results
+        dones = results.terminated | results.truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for i in np.flatnonzero(dones):
+            last = {name: column[i].item() for name, column in results.info.items()}
+            infos[i] = last | {
+                "terminal_observation": results.final_obs[i].astype(np.float32),
+                "TimeLimit.truncated": bool(results.truncated[i] and not results.terminated[i]),
+                "episode": {
+                    "r": last["episode_return"],
+                    "l": last["episode_length"],
+                    "t": time.time() - self._begun,
+                },
+            }
+        obs, reward = results.obs.astype(np.float32), results.reward.astype(np.float32)
+        return obs, reward, dones, infos
+
+    def close(self) -> None:
+        """Nothing to release."""
+
+    def get_images(self) -> Sequence[np.ndarray | None]:
+        """A picture [height, width, 3] of each environment; None without render_mode."""
+        if self.render_mode is None:
+            return [None] * self.num_envs
+        if not self._envs.begun:
+            raise ValueError("render without episodes; accepted: after reset()")
+        if self._pictures is None:
+            self._pictures = Pictures(self.functional, self.params, self._envs)
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if self._results is not None:
+            for i in map(int, np.flatnonzero(~self._results.autoreset)):
+                infos[i] = {name: col[i].item() for name, col in self._results.info.items()}
+        return self._pictures.of(infos)
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute once for each environment asked for: of this one, else of the parameters,
+        else of the functional environment. AttributeError for an unknown one."""
+        for owner in (self, self.params, self.functional):
+            if hasattr(owner, attr_name):
+                return [getattr(owner, attr_name)] * len(self._chosen(indices))
+        raise AttributeError(f"no attribute {attr_name!r}; accepted: those of {self._owners()}")
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Set render_mode, for all environments. The parameters are compiled in: ValueError."""
+        if attr_name not in MAY_BE_SET:
+            raise ValueError(
+                f"{attr_name!r} cannot be set; accepted: {', '.join(MAY_BE_SET)}, set_options for "
+                "an episode, or a new SB3VecEnv with other parameters"
+            )
+        if len(set(self._chosen(indices))) != self.num_envs:
+            raise ValueError(f"{attr_name} of some environments; accepted: of all of them")
+        _require_mode(value)
+        self.render_mode = value
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of the functional environment, once, and return what it gives for each
+        environment asked for. AttributeError for an unknown one."""
+        if method_name == "render":
+            images = self.get_images()
+            return [images[i] for i in self._chosen(indices)]
+        method = getattr(self.functional, method_name, None)
+        if not callable(method):
+            raise AttributeError(
+                f"no method {method_name!r}; accepted: render, or those of {self._owners()}"
+            )
+        return [method(*method_args, **method_kwargs)] * len(self._chosen(indices))
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """True for Monitor, whose statistics every episode has; no other wrapper is inside."""
+        return [wrapper_class is Monitor] * len(self._chosen(indices))
+
+    def _wanted(self) -> list[tuple[np.ndarray, Any]]:
+        """Which environments begin with which parameters; None for those of all of them."""
+        rows: dict[Any, tuple[np.ndarray, Any]] = {}
+        if len(self._options) != self.num_envs:
+            raise ValueError(f"{len(self._options)} options; accepted: {self.num_envs}, or a dict")
+        for i, options in enumerate(self._options):
+            key = Shared(options) if options else None
+            if key not in rows:
+                rows[key] = np.zeros(self.num_envs, bool), self._episode_params(options)
+            rows[key][0][i] = True
+        return list(rows.values())
+
+    def _owners(self) -> str:
+        return f"SB3VecEnv, {type(self.params).__name__} and {type(self.functional).__name__}"
+
+    def _chosen(self, indices: Any) -> Sequence[int]:
+        return list(self._get_indices(indices))
+
+
+def _require_mode(given: Any) -> None:
+    if given is not None:
+        require_choice("render_mode", given, ("rgb_array",), also="None")
+
+
+__all__ = ["SB3VecEnv"]

@@ -1,0 +1,59 @@
+"""What the compiled programs of a batch have in common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+
+class Shared:
+    """Parameters that a whole batch shares, as constants of the compiled step.
+
+    Equal ones, bit by bit, hash alike, so that a second environment of the same kind is compiled
+    already; a constant costs nothing at each call, where passing these many small arrays costs as
+    much as a step of a single environment.
+    """
+
+    def __init__(self, params: Any):
+        leaves, self._structure = jax.tree.flatten(params)
+        self._leaves = [np.asarray(leaf) for leaf in leaves]
+        content = tuple((leaf.shape, str(leaf.dtype), leaf.tobytes()) for leaf in self._leaves)
+        self._content = content, self._structure
+        self._hash = hash(self._content)
+
+    def params(self) -> Any:
+        """The parameters themselves."""
+        return jax.tree.unflatten(self._structure, map(jnp.asarray, self._leaves))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Shared) and self._content == other._content
+
+
+def split(chains):
+    """The rest of every chain of keys (as plain numbers) and the key that is taken off it."""
+    both = jax.vmap(lambda data: jax.random.split(jax.random.wrap_key_data(data)))(chains)
+    return jax.vmap(jax.random.key_data)(both[:, 0]), both[:, 1]
+
+
+def chosen(mask, one, other):
+    """Rows of one tree where the mask is true, of the other elsewhere."""
+
+    def choose(a, b):
+        return jnp.where(mask.reshape(mask.shape + (1,) * (a.ndim - 1)), a, b)
+
+    return jax.tree.map(choose, one, other)
+
+
+def table_of(obs, reward, terminated, truncated, info):
+    """What a step of a batch returns, as one array of a row for each environment: observation,
+    final observation, reward, the flags terminated, truncated and autoreset, info by its names."""
+    rest = sorted(set(info) - {"final_obs", "autoreset"})
+    columns = [reward, terminated, truncated, info["autoreset"], *(info[name] for name in rest)]
+    columns = [column.astype(obs.dtype)[:, None] for column in columns]
+    return jnp.concatenate([obs, info["final_obs"], *columns], axis=1)

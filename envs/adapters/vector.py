@@ -1,0 +1,205 @@
+"""A Gymnasium vector environment over a functional one: all copies in one compiled call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from stickslip.dynamics.checks import (
+    nearest,
+    require_choice,
+    require_integer,
+    require_kind,
+    require_known,
+    shown,
+)
+from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.gym import RENDER_MODES
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.adapters.pictures import Pictures
+from stickslip.envs.adapters.spaces import action_space, observation_space
+from stickslip.envs.functional import FunctionalEnv
+
+MODES = {
+    AutoresetMode.NEXT_STEP: "next_step",
+    AutoresetMode.SAME_STEP: "same_step",
+    AutoresetMode.DISABLED: "disabled",
+}
+
+
+class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """n functional environments as a gymnasium VectorEnv, behaving like SyncVectorEnv.
+
+    Environment i of `reset(seed=s)` is the single environment of seed s + i, episode after episode.
+    autoreset_mode: every AutoresetMode; with SAME_STEP infos hold `final_obs` and `final_info`;
+    with DISABLED finished environments are reset by `reset(options={"reset_mask": mask})` before
+    the next step. info entries are arrays [n] with their masks under `_name`.
+    """
+
+    def __init__(
+        self,
+        env: FunctionalEnv,
+        params: Any,
+        num_envs: int,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ):
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
+        if render_mode is not None:
+            require_choice("render_mode", render_mode, ("rgb_array",), also="None")
+        self.mode = _mode(autoreset_mode)
+        self.num_envs = num_envs
+        self._functional: FunctionalEnv = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]
+        self._params, self.render_mode = params, render_mode
+        self.single_observation_space = observation_space(env, params)
+        self.single_action_space = action_space(env)
+        self._envs = PackedEnvs(self.functional, params, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.metadata = {
+            "render_modes": list(RENDER_MODES),
+            "render_fps": round(1 / float(params.control_period)),
+            "autoreset_mode": self.mode,
+        }
+        self._seeded = False
+        self._over = np.zeros(num_envs, bool)
+        self._obs: np.ndarray | None = None
+        self._results: Results | None = None
+        self._pictures: Pictures | None = None
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin episodes everywhere, or where options["reset_mask"] is true.
+
+        Other options are those of the single environment. They hold for the episodes that begin
+        here, in each of these environments, and not for those that autoreset begins after them.
+        """
+        given = options
+        if isinstance(options, Mapping):
+            given = {name: value for name, value in options.items() if name != "reset_mask"}
+            require_known(given, ("reset_mask", *self.functional.option_names()), "option of reset")
+        params, mask = self._episode_params(given), self._reset_mask(options)
+        self._seed(seed, mask)
+        obs = self._envs.reset(mask, params).astype(np.float32)
+        if mask is not None and self._obs is not None:
+            obs = np.where(mask[:, None], obs, self._obs)
+        self._obs = obs.copy()
+        self._over = self._over & ~mask if mask is not None else np.zeros(self.num_envs, bool)
+        if mask is not None and self._results is not None:
+            self._results.autoreset[mask] = True  # their infos are of the episode before
+        if mask is None:
+            self._results = None
+            if self._pictures is not None:
+                self._pictures.reset()
+        return obs, {}
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One control step of every environment. Raises ValueError for bad actions, and for
+        stepping a finished environment when autoreset is disabled."""
+        if not self._envs.begun:
+            raise ValueError("step without episodes; accepted: after reset()")
+        if self.mode is AutoresetMode.DISABLED and self._over.any():
+            raise ValueError(
+                f"environments {np.flatnonzero(self._over).tolist()} have finished; accepted: "
+                'reset(options={"reset_mask": mask}) first, as autoreset is disabled'
+            )
+        checked = self.functional.check_action(actions, (self.num_envs,))
+        results = self._envs.step(np.asarray(checked, self._envs.dtype))
+        self._results = results
+        self._over = results.terminated | results.truncated
+        infos = self._gather_infos(results)
+        obs = results.obs.astype(np.float32)
+        self._obs = obs.copy()
+        reward = results.reward.astype(np.float64)
+        return obs, reward, results.terminated, results.truncated, infos
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
+        if self.render_mode is None:
+            return None
+        if not self._envs.begun:
+            raise ValueError("render without episodes; accepted: after reset()")
+        if self._pictures is None:
+            self._pictures = Pictures(self.functional, self.params, self._envs)
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if self._results is not None:
+            for i in map(int, np.flatnonzero(~self._results.autoreset)):
+                infos[i] = {name: col[i].item() for name, col in self._results.info.items()}
+        return self._pictures.of(infos)
+
+    def _gather_infos(self, results: Results) -> dict[str, Any]:
+        """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
+        infos: dict[str, Any] = {}
+        running = ~results.autoreset
+        if self.mode is AutoresetMode.SAME_STEP and results.autoreset.any():
+            over = results.autoreset
+            final_obs = np.full(self.num_envs, None, object)
+            for i in np.flatnonzero(over):
+                final_obs[i] = results.final_obs[i].astype(np.float32)
+            infos |= {"final_obs": final_obs, "_final_obs": over.copy()}
+            infos |= {"final_info": _masked(results.info, over), "_final_info": over.copy()}
+        return infos | _masked(results.info, running) if running.any() else infos
+
+    def _seed(self, seed: int | list[int | None] | None, mask: np.ndarray | None) -> None:
+        if isinstance(seed, int | np.integer):
+            super().reset(seed=int(seed))
+            seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = [None] * self.num_envs if seed is None else list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
+        if mask is not None:
+            seeds = [one if chosen else None for one, chosen in zip(seeds, mask, strict=True)]
+        if not self._seeded:
+            drawn = self.np_random.integers(2**31, size=self.num_envs)
+            seeds = [
+                int(new) if one is None else one for one, new in zip(seeds, drawn, strict=True)
+            ]
+            self._seeded = True
+        if any(one is not None for one in seeds):
+            self._envs.seed(seeds)
+
+    def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            return None
+        mask = np.asarray(mask)
+        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            raise ValueError(
+                f"reset_mask of shape {mask.shape} and type {mask.dtype}; accepted: booleans "
+                f"[{self.num_envs}], at least one true"
+            )
+        return mask
+
+
+def _mode(given: AutoresetMode | str) -> AutoresetMode:
+    """The mode from itself, its value or its name."""
+    if isinstance(given, str | AutoresetMode):
+        for mode, name in MODES.items():
+            if given in (mode, mode.value, name):
+                return mode
+    raise ValueError(
+        f"autoreset_mode = {shown(given)}; accepted: {', '.join(map(str, MODES))}, "
+        f"{', '.join(MODES.values())}{nearest(given, MODES.values())}"
+    )
+
+
+def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:
+    """Each column, zero outside the mask, with the mask under its name."""
+    masked: dict[str, np.ndarray] = {}
+    for name, column in columns.items():
+        masked[name] = column if mask.all() else np.where(mask, column, np.zeros_like(column))
+        masked[f"_{name}"] = mask.copy()
+    return masked

@@ -1,0 +1,70 @@
+"""What a reset draws, and the robot and scene that follow from it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel
+from stickslip.dynamics.biped.model import load
+from stickslip.dynamics.scene import Grip, Scene, Smoothed
+
+if TYPE_CHECKING:
+    from jaxtyping import Array
+
+    from stickslip.envs.biped.params import BipedEnvParams
+
+
+class Drawn(NamedTuple):
+    """What the reset drew; entries that are not randomised hold their neutral value."""
+
+    friction: Array
+    mass: Array
+    payload: Array
+    commanded_rate: Array
+
+
+def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
+    """What an episode begins with: what was drawn, the phase [rad] and the crank rate [rad/s]."""
+    ranges = params.randomisation
+    dtype = jnp.result_type(params.robot.total_mass)
+
+    def uniform(index: int, bounds, otherwise):
+        if bounds is None:
+            return jnp.asarray(otherwise, dtype)
+        low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+        share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
+        return low + (high - low) * share
+
+    drawn = Drawn(
+        friction=uniform(0, ranges.friction, 1.0),
+        mass=uniform(1, ranges.mass, 1.0),
+        payload=uniform(2, ranges.payload, 0.0),
+        commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
+    )
+    phase = uniform(4, ranges.phase, SUPPORT_START)
+    phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
+    return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
+
+
+def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:
+    """The robot with the masses that the reset drew."""
+    ranges = params.randomisation
+    if ranges.mass is None and ranges.payload is None:
+        return params.robot
+    return load(params.robot, params.unit_payload, drawn.mass, drawn.payload)
+
+
+def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:
+    """The scene with the friction that the reset drew; the payload is in the robot already."""
+    scene, factor = params.scene, drawn.friction
+    floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, factor.dtype), scene.floor)
+    if params.randomisation.friction is not None and not isinstance(floor, Grip):
+        scaled = {"mu_kinetic": factor * floor.mu_kinetic}
+        if not isinstance(floor, Smoothed):
+            scaled["mu_static"] = factor * floor.mu_static
+        floor = replace(floor, **scaled)
+    return Scene(floor, None, scene.steps, scene.outputs)

@@ -1,0 +1,325 @@
+"""BipedEnv: PASIBOT asked to walk at a commanded speed on a floor it may slip on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    BipedState,
+    RK4Split,
+    floor_position,
+    step,
+)
+from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
+from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.integrators import Integrator
+from stickslip.dynamics.biped.settings import Setting, setting_of
+from stickslip.dynamics.checks import require_kind, require_known
+from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped.draw import draw, drawn_robot, drawn_scene
+from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
+from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
+from stickslip.envs.biped.picture import biped_frame
+from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
+from stickslip.envs.biped.state import BipedEnvState, Totals
+from stickslip.envs.functional import FunctionalEnv, keyword_names
+from stickslip.envs.rendering import BipedRenderer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from jaxtyping import Array, Float
+
+
+MAX_FOOT_VELOCITY = 10.0
+"""Beyond this the observation is clipped [m/s]."""
+MAX_SIGHT = 10.0
+"""Farthest distance to the next patch that is told apart [m]."""
+MAX_FRICTION = 10.0
+"""Greatest friction coefficient that is told apart [-]."""
+
+
+@dataclass(frozen=True)
+class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
+    """A biped with one motor walks at a commanded speed without slipping or wasting energy.
+
+    One step of the environment is one control period (0.02 s): the torque is held, the dynamics of
+    `stickslip.dynamics.biped` run with friction switching (no contact of the swing foot, rigid
+    links, no friction in the pins), the status of the model decides whether the episode goes on.
+
+    ## Action
+    | index | name | range | meaning |
+    | --- | --- | --- | --- |
+    | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
+
+    ## Observation
+    | entry | unit | range | when |
+    | --- | --- | --- | --- |
+    | cos 2 theta, of the supporting leg's crank angle | - | [-1, 1] | always |
+    | sin 2 theta | - | [-1, 1] | always |
+    | crank rate | rad/s | +- `max_crank_rate` | always |
+    | velocity of the foot over the floor | m/s | +- 10, clipped | always |
+    | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
+    | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
+    | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
+    | its static friction coefficient | - | [0, 10] | `see_patch`, patches |
+    | static friction coefficient under the foot | - | [0, 10] | `see_friction` |
+    | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
+
+    All functions of the angle have period pi (the legs take turns), hence 2 theta. Friction is
+    hidden unless asked for.
+
+    ## Reward
+    Per step, each rate below times the control period; the sum of a perfect 10 s episode is about
+    10 times `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
+      tracking  + tracking_weight x max(-1, 1 - |walking speed - v| / v)
+      slip      - slip_weight x (distance slid per second) / v
+      energy    - energy_weight x (positive motor work + copper loss, per second) / (m g v)
+      fall      - fall_penalty, once, when the episode terminates (not for a one-step scene's end)
+    The walking speed is the centre of mass's over the control period. A walk that keeps it constant
+    needs no friction, so a perfect score is possible on any floor.
+    The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
+    what they are made of in physical units beside them.
+
+    ## Start
+    At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
+    rate, friction, masses, payload or commanded rate.
+
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | phase | rad | pi/2 to 3 pi/2 |
+    | crank_rate | rad/s | finite |
+    | commanded_rate | rad/s | > 0 |
+    | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
+    | payload | kg | >= 0, in place of the scene's |
+    | mass | - | > 0, a factor on every mass and inertia |
+
+    The first three change the start alone: the steps are those of any episode. The others compile
+    a step the first time that such a floor or load is asked for, and no more for other numbers.
+
+    ## End
+    Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
+    (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10
+    s).
+
+    ## Info
+    Of the step: status, torque [N m], walking_speed [m/s], walked (by the centre of mass) and slid
+    [m], positive_work and copper_loss [J], friction_force and normal_force [N], zmp [m from the
+    ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
+    episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
+
+    Static choices: autoreset, see_friction, see_patch; and speed against accuracy, either by the
+    setting ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in
+    the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
+    the integrator in a control step and the switches located in it (max_events). Version 0.
+    """
+
+    setting: str | Setting | None = None
+    fidelity: Fidelity = "table"
+    substeps: int = 1
+    max_events: int = 3
+    autoreset: str = "same_step"
+    see_friction: bool = False
+    see_patch: bool = False
+
+    action_names = ("torque",)
+    params_kind = BipedEnvParams
+    episode_entries = ("scene", "randomisation")
+
+    def __post_init__(self):
+        super().__post_init__()
+        require_fidelity(self.fidelity)
+        RK4Split(self.substeps, self.max_events)
+        if self.setting is not None:
+            setting_of(self.setting)
+            by_hand = (self.fidelity, self.substeps, self.max_events)
+            if by_hand != ("table", 1, 3):
+                raise ValueError(
+                    f"setting = {self.setting!r} beside fidelity, substeps, max_events = "
+                    f"{by_hand}; accepted: a setting alone, or these without a setting"
+                )
+        for name in ("see_friction", "see_patch"):
+            require_kind(name, getattr(self, name), bool, "True or False")
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """What `make_params` takes."""
+        return keyword_names(make_params)
+
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: BipedEnvParams) -> BipedEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
+
+    @property
+    def default_params(self) -> BipedEnvParams:
+        """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
+        return self.make_params()
+
+    def make_params(self, **changes: Any) -> BipedEnvParams:
+        """Parameters with some entries changed: biped, scene (a Scene, or a name of
+        stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.
+        Raises ValueError naming the field or the unknown name. The dtype is the setting's unless
+        given."""
+        require_known(changes, self.parameter_names(), "parameter of BipedEnv")
+        if self.setting is None:
+            return make_params(self.fidelity, **changes)
+        setting = setting_of(self.setting)
+        own = "dtype" not in changes and setting.dtype == "float64"
+        if own and jax.dtypes.canonicalize_dtype(float) != jnp.float64:
+            raise ValueError(
+                f"setting = {self.setting!r} computes in float64, which JAX has switched off; "
+                'accepted: jax.config.update("jax_enable_x64", True) at the start of the program, '
+                "dtype=float32 for less accuracy, or another setting"
+            )
+        return make_params(setting.fidelity, **{"dtype": setting.dtype, **changes})
+
+    @property
+    def integrator(self) -> Integrator:
+        """The integrator of one control step."""
+        if self.setting is None:
+            return RK4Split(self.substeps, self.max_events)
+        return setting_of(self.setting).integrator_over(CONTROL_PERIOD)
+
+    def reset_env(self, key, params):
+        """See FunctionalEnv."""
+        drawn, phase, rate = draw(key, params)
+        dtype = rate.dtype
+        zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+        state = BipedEnvState(
+            biped=BipedState(phase, none, rate, zero, zero, zero),
+            mode=none,
+            elapsed=none,
+            over=jnp.zeros((), bool),
+            drawn=drawn,
+            totals=Totals(*[zero] * len(Totals._fields)),
+        )
+        return self._observe(state, params), state
+
+    def step_env(
+        self, state: BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
+    ) -> tuple[Float[Array, " obs"], BipedEnvState, Array, Array, Array, dict[str, Any]]:
+        """See FunctionalEnv."""
+        dtype = state.biped.crank_rate.dtype
+        torque = (params.torque_limit * action[0]).astype(dtype)
+        period = jnp.asarray(params.control_period, dtype)
+        robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
+        biped, contact = step(
+            robot,
+            scene,
+            state.biped,
+            torque,
+            period,
+            integrator=self.integrator,
+        )
+        status = jnp.where(
+            (jnp.abs(biped.crank_rate) > params.max_crank_rate)
+            & (contact.status <= Status.SLIP_ONSET),
+            Status.RUNAWAY,
+            contact.status,
+        )
+        torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
+        elapsed = state.elapsed + 1
+        duration = elapsed.astype(dtype) * period
+        timed_out = duration >= params.time_limit - 0.5 * period
+        loss = params.copper_loss * torque**2 * period
+        status, outcome = marked(status, outcome_of(robot, state.biped, biped, contact, loss))
+        terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period)
+        status, terms = marked(status, terms)
+        terminated = status > Status.SLIP_ONSET
+        reward = sum(terms.values(), start=jnp.zeros((), dtype))
+        totals = state.totals.after(reward, outcome)
+        after = BipedEnvState(
+            biped=biped,
+            mode=contact.mode,
+            elapsed=elapsed,
+            over=terminated | timed_out,
+            drawn=state.drawn,
+            totals=totals,
+        )
+        info = terms | {"status": status, "torque": torque, **outcome.info(period)}
+        info |= ground_force(contact, status) | totals.info(elapsed, duration)
+        return (
+            self._observe(after, params),
+            after,
+            reward,
+            terminated,
+            timed_out & ~terminated,
+            info,
+        )
+
+    def is_over(self, state):
+        """See FunctionalEnv."""
+        return state.over
+
+    def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
+        """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
+        return biped_frame(state, info, params)
+
+    def renderer(self, params: BipedEnvParams) -> BipedRenderer:
+        """A renderer for these parameters (extra `viz`)."""
+        return BipedRenderer(
+            params.robot.params, params.scene, torque_limit=float(params.torque_limit)
+        )
+
+    def observation_bounds(self, params):
+        """See FunctionalEnv; entries as in the class docstring."""
+        fastest = float(np.max(np.asarray(params.max_crank_rate)))
+        rows = [(-1, 1), (-1, 1), (-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY)]
+        rows += [(0, 1), (0, fastest)]
+        if self.see_patch and isinstance(params.scene.floor, Patches):
+            rows += [(0, MAX_SIGHT), (0, MAX_FRICTION)]
+        if self.see_friction and not isinstance(params.scene.floor, Grip):
+            rows += [(0, MAX_FRICTION)] * 2
+        low, high = np.asarray(rows, np.float64).T
+        return low, high
+
+    def _observe(self, state: BipedEnvState, params: BipedEnvParams) -> Float[Array, " obs"]:
+        biped = state.biped
+        dtype = state.biped.crank_rate.dtype
+        fastest = params.max_crank_rate
+        entries = [
+            jnp.cos(2 * biped.phase),
+            jnp.sin(2 * biped.phase),
+            jnp.clip(biped.crank_rate, -fastest, fastest),
+            jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
+            jnp.where(state.mode == 0, 1.0, 0.0),
+            jnp.minimum(state.drawn.commanded_rate, fastest),
+        ]
+        entries += self._sight(state, params)
+        return jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
+
+    def _sight(self, state: BipedEnvState, params: BipedEnvParams) -> list[Array]:
+        """The floor's part of the observation."""
+        floor = drawn_scene(state.drawn, params).floor
+        if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
+            return []
+        dtype = state.biped.crank_rate.dtype
+        place = floor_position(params.robot, state.biped)
+        here = patch_at(floor, place, jnp.ones((), dtype))
+        seen = []
+        if self.see_patch and isinstance(floor, Patches):
+            gap = edge_ahead(floor, here, jnp.ones((), dtype), dtype) - place
+            ahead = jnp.minimum(here + 1, jnp.shape(floor.edges)[-1])
+            mu_ahead = friction_on(floor, ahead, dtype).mu_static
+            seen += [jnp.minimum(gap, MAX_SIGHT), jnp.minimum(mu_ahead, MAX_FRICTION)]
+        if self.see_friction:
+            seen += [jnp.minimum(mu, MAX_FRICTION) for mu in friction_on(floor, here, dtype)]
+        return seen

@@ -1,0 +1,63 @@
+"""What the options of a reset make of the biped's parameters, for one episode."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.scene import PAYLOAD, scene_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stickslip.envs.biped.params import BipedEnvParams
+
+SLACK = 1e-6
+"""Of a phase at the end of its range, in single precision [rad]."""
+START: dict[str, dict[str, Any]] = {
+    "phase": {
+        "low": SUPPORT_START - SLACK,
+        "high": SUPPORT_END + SLACK,
+        "accepted": "an angle within pi/2 to 3 pi/2 [rad]",
+    },
+    "crank_rate": {"accepted": "a finite rate [rad/s]"},
+    "commanded_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
+    "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
+}
+"""What a reset draws and an option gives, and the rule of each."""
+OPTIONS = ("scene", "payload", *START)
+
+
+def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
+    """The parameters with what the options say; what they set is not drawn."""
+    require_known(options, OPTIONS, "option of reset")
+    drawn, scene = params.randomisation, params.scene
+    for name, rule in START.items():
+        if name in options:
+            value = require_one(name, options[name], **rule)
+            drawn = replace(drawn, **{name: (value, value)})
+    if "scene" in options:
+        scene, drawn = scene_of(options["scene"]).validate(), replace(drawn, friction=None)
+    if "payload" in options:
+        payload = require_one("payload", options["payload"], **PAYLOAD)
+        scene, drawn = replace(scene, payload=payload), replace(drawn, payload=None)
+    # So that an episode has a start of its own whatever is named: one program for all of them.
+    usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "commanded_rate": params.commanded_rate}
+    for name, value in usual.items():
+        if getattr(drawn, name) is None:
+            drawn = replace(drawn, **{name: (value, value)})
+    changes = {} if scene is params.scene else {"scene": scene}
+    return params.replace(randomisation=drawn, **changes)
+
+
+def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
+    """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
+    drawn = replace(params.randomisation, phase=None, crank_rate=None, commanded_rate=None)
+    drawn = jax.tree.map(lambda _: 0.0, drawn)
+    return rebuilt(params, randomisation=drawn, commanded_rate=0.0)

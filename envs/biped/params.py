@@ -1,0 +1,265 @@
+"""Numbers of the biped environment: robot, scene, task, reward and what is randomised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedParams,
+    prepare,
+)
+from stickslip.dynamics.biped.boundary import require_exchange
+from stickslip.dynamics.biped.fidelity import Fidelity
+from stickslip.dynamics.brief import joined, short_repr
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+)
+from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.numeric import (
+    Numeric,
+    float_kind,
+    require_broadcast,
+    require_numeric,
+)
+from stickslip.dynamics.scene import Grip, Scene, scene_of
+from stickslip.envs.functional import defaults_of
+from stickslip.envs.ranges import Range, require_range
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.fidelity import Inertia
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Randomisation:
+    """What a reset draws, each uniformly from (low, high), or None to leave it as it is.
+
+    friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
+    mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
+    episode begins. What is None is not compiled in.
+    """
+
+    friction: Range | None = None
+    mass: Range | None = None
+    payload: Range | None = None
+    commanded_rate: Range | None = None
+    phase: Range | None = None
+    crank_rate: Range | None = None
+
+    __repr__ = short_repr
+
+    def validate(self) -> Randomisation:
+        """Return self, or raise ValueError naming the range."""
+        lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
+        for one in fields(self):
+            require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
+        if self.phase is not None and is_concrete(self.phase):
+            low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
+            if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
+                raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
+        return self
+
+
+@register_derived
+@dataclass(frozen=True)
+class BipedEnvParams:
+    """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
+
+    robot: the model that is stepped; `robot.params` is the robot with the scene's payload.
+    scene: floor, walk and payload. randomisation: what a reset draws. unit_payload: inertia of 1 kg
+    on the hip, only if payloads are drawn; it follows from the others. A change of scene, robot or
+    randomisation, by `replace` or `dataclasses.replace`, prepares what depends on it anew.
+    torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
+    commanded_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
+    max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
+    copper_loss: winding loss per torque squared [W / (N m)^2].
+    tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
+    """
+
+    robot: BipedModel
+    scene: Scene
+    randomisation: Randomisation
+    torque_limit: Numeric
+    control_period: Numeric
+    commanded_rate: Numeric
+    time_limit: Numeric
+    max_crank_rate: Numeric
+    copper_loss: Numeric
+    tracking_weight: Numeric
+    slip_weight: Numeric
+    energy_weight: Numeric
+    fall_penalty: Numeric
+    unit_payload: Inertia | None = field(init=False, repr=False)
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Scene, robot, what is drawn, and the numbers that are not those of `make_params`."""
+        words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
+
+    def __post_init__(self):
+        require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
+        if self.robot.load is not None:
+            raise ValueError("robot carries a load; accepted: a BipedModel as `prepare` makes it")
+        unit = None
+        if holds_numbers(self.robot.bare):
+            carried = self.scene.payload if isinstance(self.scene, Scene) else self.robot.payload
+            if not _same_number(self.robot.payload, carried):
+                settle(self, robot=replace(self.robot, payload=carried))
+            if getattr(self.randomisation, "payload", None) is not None:
+                unit = self.robot.unit_inertia()
+        settle(self, unit_payload=unit)
+
+    def replace(self, **changes: Any) -> BipedEnvParams:
+        """A copy with some entries changed, validated: fields, or biped, fidelity, dtype.
+
+        robot may be a BipedParams, too, as biped is: it is then prepared with the fidelity and in
+        the type of the robot before. ValueError for an unknown name.
+        """
+        known = [one.name for one in fields(self) if one.init]
+        require_known(changes, [*known, *ROBOT])
+        given = {name: changes.pop(name) for name in ROBOT if name in changes}
+        if isinstance(changes.get("robot"), BipedParams):
+            given.setdefault("biped", changes.pop("robot"))
+        if given and "robot" in changes:
+            raise ValueError(f"robot beside {', '.join(given)}; accepted: one or the others")
+        if given:
+            changes["robot"] = self._other_robot(**given)
+        return replace(self, **_as_numbers(changes)).validate()
+
+    def _other_robot(
+        self, biped: BipedParams | None = None, fidelity: Any = None, dtype: Any = None
+    ) -> BipedModel:
+        before = self.robot
+        biped = before.bare if biped is None else biped
+        require_kind("biped", biped, BipedParams, "a BipedParams")
+        biped.validate()
+        kind = float_kind(dtype, jnp.result_type(before.bare.crank))
+        fidelity = before.fidelity if fidelity is None else fidelity
+        return BipedModel(biped.astype(kind), before.payload, fidelity)
+
+    def validate(self) -> BipedEnvParams:
+        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        kind = jnp.result_type(self.robot.own_mass)
+        numbers = {name: getattr(self, name) for name in NUMBERS}
+        require_numeric(**numbers)
+        for name, value in numbers.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
+        require_broadcast(**numbers)
+        require_kind("scene", self.scene, Scene, "a Scene")
+        require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
+        self.scene.validate()
+        self.randomisation.validate()
+        if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
+            raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
+        if is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
+            raise ValueError("robot: its linkage cannot close; accepted: one that closes")
+        require_exchange(self.robot.params, self.scene)
+        return self
+
+
+POSITIVE = (
+    "torque_limit",
+    "control_period",
+    "commanded_rate",
+    "time_limit",
+    "max_crank_rate",
+)
+NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+NUMBERS: dict[str, dict[str, Any]] = {
+    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
+    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
+}
+"""The rule of every number."""
+
+
+def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
+    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
+    if "scene" in given:
+        given["scene"] = scene_of(given["scene"]).validate()
+    if "randomisation" in given:
+        require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
+        given["randomisation"].validate()
+    return {
+        name: as_number(name, value, **NUMBERS[name]) if name in NUMBERS else value
+        for name, value in given.items()
+    }
+
+
+def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
+    """Whether two payloads are known to be the same: one object, or equal in value and shape."""
+    if one is None or other is None or not is_concrete(one, other):
+        return one is other
+    same = np.shape(one) == np.shape(other)
+    return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
+
+
+ROBOT = ("biped", "fidelity", "dtype")
+"""What the robot of the parameters is made of, by its names in `make_params`."""
+
+CONTROL_PERIOD = 0.02
+"""Time from one action to the next [s], unless another is chosen."""
+
+DEFAULT_SCENE = Scene.named("slippery")
+"""Too slippery for a constant crank rate of 3 rad/s, which needs 0.08."""
+
+
+def make_params(
+    fidelity: Fidelity,
+    *,
+    biped: BipedParams | None = None,
+    scene: Scene | str | None = None,
+    randomisation: Randomisation | None = None,
+    dtype: Any = None,
+    torque_limit: Numeric = 4.0,
+    control_period: Numeric = CONTROL_PERIOD,
+    commanded_rate: Numeric = 3.0,
+    time_limit: Numeric = 10.0,
+    max_crank_rate: Numeric = 20.0,
+    copper_loss: Numeric = 0.5,
+    tracking_weight: Numeric = 1.0,
+    slip_weight: Numeric = 5.0,
+    energy_weight: Numeric = 0.5,
+    fall_penalty: Numeric = 5.0,
+) -> BipedEnvParams:
+    """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
+    biped = BipedParams.from_bars() if biped is None else biped
+    scene = DEFAULT_SCENE if scene is None else scene_of(scene)
+    drawn = Randomisation() if randomisation is None else randomisation
+    kinds = {"biped": (biped, BipedParams), "randomisation": (drawn, Randomisation)}
+    for name, (given, kind) in kinds.items():
+        require_kind(name, given, kind, f"None or a {kind.__name__}")
+    biped.validate()
+    numbers = {
+        "torque_limit": torque_limit,
+        "control_period": control_period,
+        "commanded_rate": commanded_rate,
+        "time_limit": time_limit,
+        "max_crank_rate": max_crank_rate,
+        "copper_loss": copper_loss,
+        "tracking_weight": tracking_weight,
+        "slip_weight": slip_weight,
+        "energy_weight": energy_weight,
+        "fall_penalty": fall_penalty,
+    }
+    numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
+    biped = biped.astype(float_kind(dtype, jnp.result_type(biped.mass)))
+    return BipedEnvParams(
+        robot=prepare(biped, fidelity=fidelity, payload=scene.payload),
+        **numbers,
+    ).validate()

@@ -1,0 +1,70 @@
+"""The biped's reward, and the numbers of a step that it is made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.numeric import all_finite
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped.state import Outcome
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.dynamics.biped import BipedModel, BipedState, Contact
+    from stickslip.envs.biped.draw import Drawn
+    from stickslip.envs.biped.params import BipedEnvParams
+
+
+def centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[Array, ""]:
+    """Place of the centre of mass along the floor [m], from the foothold after `steps_before`."""
+    ahead = robot.inertia.moment_at(jnp.asarray(biped.phase)).X / robot.total_mass
+    steps = (jnp.asarray(biped.steps) - steps_before).astype(ahead.dtype)
+    return ahead + steps * robot.step_length + biped.foot_position
+
+
+def outcome_of(
+    robot: BipedModel, before: BipedState, after: BipedState, contact: Contact, copper_loss
+) -> Outcome:
+    """What a control step came to."""
+    turned = after.crank_angle - before.crank_angle
+    walked = centre_of_mass(robot, after, before.steps)
+    walked -= centre_of_mass(robot, before, before.steps)
+    return Outcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
+
+
+def fell(status) -> Bool[Array, ""]:
+    """Whether an episode ends in what no task asks for."""
+    return (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
+
+
+def reward_terms(params: BipedEnvParams, robot, drawn: Drawn, outcome: Outcome, falls, period):
+    """The four terms of the reward of one control step; falls: whether the episode ends so."""
+    speed = drawn.commanded_rate / np.pi * robot.step_length
+    missed = jnp.abs(outcome.walked / period - speed) / speed
+    weight = robot.total_mass * robot.gravity
+    return {
+        "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
+        "reward_slip": -params.slip_weight * outcome.slid / speed,
+        "reward_energy": -params.energy_weight * outcome.energy / (weight * speed),
+        "reward_fall": -params.fall_penalty * falls.astype(period.dtype),
+    }
+
+
+def marked(status, numbers):
+    """NON_FINITE, and nothing but zeros, where a number of an episode that goes on is none."""
+    sound = all_finite(numbers)
+    status = jnp.where(sound | (status > Status.SLIP_ONSET), status, Status.NON_FINITE)
+    return status, jax.tree.map(lambda value: jnp.where(sound, value, 0.0), numbers)
+
+
+def ground_force(contact: Contact, status) -> dict[str, Array]:
+    """Force and zero-moment point; zero where the torque was no number."""
+    force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
+    force |= {} if contact.zmp is None else {"zmp": contact.zmp}
+    known = status != Status.NON_FINITE
+    return {name: jnp.where(known, value, 0.0) for name, value in force.items()}

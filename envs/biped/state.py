@@ -1,0 +1,93 @@
+"""Where an episode of the biped's is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+
+from stickslip.dynamics.biped import BipedState
+from stickslip.envs.biped.draw import Drawn
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+
+class Outcome(NamedTuple):
+    """What one control step came to."""
+
+    turned: Float[Array, ""]
+    """Crank angle [rad]."""
+    walked: Float[Array, ""]
+    """By the centre of mass [m]."""
+    slid: Float[Array, ""]
+    """[m]"""
+    positive_work: Float[Array, ""]
+    """[J]"""
+    copper_loss: Float[Array, ""]
+    """[J]"""
+
+    @property
+    def energy(self) -> Float[Array, ""]:
+        """Positive motor work and copper loss [J]."""
+        return self.positive_work + self.copper_loss
+
+    def info(self, period) -> dict[str, Array]:
+        """What info says of it."""
+        return {
+            "walking_speed": self.walked / period,
+            "walked": self.walked,
+            "slid": self.slid,
+            "positive_work": self.positive_work,
+            "copper_loss": self.copper_loss,
+        }
+
+
+class Totals(NamedTuple):
+    """Sums over the episode."""
+
+    reward: Float[Array, ""]
+    turned: Float[Array, ""]
+    """Crank angle [rad]."""
+    walked: Float[Array, ""]
+    """[m]"""
+    slid: Float[Array, ""]
+    """[m]"""
+    energy: Float[Array, ""]
+    """Positive motor work and copper loss [J]."""
+
+    def after(self, reward, outcome: Outcome) -> Totals:
+        """With one more step."""
+        return Totals(
+            self.reward + reward,
+            self.turned + outcome.turned,
+            self.walked + outcome.walked,
+            self.slid + outcome.slid,
+            self.energy + outcome.energy,
+        )
+
+    def info(self, elapsed, duration) -> dict[str, Array]:
+        """What info says of the episode after so many steps and seconds."""
+        return {
+            "episode_return": self.reward,
+            "episode_length": elapsed,
+            "episode_walked": self.walked,
+            "episode_slid": self.slid,
+            "episode_energy": self.energy,
+            "episode_mean_rate": self.turned / duration,
+        }
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class BipedEnvState:
+    """Where an episode is. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
+
+    biped: BipedState
+    mode: Int[Array, ""]
+    elapsed: Int[Array, ""]
+    """Control steps so far."""
+    over: Bool[Array, ""]
+    drawn: Drawn
+    totals: Totals

@@ -1,0 +1,134 @@
+"""The floor: its patches with their friction, a scale in metres, and where the foot slid."""
+
+from __future__ import annotations
+
+from math import ceil, floor
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.lettering import written
+from stickslip.envs.rendering.ticks import nice_step
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.scene import Scene
+    from stickslip.envs.rendering.canvas import Box, Canvas
+
+FAR = 1e4
+"""Where the outermost patches end in the picture [m]."""
+
+
+class Patch(NamedTuple):
+    """A stretch of floor [m] with its friction coefficients, None where the foot cannot slip."""
+
+    start: float
+    end: float
+    mu_static: float | None
+    mu_kinetic: float | None
+
+    @property
+    def label(self) -> str:
+        if self.mu_static is None or self.mu_kinetic is None:
+            return "no slip"
+        if self.mu_static == self.mu_kinetic:
+            return f"μ {self.mu_static:.3g}"
+        return f"μₛ {self.mu_static:.3g}   μₖ {self.mu_kinetic:.3g}"
+
+
+def patches_of(scene: Scene) -> list[Patch]:
+    """The floor from left to right as plain numbers."""
+    kind = scene.floor
+    if isinstance(kind, Grip):
+        return [Patch(-np.inf, np.inf, None, None)]
+    if isinstance(kind, Smoothed):
+        kind = Uniform(kind.mu_kinetic, kind.mu_kinetic)
+    edges = np.asarray(kind.edges, float) if isinstance(kind, Patches) else np.empty(0)
+    static, kinetic = (np.asarray(mu, float) for mu in (kind.mu_static, kind.mu_kinetic))
+    if edges.ndim > 1 or static.ndim > (1 if isinstance(kind, Patches) else 0):
+        raise ValueError(
+            "scene holds a batch of floors; accepted: one floor, for instance "
+            "jax.tree.map(lambda leaf: leaf[0], scene)"
+        )
+    static, kinetic = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
+    starts, ends = [-np.inf, *edges.tolist()], [*edges.tolist(), np.inf]
+    return [Patch(*row) for row in zip(starts, ends, static, kinetic, strict=True)]
+
+
+class Floor:
+    """A band of patches under the feet; world x in metres, `surface` its height in the world."""
+
+    def __init__(
+        self, canvas: Canvas, view: Any, panel: Box, scene: Scene, surface: float, depth: float
+    ):
+        self._panel, self._patches = panel, patches_of(scene)
+        self._surface, self._depth = surface, depth
+        left, bottom, right, _ = panel
+        place = {"view": view, "clip": panel}
+        bands = [
+            canvas.corners((max(a, -FAR), surface - depth, min(b, FAR), surface))
+            for a, b, *_ in self._patches
+        ]
+        canvas.area(bands, [theme.floor_colour(p.mu_static) for p in self._patches], **place)
+        self._glints = canvas.lines([], (1.0, 1.0, 1.0, 0.5), 2.2, cap="butt", **place)
+        edges = [patch.start for patch in self._patches[1:]]
+        canvas.lines(
+            [[(x, surface - depth), (x, surface)] for x in edges], theme.PAGE, 2.0, **place
+        )
+        canvas.lines([[(-FAR, surface), (FAR, surface)]], theme.INK, 1.6, **place)
+        beside = (left, bottom - 8, right, bottom)
+        self._ticks = canvas.lines([], theme.MUTED, 1.0, cap="butt", clip=beside)
+        self._numbers = [
+            canvas.text(0, bottom - 19, "", theme.SMALL, theme.MUTED, align="center")
+            for _ in range(16)
+        ]
+        self._labels = [
+            canvas.text(0, bottom + 8, patch.label, theme.LABEL, align="center", clip=panel)
+            for patch in self._patches
+        ]
+
+    def move(self, left: float, right: float) -> None:
+        """Show the stretch of floor between two positions [m]."""
+        scale = (self._panel[2] - self._panel[0]) / (right - left)
+
+        def to_page(x: float) -> float:
+            return self._panel[0] + (x - left) * scale
+
+        self._move_scale(left, right, to_page)
+        for patch, label in zip(self._patches, self._labels, strict=True):
+            start, end = to_page(max(patch.start, left)), to_page(min(patch.end, right))
+            label.visible = end - start > 8 + 6.2 * len(patch.label)
+            label.x = (start + end) / 2
+        self._move_glints(left, right)
+
+    def _move_scale(self, left: float, right: float, to_page: Any) -> None:
+        bottom = self._panel[1]
+        step = nice_step((right - left) / 8)
+        marks = [step * i for i in range(ceil(left / step), floor(right / step) + 1)]
+        fine = step / 2
+        minor = [fine * i for i in range(ceil(left / fine), floor(right / fine) + 1)]
+        ticks = [[(to_page(x), bottom), (to_page(x), bottom - 5)] for x in marks]
+        ticks += [[(to_page(x), bottom), (to_page(x), bottom - 3)] for x in minor]
+        self._ticks.set_segments(ticks)
+        digits = max(0, -floor(np.log10(step) + 1e-9))
+        for number in self._numbers:
+            number.visible = False
+        room = [x for x in marks if self._panel[0] + 14 <= to_page(x) <= self._panel[2] - 14]
+        for number, x in zip(self._numbers, room, strict=False):
+            number.x = to_page(x)
+            number.words = f"{written(x, digits)} m"
+            number.visible = True
+
+    def _move_glints(self, left: float, right: float) -> None:
+        """Slanting strokes that stay where they are on the ice."""
+        pitch, strokes = 0.5 * self._depth, []
+        top, bottom = self._surface, self._surface - self._depth
+        for patch in self._patches:
+            if patch.mu_static is None or patch.mu_static >= theme.SLIPPERY:
+                continue
+            first, last = max(patch.start, left - pitch), min(patch.end, right + pitch)
+            for i in range(ceil(first / pitch), floor((last - self._depth) / pitch) + 1):
+                if i % 5 in (0, 1, 3):
+                    strokes.append([(i * pitch, bottom), (i * pitch + self._depth, top)])
+        self._glints.set_segments(strokes)

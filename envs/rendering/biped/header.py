@@ -1,0 +1,62 @@
+"""Numbers of the moment above the picture, and what the colours mean."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.board import Board, draw_entries
+from stickslip.envs.rendering.lettering import brief, written
+
+if TYPE_CHECKING:
+    from stickslip.envs.rendering.biped.frame import BipedFrame
+    from stickslip.envs.rendering.canvas import Box, Canvas
+
+TITLES = (
+    ("time  [s]", 0.0),
+    ("walked  [m]", 0.18),
+    ("steps", 0.35),
+    ("mean rate  [rad/s]", 0.465),
+    ("friction / normal", 0.715),
+)
+
+
+class Header(Board):
+    """Five numbers and a badge that says whether the foot sticks, slips or the walk has ended."""
+
+    def __init__(self, canvas: Canvas, box: Box):
+        super().__init__(canvas, box, TITLES)
+
+    def move(self, frame: BipedFrame, walked: float) -> None:
+        """Show a frame; `walked` is the hip's way since the start of the first step [m]."""
+        use = (
+            written(abs(frame.friction_force) / frame.normal_force, 2)
+            if frame.normal_force > 0
+            else "–"
+        )
+        words = (
+            written(frame.time, 2),
+            written(walked, 2),
+            f"{frame.steps}",
+            brief(frame.mean_crank_rate),
+            use if frame.mu_static is None else f"{use} of {frame.mu_static:.2f}",
+        )
+        if frame.status.lower() not in ("ok", "slip_onset"):
+            self.show(words, frame.status.replace("_", " ").upper(), theme.INK)
+        elif frame.sticking:
+            self.show(words, "STICK", theme.HOLDS)
+        else:
+            self.show(words, "SLIP", theme.SLIDES)
+
+
+def draw_key(canvas: Canvas, left: float, top: float) -> None:
+    """What the colours stand for, in the still background; the words are all there is to read."""
+    entries = (
+        (theme.SUPPORT["main"], "supporting leg"),
+        (theme.SWING["main"], "swinging leg"),
+        (theme.HIP_EDGE, "hip and slot"),
+        (theme.MOTOR, "crank and motor"),
+        (theme.HOLDS, "foot holds (force, cone)"),
+        (theme.SLIDES, "foot slides (and marks)"),
+    )
+    draw_entries(canvas, entries, left, top)

@@ -1,0 +1,1 @@
+"""Pictures one after another: files and a window."""

@@ -1,0 +1,323 @@
+"""UGVEnv: a vehicle on two legs asked to drive along a track with the best posture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_known,
+)
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv.pose import stand
+from stickslip.envs.functional import FunctionalEnv, keyword_names
+from stickslip.envs.rendering import UGVRenderer
+from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
+from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
+from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
+from stickslip.envs.ugv.params import UGVEnvParams, make_params
+from stickslip.envs.ugv.picture import ugv_frame
+from stickslip.envs.ugv.state import Attitude, StepWork, UGVEnvState, UGVTotals
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate, step_cost
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.posture.station import Station, station_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from jaxtyping import Array, Float
+
+
+@dataclass(frozen=True)
+class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
+    """A UGV drives along a track and moves its legs so that a criterion comes out small.
+
+    One step of the environment takes the front wheel `spacing` (0.1 m) further, measured along x;
+    time plays no part, the vehicle is in equilibrium everywhere (`stickslip.dynamics.ugv`: no
+    inertia, no rolling resistance, no losses). Over the step the legs' angles change in proportion
+    to the way. What is judged are the stations at the steps' ends, with the trapezoid rule between
+    them, as the optimiser's criteria do.
+
+    ## Action
+    | index | name | range | meaning |
+    | --- | --- | --- | --- |
+    | 0 | rear leg rate | [-1, 1] | turn of the rear leg outwards, times `leg_rate` (1 rad/m) |
+    | 1 | front leg rate | [-1, 1] | turn of the front leg outwards, the same |
+
+    An angle stops at the end of its range (30 to 150 degrees), so the leg then turns less than
+    asked.
+
+    ## Observation
+    W is the vehicle's weight, r the wheels' radius.
+    | entry | unit | range | when |
+    | --- | --- | --- | --- |
+    | rear leg's angle beyond straight down | rad | the legs' range less pi/2 | always |
+    | front leg's angle beyond straight down | rad | the same | always |
+    | pitch of the body, nose up | rad | +- 1.6, clipped | always |
+    | slope of the ground under the rear wheel | rad | +- 1.6, clipped | always |
+    | slope of the ground under the front wheel | rad | +- 1.6, clipped | always |
+    | torque on each wheel; driving forwards is negative | W r | +- 2, clipped | always |
+    | margin of grip at the rear wheel, mu N - abs(F) | W | +- 4, clipped | always |
+    | margin of grip at the front wheel | W | +- 4, clipped | always |
+    | worst value so far; 0 before the first step | `penalty_for` | +- 10, clipped | "max" |
+    | height of the ground ahead over the front contact, one a point | r | +- 5, clipped | always |
+
+    The `preview` (8) points lie at equal distances ahead of the front contact, along x, the last
+    one `preview_length` (2 m) ahead. Each height carries an independent normal error of standard
+    deviation `preview_noise` [m] in every step, if that is given. "max": criteria that are a worst
+    value over the stations.
+
+    ## Reward
+    Minus the increase of the criterion (`stickslip.optim.CRITERIA`) from the station before to this
+    one, in its own unit, so the return of an episode that reaches the end is minus the objective of
+    the optimiser's problem on the same track and waypoints. A step that fails has the reward
+    - `failure_penalty` and adds nothing to the cost; the default penalty is more than any drive to
+    the end can cost (see `penalty_for`), so failing never pays. Both times `reward_scale` (1). For
+    "max" criteria the first step brings the worst of the first two stations.
+
+    ## Start
+    The front wheel stands so far in that the rear wheel is on the track in every posture (or at
+    `start`), the legs straight down (or at `start_angles`). `UGVRandomisation` draws ground,
+    friction and angles from the reset's key.
+
+    ## Options of a reset
+    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    | option | unit | accepted |
+    | --- | --- | --- |
+    | start_angles | rad | rear and front, within the legs' range |
+    | friction | - | >= 0 |
+    | track | - | a Track or a name; the drive is as long as it, in steps of `spacing` at most |
+
+    The first changes the start alone: the steps are those of any episode. The others compile a step
+    the first time that such a ground is asked for (seconds), and no more for other numbers.
+
+    ## End
+    Terminated, with the Status in info["status"]: WHEEL_SLIP (a wheel needs more than mu N),
+    ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), HOLLOW_GROUND,
+    NO_SOLUTION, NOT_CONVERGED, NON_FINITE. The state stays at the station before. An episode that
+    starts in such a station ends with its first step. Truncated: at the last waypoint before `end`
+    (the track's).
+
+    ## Info
+    Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,
+    front_angle, pitch [rad], torque [N m], friction_force (the same at both wheels), N_rear,
+    N_front, grip (the lesser margin) [N], clearance [m]. Of the step: wheel_work, total_work: put
+    in by the motors, and with the legs [J]; final_obs, autoreset. Of the episode so far:
+    episode_return, episode_length [steps], episode_cost (the criterion), episode_distance [m],
+    episode_wheel_energy, episode_total_energy [J].
+
+    Static choices: criterion (a name of CRITERIA), preview (points, 0 for none), solver (see
+    PoseSolver), autoreset. Version 0.
+    """
+
+    criterion: str = "wheel_energy"
+    preview: int = 8
+    solver: PoseSolver = field(default=PoseSolver())
+    autoreset: str = "same_step"
+
+    action_names = ("rear leg rate", "front leg rate")
+    params_kind = UGVEnvParams
+    episode_entries = (
+        "odometer",
+        "randomisation",
+        "friction",
+        "spacing",
+        "start",
+        "end",
+        "start_angles",
+        "given_penalty",
+        "failure_penalty",
+    )
+
+    def __post_init__(self):
+        super().__post_init__()
+        require_choice("criterion", self.criterion, tuple(CRITERIA))
+        accepted = f"an integer from 0 to {MOST_PREVIEW}"
+        require_integer("preview", self.preview, low=0, high=MOST_PREVIEW, accepted=accepted)
+        require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
+
+    @property
+    def measure(self) -> Criterion:
+        """The criterion itself."""
+        return CRITERIA[self.criterion]
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """What `make_params` takes."""
+        return keyword_names(make_params)
+
+    @classmethod
+    def option_names(cls) -> tuple[str, ...]:
+        """See FunctionalEnv."""
+        return OPTIONS
+
+    def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        self.check_params(params)
+        return episode_params(params, options)
+
+    def read_by_steps(self, params: UGVEnvParams) -> UGVEnvParams:
+        """See FunctionalEnv."""
+        return read_by_steps(params)
+
+    @property
+    def default_params(self) -> UGVEnvParams:
+        """Default vehicle on the chapter's bump, mu = 0.8, legs straight down at first."""
+        return self.make_params()
+
+    def make_params(self, **changes: Any) -> UGVEnvParams:
+        """Parameters with some entries changed: vehicle, track (a Track, or a name of
+        stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,
+        dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
+        name."""
+        require_known(changes, self.parameter_names(), "parameter of UGVEnv")
+        return make_params(self.measure, **changes)
+
+    def reset_env(self, key, params):
+        """See FunctionalEnv."""
+        drawn, angles = draw(key, params)
+        dtype = angles.dtype
+        zero = jnp.zeros((), dtype)
+        station, attitude = self._stand(params.waypoint(0), angles, drawn, params)
+        state = UGVEnvState(
+            station=station,
+            attitude=attitude,
+            elapsed=jnp.zeros((), jnp.int32),
+            cost=zero,
+            over=jnp.zeros((), bool),
+            drawn=drawn,
+            totals=UGVTotals(*[zero] * len(UGVTotals._fields)),
+        )
+        return observe(self.measure, self.preview, state, params), state
+
+    def step_env(
+        self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
+    ) -> tuple[Float[Array, " obs"], UGVEnvState, Array, Array, Array, dict[str, Any]]:
+        """See FunctionalEnv."""
+        dtype = state.cost.dtype
+        before, elapsed = state.station, state.elapsed + 1
+        turn = params.leg_rate * params.spacing * jnp.asarray(action, dtype)
+        low, high = params.vehicle.leg_angle_min, params.vehicle.leg_angle_max
+        angles = jnp.clip(before.leg_angles + turn, low, high)
+        after, attitude = self._stand(params.waypoint(elapsed), angles, state.drawn, params)
+        status = jnp.where(before.status != Status.OK, before.status, after.status)
+        failed = status != Status.OK
+
+        def unless_failed(new, old):
+            return jax.tree.map(lambda a, b: jnp.where(failed, b, a), new, old)
+
+        after, attitude = unless_failed((after, attitude), (before, state.attitude))
+        cost = accumulate(self.measure, state.cost, before, after, state.elapsed == 0)
+        cost = jnp.where(failed, state.cost, cost).astype(dtype)
+        increase = cost - state.cost + jnp.where(failed, params.failure_penalty, 0.0)
+        reward = -params.reward_scale * increase
+        work = _work(before, after, dtype)
+        done = elapsed >= params.steps
+        state = UGVEnvState(
+            station=after,
+            attitude=attitude,
+            elapsed=elapsed,
+            cost=cost,
+            over=failed | done,
+            drawn=state.drawn,
+            totals=state.totals.after(reward, work),
+        )
+        info = {"status": status, **work._asdict(), **_info(state, params)}
+        return (
+            observe(self.measure, self.preview, state, params),
+            state,
+            reward,
+            failed,
+            done & ~failed,
+            info,
+        )
+
+    def is_over(self, state):
+        """See FunctionalEnv."""
+        return state.over
+
+    def picture(self, state: UGVEnvState, info: dict[str, Any], params: UGVEnvParams):
+        """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
+        return ugv_frame(state, info, params, self.solver, self.preview)
+
+    def renderer(self, params: UGVEnvParams) -> UGVRenderer:
+        """A renderer for these parameters (extra `viz`)."""
+        return UGVRenderer(params.vehicle, self.measure.name, self.measure.unit)
+
+    def observation_bounds(self, params):
+        """See FunctionalEnv; entries as in the class docstring."""
+        return bounds(self.measure, self.preview, params)
+
+    def problem(self, state: UGVEnvState, params: UGVEnvParams) -> PostureProblem:
+        """The optimiser's problem of an episode, from its first state (not a batch): the same
+        ground, friction, waypoints, limits and start. Its objective is minus the episode's return
+        (at reward_scale 1), its optimum a bound for every policy."""
+        track, friction = ground(state.drawn, params)
+        return PostureProblem(
+            params=_double(params.vehicle),
+            track=_double(track.track),
+            x=params.waypoints(),
+            criterion=self.criterion,
+            friction=float(friction),
+            leg_rate=float(params.leg_rate),
+            min_clearance=float(params.min_clearance),
+            start_angles=np.asarray(state.leg_angles, float),
+            solver=self.solver,
+        )
+
+    def _stand(self, x, angles, drawn: UGVDrawn, params: UGVEnvParams):
+        """Station and attitude with the front wheel touching at x."""
+        odometer, friction = ground(drawn, params)
+        vehicle = params.vehicle
+        placed = stand(vehicle, odometer.track, x, angles, self.solver)
+        station = station_of(vehicle, odometer, placed, angles, friction)
+        low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
+        status = jnp.where(low, Status.GROUNDED, station.status).astype(jnp.int32)
+        station = station._replace(status=status)
+        attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
+        return station, attitude
+
+
+def _work(before: Station, after: Station, dtype) -> StepWork:
+    """What is put in on the way from one station to the next."""
+    wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
+    return StepWork(
+        jnp.asarray(step_cost(wheels, before, after), dtype),
+        jnp.asarray(step_cost(total, before, after), dtype),
+    )
+
+
+def _info(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
+    """What info says of the state."""
+    at = state.station
+    return {
+        "x": at.x,
+        "rear_angle": at.leg_angles[0],
+        "front_angle": at.leg_angles[1],
+        "pitch": state.attitude.pitch,
+        "torque": at.torque,
+        "friction_force": at.F_front,
+        "N_rear": at.N_rear,
+        "N_front": at.N_front,
+        "grip": at.grip,
+        "clearance": at.clearance,
+        "episode_return": state.totals.reward,
+        "episode_length": state.elapsed,
+        "episode_cost": state.cost,
+        "episode_distance": at.x - params.start,
+        "episode_wheel_energy": state.totals.wheel_energy,
+        "episode_total_energy": state.totals.total_energy,
+    }
+
+
+def _double(tree: Any) -> Any:
+    """Plain arrays in double precision."""
+    return jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), tree)

@@ -1,0 +1,82 @@
+"""What UGVEnv observes: the entries of its docstring's table, and their bounds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.envs.ugv.draw import ground
+from stickslip.envs.ugv.params import penalty_for
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.optim.posture.criteria import Criterion
+
+MAX_SLOPE = 1.6
+"""Greatest slope angle and pitch that are told apart [rad]."""
+MAX_TORQUE = 2.0
+"""Greatest torque on a wheel that is told apart, in weight x wheel radius."""
+MAX_GRIP = 4.0
+"""Greatest margin of grip that is told apart, in weights."""
+MAX_HEIGHT = 5.0
+"""Greatest height or depth of the ground ahead that is told apart, in wheel radii."""
+MAX_COST = 10.0
+"""Greatest worst value so far that is told apart, in what `penalty_for` gives."""
+MOST_PREVIEW = 256
+
+
+def observe(
+    criterion: Criterion, preview: int, state: UGVEnvState, params: UGVEnvParams
+) -> Float[Array, " obs"]:
+    """The observation of a state."""
+    at, dtype = state.station, state.cost.dtype
+    W, r = params.vehicle.weight, params.vehicle.wheel_radius
+    margins = [
+        at.friction * normal - jnp.abs(force)
+        for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
+    ]
+    entries = [*(at.leg_angles - np.pi / 2)]
+    entries += [jnp.clip(angle, -MAX_SLOPE, MAX_SLOPE) for angle in state.attitude]
+    entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
+    entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
+    if criterion.kind == "max":
+        unit = penalty_for(criterion, params.vehicle, at.friction, params.end - params.start)
+        entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
+    seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
+    if preview == 0:
+        return seen
+    heights = _heights_ahead(preview, state, params) / r
+    return jnp.concatenate([seen, jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)])
+
+
+def bounds(
+    criterion: Criterion, preview: int, params: UGVEnvParams
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest value of every entry."""
+    low = float(np.min(np.asarray(params.vehicle.leg_angle_min))) - np.pi / 2
+    high = float(np.max(np.asarray(params.vehicle.leg_angle_max))) - np.pi / 2
+    slack = 1e-6  # an angle at the end of its range, in single precision
+    rows = [(low - slack, high + slack)] * 2 + [(-MAX_SLOPE, MAX_SLOPE)] * 3
+    rows += [(-MAX_TORQUE, MAX_TORQUE)] + [(-MAX_GRIP, MAX_GRIP)] * 2
+    rows += [(-MAX_COST, MAX_COST)] * (criterion.kind == "max")
+    rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * preview
+    lows, highs = np.asarray(rows, np.float64).T
+    return lows, highs
+
+
+def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
+    """Of the points ahead over the front contact [m], with this step's noise."""
+    x, dtype = state.station.x, state.cost.dtype
+    track = ground(state.drawn, params)[0].track
+    part = jnp.arange(1, preview + 1, dtype=dtype) / preview
+    heights = track.seen_from(x).height(params.preview_length * part)
+    if state.drawn.noise is None or params.preview_noise is None:
+        return heights
+    key = jax.random.fold_in(jax.random.wrap_key_data(state.drawn.noise), state.elapsed)
+    return heights + params.preview_noise * jax.random.normal(key, heights.shape, dtype)

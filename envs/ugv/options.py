@@ -1,0 +1,55 @@
+"""What the options of a reset make of the UGV's parameters, for one episode."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+
+from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.numeric import require_one
+from stickslip.envs.ugv.randomisation import ground_of
+from stickslip.optim.posture.waypoints import waypoints_along
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stickslip.envs.ugv.params import UGVEnvParams
+
+OPTIONS = ("track", "friction", "start_angles")
+ROUNDING = 1e-6
+"""Waypoints may lie so much further apart, relatively: the spacing is one that came out of others,
+rounded, and a track as long as the one before gets as many."""
+
+
+def episode_params(params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
+    """The parameters with what the options say; what they set is not drawn."""
+    require_known(options, OPTIONS, "option of reset")
+    drawn, changes = params.randomisation, {}
+    if "friction" in options:
+        accepted = "a finite coefficient >= 0"
+        changes["friction"] = require_one("friction", options["friction"], low=0, accepted=accepted)
+        drawn = replace(drawn, friction=None)
+    if "start_angles" in options:
+        changes["start_angles"] = options["start_angles"]
+        drawn = replace(drawn, start_angles=None)
+    if "track" in options:
+        track, drawn = ground_of(options["track"], replace(drawn, track=None))
+        spacing = float(params.spacing) * (1 + ROUNDING)
+        places = waypoints_along(track, params.vehicle, spacing, None, None)
+        first, last = float(places[0]), float(places[-1])
+        changes |= {"track": track, "start": first, "end": last}
+        changes["spacing"] = (last - first) / (len(places) - 1)
+    changed = params.replace(randomisation=drawn, **changes)
+    if {*options} <= {"start_angles"}:  # nothing that other entries follow from, to the last digit
+        own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
+        return rebuilt(params, **own)
+    return changed
+
+
+def read_by_steps(params: UGVEnvParams) -> UGVEnvParams:
+    """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
+    drawn = jax.tree.map(lambda _: 0.0, replace(params.randomisation, start_angles=None))
+    return rebuilt(params, randomisation=drawn, start_angles=0.0)

@@ -1,0 +1,338 @@
+"""Numbers of the UGV environment: vehicle, ground, task, reward and what is randomised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.brief import brief, joined, short_repr
+from stickslip.dynamics.checks import (
+    as_number,
+    is_concrete,
+    require_kind,
+    require_known,
+    require_number,
+)
+from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.numeric import (
+    Numeric,
+    float_kind,
+    require_broadcast,
+    require_numeric,
+    require_one,
+)
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.envs.functional import defaults_of
+from stickslip.envs.ugv.names import RANDOM_TRACKS
+from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
+from stickslip.optim.posture.waypoints import waypoints_along
+
+if TYPE_CHECKING:
+    from stickslip.optim.posture.criteria import Criterion
+
+
+@register_derived
+@dataclass(frozen=True)
+class UGVEnvParams:
+    """Parameters of UGVEnv, a pytree to vmap over. Build it with `UGVEnv.make_params`.
+
+    vehicle: the UGV. odometer: the ground and the arc length along it, made anew where the drive
+    leaves what it covers; a drawn ground takes its place. randomisation: what a reset draws.
+    friction: mu between wheels and ground [-]. leg_rate: how far action 1 turns a leg for each
+    metre that the front wheel advances [rad/m]. spacing: how far it advances in a step [m]. start,
+    end: where it stands at first and at last [m]. start_angles: of the legs [2], rear and front
+    [rad]. min_clearance: body and legs must be as far above the ground [m].
+    preview_length: how far ahead the ground is seen [m]. preview_noise: standard deviation of each
+    height seen [m], or None for exact ones.
+    reward_scale: factor on the whole reward; 1 leaves it in the criterion's unit. speed: of the
+    front wheel along x in pictures [m/s]; nothing else knows of time.
+    given_penalty: the failure penalty, or None for the one that `penalty_for` makes of vehicle,
+    friction (the greatest that is drawn) and way in penalty_unit, the criterion's unit.
+    failure_penalty: which of them it is; taken off the reward, once, when the episode terminates.
+    """
+
+    vehicle: UGVParams
+    odometer: Odometer
+    randomisation: UGVRandomisation
+    friction: Numeric
+    leg_rate: Numeric
+    spacing: Numeric
+    start: Numeric
+    end: Numeric
+    start_angles: Numeric
+    min_clearance: Numeric
+    preview_length: Numeric
+    preview_noise: Numeric | None
+    reward_scale: Numeric
+    speed: Numeric
+    given_penalty: Numeric | None
+    penalty_unit: str = field(metadata={"static": True})
+    failure_penalty: Numeric = field(init=False)
+
+    __repr__ = short_repr
+
+    def in_short(self) -> str:
+        """Ground, vehicle, way, what is drawn, and the numbers that are not `make_params`'s."""
+        words = [f"track={self.track!r}", f"vehicle={self.vehicle!r}"]
+        words.append(f"steps={brief(self.steps)}, spacing={brief(self.spacing)}")
+        if any(value is not None for value in vars(self.randomisation).values()):
+            words.append(f"randomisation={self.randomisation!r}")
+        apart = ("spacing", "start", "end", "failure_penalty")  # they follow from track and vehicle
+        names = [name for name in (*NUMBERS, "start_angles") if name not in apart]
+        if self.given_penalty is not None:
+            words.append(f"failure_penalty={brief(self.given_penalty)}")
+        return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
+
+    def __post_init__(self):
+        penalty = self.given_penalty
+        numbers = (self.vehicle, self.odometer, self.friction, self.start, self.end)
+        if holds_numbers(*numbers):
+            settle(self, odometer=_covering(self.odometer, self.start, self.end))
+            if penalty is None:
+                penalty = self._ample_penalty()
+        settle(self, failure_penalty=penalty)
+
+    def _ample_penalty(self):
+        drawn = self.randomisation.friction
+        friction = self.friction if drawn is None else jnp.maximum(self.friction, drawn[1])
+        return penalty_in(self.penalty_unit, self.vehicle, friction, self.end - self.start)
+
+    @property
+    def track(self) -> Track:
+        """The ground, where none is drawn."""
+        return self.odometer.track
+
+    @property
+    def steps(self):
+        """Steps of a whole episode: the last waypoint is at or less than `spacing` before end."""
+        return jnp.floor((self.end - self.start) / self.spacing + 1e-3).astype(int)
+
+    @property
+    def control_period(self):
+        """What a step takes at the speed of the pictures [s]."""
+        return self.spacing / self.speed
+
+    @property
+    def time_limit(self):
+        """What a whole episode takes at the speed of the pictures [s]."""
+        return self.steps * self.control_period
+
+    def waypoint(self, step):
+        """Where the front wheel is after so many steps [m]."""
+        return self.start + self.spacing * jnp.asarray(step).astype(jnp.result_type(self.start))
+
+    def waypoints(self) -> np.ndarray:
+        """Every place of the front wheel in a whole episode, the start included [m]: float64,
+        of the numbers that the environment has, rounded as it rounds them."""
+        return np.asarray(self.waypoint(np.arange(int(self.steps) + 1)), np.float64)
+
+    def replace(self, **changes: Any) -> UGVEnvParams:
+        """A copy with some entries changed, validated: fields, or `track` (a Track, or a name as in
+        `make_params`). The numbers take the type of those before. ValueError for unknown names."""
+        hidden = ("given_penalty", "penalty_unit")
+        known = [one.name for one in fields(self) if one.init and one.name not in hidden]
+        require_known(changes, [*known, "track", "failure_penalty"])
+        dtype = jnp.result_type(self.start)
+        kinds = {"vehicle", "randomisation", "odometer"} & set(changes)
+        _require_kinds(**{name: changes[name] for name in kinds})
+        changes = _as_numbers(changes)
+        if "track" in changes:
+            drawn = changes.get("randomisation", self.randomisation)
+            if changes["track"] in RANDOM_TRACKS and "randomisation" not in changes:
+                drawn = replace(drawn, track=None)
+            changes["track"], changes["randomisation"] = ground_of(changes["track"], drawn)
+        if "failure_penalty" in changes:
+            changes["given_penalty"] = changes.pop("failure_penalty")
+        track = changes.pop("track", None)
+        if track is not None:
+            start, end = (changes.get(name, getattr(self, name)) for name in ("start", "end"))
+            changes["odometer"] = _odometer(track, start, end, dtype)
+        return _cast(replace(self, **changes).validate(), dtype)
+
+    def validate(self) -> UGVEnvParams:
+        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
+        _require_kinds(**given)
+        self.vehicle.validate()
+        numbers = {name: getattr(self, name) for name in NUMBERS}
+        if self.preview_noise is None:
+            del numbers["preview_noise"]
+        kind = jnp.result_type(self.odometer.start)
+        require_numeric(**numbers)
+        penalty = {"failure_penalty": numbers.pop("failure_penalty")}  # follows from the others
+        for name, value in numbers.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
+        require_broadcast(**numbers, **penalty)
+        if is_concrete(self.start, self.end, self.spacing) and np.any(np.asarray(self.steps) < 1):
+            raise ValueError(
+                f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
+                "start + spacing <= end [m]"
+            )
+        for name, value in penalty.items():
+            require_number(name, value, **NUMBERS[name], dtype=kind)
+        self.vehicle.check_leg_angles(self.start_angles, "start_angles")
+        self.randomisation.validate(self.vehicle)
+        return self
+
+
+POSITIVE = ("leg_rate", "spacing", "preview_length", "reward_scale", "speed")
+NON_NEGATIVE = ("friction", "min_clearance", "failure_penalty")
+NUMBERS: dict[str, dict[str, Any]] = {
+    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
+    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
+    "preview_noise": {"low": 0.0, "accepted": "None, or a finite length >= 0 [m]"},
+    "start": {"accepted": "a finite place [m]"},
+    "end": {"accepted": "a finite place [m]"},
+}
+"""The rule of every number."""
+
+
+def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
+    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
+    optional = ("preview_noise", "failure_penalty", "given_penalty")
+    kept = {name: value for name, value in given.items() if name in optional and value is None}
+    angles = {"accepted": "2 finite angles, rear and front [rad]"}
+    rules = NUMBERS | {"start_angles": angles, "given_penalty": NUMBERS["failure_penalty"]}
+    return kept | {
+        name: as_number(name, value, **rules[name]) if name in rules else value
+        for name, value in given.items()
+        if name not in kept
+    }
+
+
+def _require_kinds(**given: Any) -> None:
+    kinds = {"vehicle": UGVParams, "randomisation": UGVRandomisation, "odometer": Odometer}
+    for name, value in given.items():
+        require_kind(name, value, kinds[name], f"None or a {kinds[name].__name__}")
+
+
+def make_params(
+    criterion: Criterion,
+    *,
+    vehicle: UGVParams | None = None,
+    track: Track | str | None = None,
+    randomisation: UGVRandomisation | None = None,
+    dtype: Any = None,
+    friction: Numeric = 0.8,
+    leg_rate: Numeric = 1.0,
+    spacing: Numeric = 0.1,
+    start: Numeric | None = None,
+    end: Numeric | None = None,
+    start_angles: Numeric = (np.pi / 2, np.pi / 2),
+    min_clearance: Numeric = 0.02,
+    preview_length: Numeric = 2.0,
+    preview_noise: Numeric | None = None,
+    failure_penalty: Numeric | None = None,
+    reward_scale: Numeric = 1.0,
+    speed: Numeric = 1.0,
+) -> UGVEnvParams:
+    """Gather the numbers; see UGVEnvParams for their meaning and units.
+
+    track: a Track, one of TRACKS by its name, or one of RANDOM_TRACKS, which randomisation then
+    draws. start, end, spacing: waypoints are those of `PostureProblem.along`: by default from so
+    far in that the rear wheel stays on the track in every posture to the track's end, and evenly
+    spaced by at most `spacing`. failure_penalty: by default `penalty_for` the criterion.
+    """
+    vehicle = UGVParams() if vehicle is None else vehicle
+    drawn = UGVRandomisation() if randomisation is None else randomisation
+    _require_kinds(vehicle=vehicle, randomisation=drawn)
+    track, drawn = ground_of("bump" if track is None else track, drawn)
+    drawn.validate(vehicle)
+    numbers = _as_numbers(
+        {
+            "friction": friction,
+            "leg_rate": leg_rate,
+            "start_angles": start_angles,
+            "min_clearance": min_clearance,
+            "preview_length": preview_length,
+            "preview_noise": preview_noise,
+            "reward_scale": reward_scale,
+            "speed": speed,
+            "failure_penalty": failure_penalty,
+        }
+    )
+    accepted = "a length > 0 [m]"
+    spacing = require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
+    start, end = (
+        None if value is None else require_one(name, value, accepted="a finite position [m]")
+        for name, value in (("start", start), ("end", end))
+    )
+    places = waypoints_along(track, vehicle, spacing, start, end)
+    first, last = float(places[0]), float(places[-1])
+    dtype = float_kind(dtype, jnp.result_type(float))
+    params = UGVEnvParams(
+        vehicle=vehicle,
+        odometer=_odometer(track, first, last, dtype),
+        randomisation=drawn,
+        spacing=(last - first) / (len(places) - 1),
+        start=first,
+        end=last,
+        given_penalty=numbers.pop("failure_penalty"),
+        penalty_unit=criterion.unit,
+        **numbers,
+    )
+    return _cast(params.validate(), dtype)
+
+
+def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, length: Numeric):
+    """A penalty that makes failing cost more than any drive to the end, in the criterion's unit.
+
+    A wheel that does not slip has |F| <= mu N, both have the same F, and the normal forces add up
+    to about the weight W. So |M| < W r (mu <= 2), what the motors put in over the drive stays below
+    (1 + mu) W length, a margin of grip below (1 + mu) W, a demand below 1 + mu. The legs' work in
+    total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
+    torque's variation: W r built up and let go once a metre stands for it.
+    """
+    return penalty_in(criterion.unit, vehicle, friction, length)
+
+
+def penalty_in(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
+    """`penalty_for` a criterion with this unit."""
+    W, r = vehicle.weight, vehicle.wheel_radius
+    bounds = {
+        "J": (1 + friction) * W * length,
+        "N m": W * r,
+        "N^2 m": (W * r) ** 2 * length,
+        "N": (1 + friction) * W,
+        "-": 1 + friction,
+    }
+    if unit not in bounds:
+        raise ValueError(
+            f"failure_penalty = None with a criterion whose unit is {unit!r}; accepted: a number "
+            ">= 0 in that unit"
+        )
+    return bounds[unit]
+
+
+def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
+    """The odometer, or one that reaches from start to end where it does not, or may not."""
+    ends = (odometer.start, odometer.end, start, end)
+    if is_concrete(*ends):
+        first, last, start, end = map(np.asarray, ends)
+        slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
+        if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
+            return odometer
+    if any(np.ndim(given) for given in (odometer.start, start, end)):
+        raise ValueError(
+            "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
+        )
+    return _odometer(odometer.track, start, end, jnp.result_type(odometer.start))
+
+
+def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
+    """Over the track and the drive, whichever reaches farther; of the numbers as they are rounded,
+    so that it comes out the same from those of a file."""
+    track.require_resolved(dtype)
+    track, start, end = (_cast(tree, dtype) for tree in (track, start, end))
+    known = is_concrete(track, start, end)
+    least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
+    first, last = least(track.start, start), greatest(track.end, end)
+    return _cast(Odometer.along(track, first, last), dtype)
+
+
+def _cast(tree: Any, dtype: Any) -> Any:
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), tree)

@@ -1,0 +1,162 @@
+"""The ranges that a reset of the UGV environment draws from, and the ground drawn from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.brief import short_repr
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_memory,
+    shown,
+)
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.dynamics.ugv.names import TRACKS
+from stickslip.dynamics.ugv.roughness import rough_waves
+from stickslip.dynamics.ugv.shapes import Bump
+from stickslip.dynamics.ugv.spline import hermite_table
+from stickslip.dynamics.ugv.track import track_of
+from stickslip.envs.ranges import Range, require_range
+from stickslip.envs.ugv.names import RANDOM_TRACKS
+
+if TYPE_CHECKING:
+    from jaxtyping import Array
+
+
+CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
+"""Roughness of ISO 8608 [m^3]."""
+BYTES = 256
+"""About what a wave, a piece or a cell of a drawn track takes in one environment."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class RandomTrack:
+    """Ground drawn anew for every episode: a bump, roughness, or both.
+
+    bump_height, bump_width, bump_centre: of `Bump`, each uniform in (low, high) [m]; no bump where
+    bump_height is None. roughness: G(n0) of `rough_waves` [m^3], uniform in its logarithm; class C
+    of ISO 8608 is 2.56e-4, each class 4 times the one before. waves, pieces: of the drawn spectrum
+    and of the table that holds the sum (see `hermite_table`), from the params' track.start to
+    track.end, straight beyond. cells: of the odometer. The last three are static.
+    """
+
+    bump_height: Range | None = None
+    bump_width: Range = (0.8, 1.6)
+    bump_centre: Range = (3.5, 5.5)
+    roughness: Range | None = None
+    waves: int = field(default=32, metadata={"static": True})
+    pieces: int = field(default=96, metadata={"static": True})
+    cells: int = field(default=48, metadata={"static": True})
+
+    __repr__ = short_repr
+
+    @classmethod
+    def named(cls, name: str) -> RandomTrack:
+        """One of RANDOM_TRACKS by its name.
+
+        random-bump: bumps of 2 to 20 cm. random-rough: classes A to D of ISO 8608. random-mixed:
+        bumps up to 15 cm on classes A to C.
+        """
+        require_choice("track", name, RANDOM_TRACKS)
+        if name == "random-bump":
+            return cls((0.02, 0.2))
+        if name == "random-rough":
+            return cls(roughness=(CLASS_A, CLASS_D))
+        return cls((0.0, 0.15), roughness=(CLASS_A, CLASS_C))
+
+    def validate(self) -> RandomTrack:
+        """Return self, or raise ValueError naming the field."""
+        if self.bump_height is None and self.roughness is None:
+            raise ValueError(
+                "bump_height and roughness are None; accepted: a range (low, high) for one or both"
+            )
+        require_range("bump_height", self.bump_height, -np.inf)
+        require_range("bump_width", self.bump_width, 0.0, strict=True, optional=False)
+        require_range("bump_centre", self.bump_centre, optional=False)
+        require_range("roughness", self.roughness, 0.0, strict=True)
+        for name in ("waves", "pieces", "cells"):
+            value = require_integer(name, getattr(self, name))
+            require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, BYTES)
+        require_memory(
+            f"pieces = {self.pieces}, waves = {self.waves}",
+            "waves at knots", self.pieces * self.waves, 64,
+        )  # fmt: skip
+        return self
+
+    def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
+        """The ground from start to end [m] and its arc length. Pure; `key` decides."""
+        keys = jax.random.split(key, 5)
+        bump = Bump(
+            uniform(keys[0], self.bump_height or (0.0, 0.0), dtype),
+            uniform(keys[1], self.bump_centre, dtype),
+            uniform(keys[2], self.bump_width, dtype),
+        )
+        shape: Any = bump
+        if self.roughness is not None:
+            low, high = (jnp.log(jnp.asarray(end_, dtype)) for end_ in self.roughness)
+            level = jnp.exp(uniform(keys[3], (low, high), dtype))
+            waves = rough_waves(keys[4], level, waves=self.waves)
+
+            def both(x):
+                y, dy, d2y = (a + b for a, b in zip(waves.profile(x), bump.profile(x), strict=True))
+                return y, dy, d2y
+
+            shape = hermite_table(both, start, end, self.pieces)
+        odometer = Odometer.along(Track(shape, start, end), start, end, self.cells)
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class UGVRandomisation:
+    """What a reset draws; what is None stays as it is and is not compiled in.
+
+    track: the ground. friction: mu itself, uniform in (low, high) [-]. start_angles: each leg's,
+    uniform in (low, high) [rad].
+    """
+
+    track: RandomTrack | None = None
+    friction: Range | None = None
+    start_angles: Range | None = None
+
+    __repr__ = short_repr
+
+    def validate(self, vehicle: UGVParams) -> UGVRandomisation:
+        """Return self, or raise ValueError naming the range."""
+        if self.track is not None:
+            require_kind("track", self.track, RandomTrack, "None or a RandomTrack")
+            self.track.validate()
+        require_range("friction", self.friction, 0.0)
+        require_range("start_angles", self.start_angles, 0.0)
+        if self.start_angles is not None:
+            vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
+        return self
+
+
+def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisation]:
+    """The ground and what is drawn, where the ground may be a name: of TRACKS, or of RANDOM_TRACKS,
+    which is drawn anew for every episode in place of level ground. ValueError for another one."""
+    if isinstance(track, str):
+        require_choice("track", track, (*TRACKS, *RANDOM_TRACKS), also="a Track")
+        if track in RANDOM_TRACKS:
+            if drawn.track is not None:
+                raise ValueError(
+                    f"track = {track!r} beside a track in randomisation; accepted: one of them"
+                )
+            return Track.flat(), replace(drawn, track=RandomTrack.named(track))
+    return track_of(track), drawn
+
+
+def uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):
+    """Numbers of that shape, each even in the range (low, high)."""
+    low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+    return low + (high - low) * jax.random.uniform(key, shape, dtype)

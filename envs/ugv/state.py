@@ -1,0 +1,73 @@
+"""Where an episode of UGVEnv is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+
+from stickslip.envs.ugv.draw import UGVDrawn
+from stickslip.optim.posture.station import Station
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+
+class Attitude(NamedTuple):
+    """How the vehicle stands [rad]."""
+
+    pitch: Float[Array, ""]
+    slope_rear: Float[Array, ""]
+    """Of the ground under the rear wheel."""
+    slope_front: Float[Array, ""]
+
+
+class StepWork(NamedTuple):
+    """What one step of the environment took [J]."""
+
+    wheel_work: Float[Array, ""]
+    """Put in by the motors, none recovered."""
+    total_work: Float[Array, ""]
+    """The same with the legs' actuators."""
+
+
+class UGVTotals(NamedTuple):
+    """Sums over the episode."""
+
+    reward: Float[Array, ""]
+    wheel_energy: Float[Array, ""]
+    """Put in by the motors, none recovered [J]."""
+    total_energy: Float[Array, ""]
+    """The same with the legs' actuators [J]."""
+
+    def after(self, reward, work: StepWork) -> UGVTotals:
+        """With one more step."""
+        return UGVTotals(
+            self.reward + reward,
+            self.wheel_energy + work.wheel_work,
+            self.total_energy + work.total_work,
+        )
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class UGVEnvState:
+    """Where an episode is. station, attitude: the last ones inside the model. over: it has ended.
+
+    cost: the criterion so far; it starts at 0.
+    """
+
+    station: Station
+    attitude: Attitude
+    elapsed: Int[Array, ""]
+    """Steps so far."""
+    cost: Float[Array, ""]
+    over: Bool[Array, ""]
+    drawn: UGVDrawn
+    totals: UGVTotals
+
+    @property
+    def leg_angles(self) -> Float[Array, "... 2"]:
+        """Rear and front [rad]."""
+        return self.station.leg_angles

@@ -1,0 +1,128 @@
+"""A machine and a trainer that nobody foresaw are used like the others."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents import evaluate, load_policy, machines, read_metadata, register, train
+from stickslip.agents.biped.machine import BipedMachine
+from stickslip.agents.policy import MLPPolicy, describe_environment, save_policy
+from stickslip.agents.registry import machine_by_name, unregister
+from stickslip.agents.training.checkpoint import folder_name
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.trainer import TRAINERS
+from stickslip.cli import OK, WRONG_INPUT, main
+from tests.agents.mass import MassConfig, MassEnv, MassMachine, Pull
+from tests.agents.runs import assert_same_run
+
+LONGEST = 150
+
+
+@pytest.fixture(autouse=True)
+def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.chdir(tmp_path)
+    register(MassMachine())
+    yield
+    unregister("mass")
+
+
+def test_a_third_machine_is_short():
+    lines = Path(__file__).with_name("mass.py").read_text(encoding="utf-8").splitlines()
+    assert len(lines) < LONGEST
+
+
+def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
+    pytest.importorskip("stable_baselines3")
+    assert main(["train", "mass", "--out", "run", "--batch-size", "32"]) == OK
+    assert "stickslip evaluate run pull" in capsys.readouterr().out
+    names = ("policy.npz", "learning.png", "episode.png", "episode.gif", "config.json")
+    assert all((Path("run") / name).stat().st_size > 100 for name in names)
+    assert json.loads(Path("run/config.json").read_text())["machine"] == "mass"
+    tests, metrics = (read_columns(Path("run") / name) for name in FILES)
+    assert tests["timesteps"] == [128, 256]
+    assert np.all(np.isfinite(tests["return"]))
+    assert {"duration", "policy_loss"} <= metrics.keys()
+    assert main(["train", "mass", "--out", "run", "--resume", "--no-pictures"]) == OK
+    command = ["evaluate", "run", "pull", "--scene", "patchy", "even", "--mu", "0.2"]
+    capsys.readouterr()
+    assert main([*command, "--episodes", "4", "--out", "table"]) == OK
+    shown = capsys.readouterr().out
+    assert "patchy: the own task of run with --scene patchy --mu 0.2" in shown
+    assert "mu 0.2, mu patch 0.05" in shown
+    rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
+    pairs = [(row["scene"], row["controller"]) for row in rows]
+    assert pairs == [(scene, who) for scene in ("patchy", "even") for who in ("run", "pull")]
+    view = ["view", "run", "--seconds", "1", "--out", "run.gif", "--plot", "run.png"]
+    assert main(view) == OK
+    assert Path("run.gif").read_bytes()[:3] == b"GIF"
+    assert Path("run.png").stat().st_size > 1000
+
+
+FILES = ("evaluations.csv", "metrics.csv")
+
+
+def test_its_task_is_kept_in_a_policys_file_and_read_again():
+    env = MassEnv()
+    params = replace(env.default_params, mass=3.0)
+    size = np.zeros((2, 1), np.float32)
+    policy = MLPPolicy((size,), (size[0],), size[:, 0], size[:, 0] + 1)
+    about = describe_environment(env, params)
+    save_policy(policy, "policy.npz", about)
+    task = machine_by_name("mass").read_task(read_metadata("policy.npz"))
+    assert task is not None
+    assert (task.env, task.params()) == (env, params)
+    about["task"]["values"]["kind"] = "BipedParams"
+    with pytest.raises(ValueError, match="its task is damaged"):
+        machine_by_name("mass").read_task(about)
+    assert machine_by_name("biped").read_task({}) is None
+    assert load_policy("policy.npz").layer_sizes == (2, 1)
+
+
+def test_it_is_evaluated_in_python_and_pulls_its_mass_to_the_place():
+    env = MassEnv()
+    table = evaluate(env, {"pull": Pull()}, {"patchy": env.default_params}, episodes=8)
+    episodes = table.row("patchy", "pull").episodes
+    assert episodes.reward.shape == (8,)
+    assert np.all(episodes.reward > 0.6 * 30)
+    assert not episodes.fell.any()
+    with pytest.raises(ValueError, match="env is a int; accepted: BipedEnv, UGVEnv, MassEnv"):
+        evaluate(3, {"pull": Pull()}, {})
+
+
+def test_names_belong_to_one_machine(capsys):
+    class Other(MassMachine):
+        name, environment, baselines = "other", "OtherEnv", ("computed-torque",)
+
+    with pytest.raises(ValueError, match="computed-torque is known from the biped"):
+        register(Other())
+    register(MassMachine())  # the same one again
+    assert [machine.name for machine in machines()] == ["biped", "ugv", "mass"]
+    assert type(machine_by_name("biped")) is BipedMachine
+    assert main(["evaluate", "pull", "--mu-static", "0.1"]) == WRONG_INPUT
+    assert "--mu-static is for the biped" in capsys.readouterr().err
+    assert main(["evaluate", "pull", "--scene", "wet"]) == WRONG_INPUT
+
+
+def test_another_trainer_gets_checkpoints_metrics_and_resumption(tmp_path, monkeypatch):
+    pytest.importorskip("tensorboard")
+    monkeypatch.setitem(TRAINERS, "sb3", "tests.agents.climber:Climber")
+    config = MassConfig.of(timesteps=512, seed=5)
+    whole = train(config, tmp_path / "whole", bar=False)
+    cut = iter([False] * 5 + [True] * 9)
+    assert not train(config, tmp_path / "cut", bar=False, stop=lambda: next(cut)).finished
+    shutil.rmtree(tmp_path / "cut" / "checkpoints" / folder_name(384))  # as if killed before
+    again = train(None, tmp_path / "cut", resume=True, bar=False)
+    assert whole.finished
+    assert again.finished
+    assert_same_run(whole.directory, again.directory)
+    metrics = read_columns(whole.directory / "metrics.csv")
+    assert metrics["timesteps"] == list(range(64, 513, 64))
+    assert np.all(np.isfinite(metrics["spread"]))
+    assert "policy_loss" not in metrics
+    tests = read_columns(whole.directory / "evaluations.csv")
+    assert tests["return"][-1] >= tests["return"][0]

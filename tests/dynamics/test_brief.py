@@ -1,0 +1,115 @@
+"""Parameters, scenes and tracks show themselves in a line or two, whatever their numbers are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.envs import BipedEnv, Randomisation, RandomTrack, UGVEnv, UGVRandomisation
+
+MOST = 400
+"""Characters, however many numbers there are."""
+
+
+@lru_cache
+def trees() -> dict[str, Any]:
+    biped, ugv = BipedEnv().default_params, UGVEnv().default_params
+    drawn = UGVRandomisation(RandomTrack.named("random-mixed"), (0.5, 0.9), (1.0, 2.0))
+    ranges = Randomisation((1.6, 1.7), (1.0, 1.1), phase=(1.6, 1.7), crank_rate=(-1.0, 1.0))
+    return {
+        "scene": Scene.named("slippery"),
+        "patches": Scene.patches(np.arange(40.0), np.full(41, 0.5), payload=1.0),
+        "robot": biped.robot.bare,
+        "long robot": BipedParams.from_bars(crank_length=0.04, payload=1.0),
+        "model": biped.robot,
+        "biped": biped,
+        "random biped": biped.replace(randomisation=ranges, scene="ice-patch", slip_weight=1.0),
+        "vehicle": UGVParams(),
+        "ugv": ugv,
+        "random ugv": ugv.replace(track="rough", randomisation=drawn, friction=0.5),
+        "odometer": ugv.odometer,
+        "rough": Track.rough(),
+        "points": Track.from_points([0.0, 1.0, 2.0], [0.0, 0.1, 0.0]),
+        "function": Track.from_function(jnp.sin),
+        "sinusoid": Track.sinusoid(),
+    }
+
+
+NAMES = (
+    "scene", "patches", "robot", "long robot", "model", "biped", "random biped",
+    "vehicle", "ugv", "random ugv", "odometer", "rough", "points", "function", "sinusoid",
+)  # fmt: skip
+
+
+def require_short(tree: Any) -> str:
+    text = repr(tree)
+    assert "\n" not in text
+    assert text.startswith((type(tree).__name__ + "(", type(tree).__name__ + "."))
+    assert text.count("(") == text.count(")")
+    assert len(text) <= MOST * 2, text
+    return text
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_short_for_one_for_a_batch_and_when_traced(name):
+    tree = trees()[name]
+    assert set(NAMES) == set(trees())
+    assert len(require_short(tree)) <= MOST
+    require_short(jax.tree.map(lambda leaf: jnp.stack([jnp.asarray(leaf)] * 30), tree))
+    seen = []
+    jax.eval_shape(lambda one: seen.append(require_short(one)), tree)
+    assert len(seen) == 1
+    axes = jax.tree.map(lambda _: 0, tree)
+    require_short(axes)
+
+
+@pytest.mark.parametrize("leaf", [None, "x", object(), (), [1, 2], np.nan, 10**400, b"x", {}])
+@pytest.mark.parametrize("name", NAMES)
+def test_it_never_raises(name, leaf):
+    require_short(jax.tree.map(lambda _: leaf, trees()[name]))
+
+
+def test_it_says_what_a_reader_asks_for():
+    assert repr(Scene.named("slippery")) == "Scene.uniform(mu_static=0.06, mu_kinetic=0.05)"
+    assert repr(Scene.grip(steps="one", payload=2.0)) == "Scene.grip(payload=2, steps='one')"
+    assert repr(Track.bump(0.2)) == "Track.bump(height=0.2, centre=4, width=1, start=0, end=8)"
+    assert repr(Track.flat()) == "Track.flat(start=0, end=8)"
+    assert repr(BipedParams.from_bars()) == "BipedParams(total_mass=8.466)"
+    assert repr(BipedParams.from_bars(payload=1.5)) == "BipedParams(total_mass=9.966, payload=1.5)"
+    assert repr(UGVParams(body_mass=200.0)) == "UGVParams(total_mass=340, body_mass=200)"
+    drawn = Randomisation(phase=(1.6, 4.6))
+    assert repr(drawn) == "Randomisation(phase=(1.6, 4.6))"
+    text = repr(BipedEnv().make_params(scene="firm", commanded_rate=2.5, randomisation=drawn))
+    for words in ("mu_static=0.5", "commanded_rate=2.5", "total_mass=8.466", "phase=(1.6, 4.6)"):
+        assert words in text
+    assert "torque_limit" not in text
+    text = repr(UGVEnv().make_params(track="bump", friction=0.6))
+    for words in ("Track.bump(", "total_mass=440", "steps=66", "friction=0.6"):
+        assert words in text
+    assert "leg_rate" not in text
+
+
+def test_a_scene_and_a_track_say_the_call_that_makes_them():
+    for one in (Scene.named("ice-patch", payload=1.0), Scene.smoothed(0.25), Scene.uniform(0.5)):
+        again = eval(repr(one), {"Scene": Scene})
+        assert jax.tree.structure(again) == jax.tree.structure(one)
+        np.testing.assert_allclose(
+            *(np.concatenate([np.ravel(x) for x in jax.tree.leaves(t)]) for t in (again, one))
+        )
+    assert eval(repr(Track.ditch()), {"Track": Track}) == Track.ditch()
+
+
+def test_a_buffer_that_was_given_away_is_named_so():
+    scene = Scene.uniform(jnp.asarray(0.5), 0.4)
+    scene.floor.mu_static.delete()
+    assert "cannot be read" in repr(scene)
+    assert "cannot be read" in repr(replace(scene, payload=1.0))

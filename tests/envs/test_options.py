@@ -1,0 +1,246 @@
+"""Options of a reset hold for one episode, in every adapter, among episodes that have none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.numeric import require_one
+from stickslip.envs import GymEnv, GymVectorEnv
+from tests.envs.helpers import CompileCount
+from tests.envs.toy import Toy
+
+COUNT = 4
+STEPS = 40
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class PushedParams:
+    """start: where every episode begins, or None to draw it. wind: a push of its own, or None."""
+
+    control_period: Any = 0.1
+    limit: Any = 7
+    gain: Any = 1.0
+    start: Any = None
+    wind: Any = None
+
+    def _replace(self, **changes: Any) -> PushedParams:
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True)
+class Pushed(Toy):
+    """The toy with a start that only a reset reads, a number that steps read, and a wind that is
+    another program."""
+
+    episode_entries = ("start", "gain", "wind")
+
+    @classmethod
+    def option_names(cls):
+        return ("start", "gain", "wind", "limit", "winds")
+
+    def episode_params(self, params, options):
+        require_known(options, self.option_names(), "option of reset")
+        numbers = {
+            name: require_one(name, value, accepted="a finite number")
+            for name, value in options.items()
+            if name != "winds"
+        }
+        several = {"wind": jnp.ones(3)} if "winds" in options else {}
+        return replace(params, **numbers, **several)
+
+    def read_by_steps(self, params):
+        return replace(params, start=None)
+
+    def reset_env(self, key, params):
+        obs, state = super().reset_env(key, params)
+        if params.start is not None:
+            state = state._replace(place=jnp.asarray(params.start, state.place.dtype))
+            obs = self._observe(state)
+        return obs, state
+
+    def step_env(self, state, action, params):
+        wind = 0.0 if params.wind is None else params.wind
+        return super().step_env(
+            state, jnp.stack([params.gain * action[0] + wind, action[1]]), params
+        )
+
+
+PARAMS = PushedParams()
+OPTIONS: list[dict[str, float]] = [
+    {},
+    {"start": 0.25},
+    {"start": -0.75},
+    {"gain": 0.5},
+    {"gain": 2.0, "start": 0.1},
+    {"wind": 0.125},
+    {"wind": -0.25, "gain": 1.5},
+    {"limit": 3},
+]
+
+
+class Single:
+    """One environment by hand: the functional environment, and the chain of keys that PackedEnvs
+    documents."""
+
+    def __init__(self, seed: int):
+        self.env, self.key = Pushed("disabled"), jax.random.key(seed)
+
+    def reset(self, options: dict[str, float] | None = None) -> np.ndarray:
+        self.params = self.env.episode_params(PARAMS, options or {})
+        self.key, key = jax.random.split(self.key)
+        obs, self.state = self.env.reset(key, self.params)
+        return np.asarray(obs)
+
+    def step(self, action: np.ndarray) -> tuple[Any, ...]:
+        obs, self.state, *rest = self.env.step(self.key, self.state, action, self.params)
+        return np.asarray(obs), *map(np.asarray, rest[:3]), rest[3]
+
+
+def close(given: Any, expected: Any) -> None:
+    np.testing.assert_allclose(given, expected, rtol=1e-6, atol=1e-6)
+
+
+def pushes(random: np.random.Generator) -> np.ndarray:
+    return random.uniform(-1, 1, (COUNT, 2)).astype(np.float32)
+
+
+@pytest.mark.parametrize("mode", ["same_step", "next_step", "disabled"])
+def test_a_batch_with_options_is_as_many_single_environments(mode):
+    random = np.random.default_rng(5)
+    env = GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, mode)
+    singles = [Single(seed) for seed in range(COUNT)]
+    obs, _ = env.reset(seed=0, options=OPTIONS[6])
+    close(obs, [one.reset(OPTIONS[6]) for one in singles])
+    over, ended = np.zeros(COUNT, bool), 0
+    for step in range(STEPS):
+        if step % 9 == 8 or (mode == "disabled" and over.any()):
+            mask = np.ones(COUNT, bool)
+            if mode == "disabled":
+                mask = over | (np.arange(COUNT) == step % COUNT)
+            options: Any = OPTIONS[random.integers(len(OPTIONS))]
+            obs, _ = env.reset(options=options | {"reset_mask": mask})
+            for i in map(int, np.flatnonzero(mask)):
+                close(obs[i], singles[i].reset(options))
+            over = over & ~mask
+        actions = pushes(random)
+        obs, reward, terminated, truncated, infos = env.step(actions)
+        for i, one in enumerate(singles):
+            if mode == "next_step" and over[i]:
+                close(obs[i], one.reset())
+                assert (reward[i], terminated[i], truncated[i]) == (0, False, False)
+                over[i] = False
+                continue
+            expected = one.step(actions[i])
+            over[i] = ends = bool(expected[2] | expected[3])
+            close(reward[i], expected[1])
+            assert (terminated[i], truncated[i]) == tuple(map(bool, expected[2:4]))
+            ended += ends
+            if ends and mode == "same_step":
+                close(infos["final_obs"][i], expected[0])
+                close(infos["final_info"]["episode_return"][i], expected[4]["episode_return"])
+                close(obs[i], one.reset())
+                over[i] = False
+            else:
+                close(obs[i], expected[0])
+                close(infos["episode_length"][i], expected[4]["episode_length"])
+    assert ended > 2 * COUNT
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+def test_options_hold_for_one_episode(options):
+    env, other = (GymEnv(Pushed("disabled"), PARAMS) for _ in range(2))
+    first, single = env.reset(seed=3, options=options)[0], Single(3)
+    close(first, single.reset(options))
+    action = np.full(2, 0.25, np.float32)
+    close(env.step(action)[0], single.step(action)[0])
+    other.reset(seed=3)
+    for _ in range(2):
+        assert np.array_equal(env.reset()[0], other.reset()[0])
+        assert np.array_equal(env.step(action)[0], other.step(action)[0])
+
+
+def test_other_numbers_compile_nothing():
+    envs = [
+        GymEnv(Pushed("disabled"), PARAMS),
+        GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, "same_step"),
+    ]
+
+    def use(number: float) -> None:
+        for env, shape in zip(envs, ((2,), (COUNT, 2)), strict=True):
+            for name in ("start", "gain", "wind"):
+                env.reset(seed=1, options={name: number})
+                env.step(np.full(shape, 0.1, np.float32))
+            env.reset()
+
+    use(0.1)
+    with CompileCount() as compiled:
+        for number in (0.2, -0.3, 1.0):
+            use(number)
+    assert compiled.count == 0
+
+
+def test_stable_baselines3_gives_each_environment_its_own_options():
+    pytest.importorskip("stable_baselines3")
+    from stickslip.envs import SB3VecEnv
+
+    env = SB3VecEnv(Pushed("same_step"), PARAMS, COUNT)
+    singles = [Single(seed) for seed in range(COUNT)]
+    for given in ([{}, *OPTIONS[4:7]], OPTIONS[1], {}, [OPTIONS[5], {}, {}, OPTIONS[7]]):
+        env.set_options(given)
+        each = given if isinstance(given, list) else [given] * COUNT
+        close(env.reset(), [one.reset(o) for one, o in zip(singles, each, strict=True)])
+        for _ in range(3):
+            obs, reward, done, infos = env.step(np.full((COUNT, 2), 0.1, np.float32))
+            for i, one in enumerate(singles):
+                expected = one.step(np.full(2, 0.1, np.float32))
+                close(reward[i], expected[1])
+                assert done[i] == bool(expected[2] | expected[3])
+                if done[i]:
+                    close(infos[i]["terminal_observation"], expected[0])
+                close(obs[i], one.reset() if done[i] else expected[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"wnid": 1.0}, r"'wnid' is no option of reset; accepted: .*did you mean wind\?"),
+        ({"wind": np.nan}, r"wind = nan is not accepted; accepted: a finite number"),
+        ({"wind": "strong"}, r"wind = 'strong' is not a number"),
+        ({"gain": [1.0, 2.0]}, r"gain has shape \(2,\).*one number"),
+        ({"winds": 3}, r"such an episode cannot be stepped; accepted"),
+        (["wind"], r"options = \['wind'\]; accepted: None or a dict"),
+        (3, r"options = 3; accepted: None or a dict"),
+    ],
+)
+def test_bad_options_are_refused_and_the_episode_goes_on(options, message):
+    for env, shape in (
+        (GymEnv(Pushed("disabled"), PARAMS), (2,)),
+        (GymVectorEnv(Pushed("disabled"), PARAMS, COUNT), (COUNT, 2)),
+    ):
+        first, _ = env.reset(seed=0)
+        with pytest.raises(ValueError, match=message):
+            env.reset(seed=9, options=options)
+        obs, *_ = env.step(np.zeros(shape, np.float32))
+        assert np.array_equal(obs[..., 0], first[..., 0])
+
+
+def test_a_picture_is_drawn_for_the_episodes_own_parameters():
+    class Told(Pushed):
+        def renderer(self, params):
+            told.append(params.gain)
+            return super().renderer(params)
+
+    told: list[Any] = []
+    env = GymEnv(Told("disabled"), PARAMS, render_mode="rgb_array")
+    for options in ({}, {"gain": 2.0}, {}, {}):
+        env.reset(seed=0, options=options)
+        env.render()
+    assert told == [1.0, 2.0, 1.0]
