@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.agents.config import TrainConfig, every_field, rule_of
-from stickslip.agents.ugv_config import UGVTrainConfig
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.training.configuration import every_field, rule_of
+from stickslip.agents.ugv.config import UGVTrainConfig
 
 KINDS = (TrainConfig, UGVTrainConfig)
 each_kind = pytest.mark.parametrize("kind", KINDS)
