@@ -11,6 +11,9 @@ INSTALLED := $(VENV)/.installed
 TYPING := build/typing
 LAYERS := dynamics optim envs agents
 SHAPES := tests/typing/shapes.py tests/dynamics/test_kinematics.py
+# Quick tests compile more than they compute; these halve the time of compiling. What users have,
+# XLA's defaults, the long tests run with, and pytest where it is called by hand.
+QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
 SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
 
 # Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
@@ -19,20 +22,25 @@ ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo r
 $(INSTALLED): fresh-venv
 endif
 
-.PHONY: help venv test check test-long test-shapes lint typecheck format demo bench clean fresh-venv
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench clean fresh-venv
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
-test: check  ## lint, types, and every test but the long ones
-	@$(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+test: lint  ## lint, types, and every test but the long ones
+	@$(MAKE) -j 2 typecheck quick
+
+# Types are checked beside the tests: one core would idle meanwhile.
+quick: $(INSTALLED)
+	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
+		--dearest 30
 
 check: lint typecheck  ## lint and types only
 
 test-long: $(INSTALLED)  ## the tests that take minutes
-	@$(PY) -m pytest -m long -n 2 --dist loadfile
+	@$(PY) -m pytest -m long -n 2 --dist loadfile --dearest 30
 
 test-shapes: $(INSTALLED)  ## what signatures say of types and shapes, checked at every call
 	@$(PY) -m pytest -p tests.typing.checked -m "long or not long" $(SHAPES)

@@ -35,8 +35,15 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-LONGEST = ("test_wheel.py",)
-"""Files of few tests that take about a minute and compile nothing that others compile, too."""
+from tests.times import (  # noqa: F401  (pytest finds its hooks here)
+    pytest_addoption,
+    pytest_runtest_logstart,
+    pytest_runtest_makereport,
+    pytest_terminal_summary,
+)
+
+LONGEST = ("test_wheel.py", "test_readme.py")
+"""Files of few and dear tests, of which two would otherwise begin when the others end."""
 
 REFERENCE = Path(__file__).parent / "reference"
 
@@ -110,6 +117,26 @@ def _programs_have_room() -> Iterator[None]:
     statm = Path("/proc/self/statm")
     if statm.exists() and int(statm.read_text().split()[1]) > MOST_PAGES:
         jax.clear_caches()
+
+
+@pytest.fixture(scope="module")
+def xla_defaults() -> Iterator[None]:
+    """Compile a file's programs with XLA's defaults, as users do, also where `make test` asks for
+    quicker compiling: programs that differ have the same bits with the defaults only."""
+    from jax._src import compiler
+
+    asked = compiler.get_compile_options
+
+    def as_users_do(*args: Any, env_options_overrides: Any = None, **kwargs: Any) -> Any:
+        given = {"xla_backend_optimization_level": 3, "xla_cpu_use_fusion_emitters": True}
+        overrides = given | (env_options_overrides or {})
+        return asked(*args, env_options_overrides=overrides, **kwargs)
+
+    jax.clear_caches()
+    compiler.get_compile_options = as_users_do
+    yield
+    compiler.get_compile_options = asked
+    jax.clear_caches()
 
 
 @pytest.fixture(params=["float32", "float64"])

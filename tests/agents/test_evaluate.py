@@ -80,6 +80,7 @@ def test_totals_are_those_of_a_hand_run_loop(table, policy, params):
         assert episodes.fell[index] == bool(terminated)
 
 
+@pytest.mark.long
 def test_a_seed_is_the_same_episode_as_in_the_gymnasium_adapter(policy, params):
     played = rollout(ENV, policy, params, 5, 10)
     adapter = GymEnv(replace(ENV, autoreset="disabled"), params)

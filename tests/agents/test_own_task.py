@@ -191,6 +191,7 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
     assert {row["scene"] for row in rows_of("b")} == {"firm"}
 
 
+@pytest.mark.long
 def test_an_old_file_without_a_task_is_said_to_have_none(capsys):
     env = BipedEnv(see_friction=True)
     about = describe_environment(env, env.default_params)

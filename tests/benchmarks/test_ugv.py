@@ -54,7 +54,7 @@ def test_the_plain_vehicle_is_the_package_s():
     assert float(params.weight) == pytest.approx(plain.WEIGHT, rel=1e-15)
 
 
-@pytest.mark.parametrize("name", ["bump", "rough"])
+@pytest.mark.parametrize("name", ["bump", pytest.param("rough", marks=pytest.mark.long)])
 def test_what_is_compared_gives_the_same_answers(ground, name):
     track, profile = ground[name]
     truth = truth_of(track, 64)

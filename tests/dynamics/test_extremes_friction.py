@@ -95,6 +95,7 @@ def test_without_friction_momentum_and_energy_are_kept(dtype):
     assert end.switches.max() > 1
 
 
+@mostly_single
 def test_hardly_any_friction_is_as_good_as_none(dtype):
     """The way slid differs from the frictionless one in proportion to mu; none is lost."""
     mus = [0.0, 1e-12, 1e-8, 1e-6]

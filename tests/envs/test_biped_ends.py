@@ -84,7 +84,8 @@ def test_a_linkage_that_cannot_close_ends_the_episode_without_a_solution():
 
 
 @pytest.mark.parametrize(
-    "name", ["default", pytest.param("random", marks=pytest.mark.long), "patches", "one"]
+    "name",
+    ["default", "one", *(pytest.param(n, marks=pytest.mark.long) for n in ("random", "patches"))],
 )
 def test_terminated_means_a_terminal_status_and_nothing_else(name):
     env, params = task(name)
@@ -137,6 +138,7 @@ def test_runaway_is_the_first_step_beyond_the_greatest_crank_rate():
         assert run.info["status"][i, beyond] == Status.RUNAWAY
 
 
+@pytest.mark.long  # test_same_episode and test_vector compare the mode's steps, too
 def test_the_next_step_mode_ignores_the_action_and_gives_nothing_while_it_resets():
     env, params = task("random", "same_step")
     later, _ = task("random", "next_step")

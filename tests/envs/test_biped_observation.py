@@ -15,7 +15,8 @@ from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, BipedEnvParams
 from tests.envs.helpers import STEPS, WALKERS, actions, options, rollout, task
 
-ALL = [("default", 0.2), ("random", 0.3), ("patches", 0.25), ("one", 0.3)]
+ALL = [("default", 0.2), ("random", 0.3), ("patches", 0.25)]
+ALL += [pytest.param("one", 0.3, marks=pytest.mark.long)]
 
 
 @pytest.mark.parametrize(("name", "scale"), ALL)
@@ -155,7 +156,7 @@ def test_sight_adds_its_entries_only_where_there_is_something_to_see(
     assert obs.shape == (size,)
 
 
-@pytest.mark.parametrize("name", ["default", "random", "one"])
+@pytest.mark.parametrize("name", ["default", "random", pytest.param("one", marks=pytest.mark.long)])
 def test_everything_is_computed_in_the_type_of_the_robot(dtype, name):
     env = env_of(name)
     params = jax.eval_shape(lambda: env.make_params(**numbers_of(name), dtype=dtype))

@@ -18,7 +18,7 @@ def toy(**more: Any) -> GymEnv:
     return GymEnv(Toy("disabled"), ToyParams(), **more)
 
 
-@pytest.mark.parametrize("mode", [None, "rgb_array"])
+@pytest.mark.parametrize("mode", [pytest.param(None, marks=pytest.mark.long), "rgb_array"])
 def test_check_env_finds_nothing_to_complain_about_in_its_pictures(mode):
     pytest.importorskip("matplotlib")
     with warnings.catch_warnings():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
 from stickslip.envs import BipedEnv, GymVectorEnv, check_vector_env
@@ -25,39 +25,6 @@ def test_bipeds_in_one_call_do_what_single_bipeds_do(mode):
 @pytest.mark.parametrize("count", [1, 4])
 def test_toys_in_one_call_do_what_single_toys_do(mode, count):
     assert check_vector_env(toys(count, mode), one_toy, steps=100, seed=9) >= 10 * count
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_gymnasiums_sync_vector_env_of_the_single_ones_agrees(mode):
-    sync = SyncVectorEnv([one_toy] * 3, autoreset_mode=mode)
-    ours = toys(3, mode)
-    random = np.random.default_rng(0)
-    over = np.zeros(3, bool)
-    assert np.array_equal(sync.reset(seed=4)[0], ours.reset(seed=4)[0])
-    for _ in range(60):
-        if mode is AutoresetMode.DISABLED and over.any():
-            again = [env.reset(options={"reset_mask": over})[0] for env in (sync, ours)]
-            np.testing.assert_array_equal(*again)
-        actions = random.uniform(-1, 1, (3, 2)).astype(np.float32)
-        one, other = sync.step(actions), ours.step(actions)
-        for given, expected in zip(other[:4], one[:4], strict=True):
-            np.testing.assert_allclose(given, expected, rtol=1e-6)
-            assert given.dtype == expected.dtype
-            assert given.shape == expected.shape
-        same_infos(other[4], one[4])
-        over = one[2] | one[3]
-
-
-def same_infos(given: dict, expected: dict) -> None:
-    assert set(given) == set(expected)
-    for name, value in expected.items():
-        if isinstance(value, dict):
-            same_infos(given[name], value)
-        elif value.dtype == object:
-            for one, other in zip(given[name], value, strict=True):
-                np.testing.assert_array_equal(one, other)
-        else:
-            np.testing.assert_allclose(given[name], value, rtol=1e-6, err_msg=name)
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -24,7 +24,13 @@ from tests.dynamics.ugv.helpers import TRACKS, balanced, drawn, mirrored, placed
 GROUND = ("F_rear", "N_rear", "F_front", "N_front", "torque")
 
 
-@pytest.mark.parametrize("name", ["slope", "bump", "ditch"])
+def mostly(quick: str, *others: str) -> pytest.MarkDecorator:
+    """The ground of the quick run, and those that only the long one takes: each is a program."""
+    rest = (pytest.param(name, marks=pytest.mark.long) for name in others)
+    return pytest.mark.parametrize("name", [quick, *rest])
+
+
+@mostly("ditch", "bump", "slope")
 def test_three_systems_agree(float64, name):
     params, track = UGVParams(), TRACKS[name]().astype(float64)
     x, angles = drawn(params, float64)
@@ -72,7 +78,7 @@ def test_the_closed_form_solves_the_systems_of_random_vehicles(float64):
     assert np.max(np.abs(ours - theirs)[good] / weight[good, None]) < 1e-10
 
 
-@pytest.mark.parametrize("name", ["bump", "sinusoid", "slope"])
+@mostly("bump", "sinusoid", "slope")
 def test_the_motors_work_is_the_change_of_potential_energy(float64, name):
     """Virtual work along the track and by each leg: central differences of energy and turns."""
     params, track = UGVParams(), TRACKS[name]().astype(float64)

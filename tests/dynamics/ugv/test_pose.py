@@ -10,7 +10,10 @@ from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose
 from tests.dynamics.ugv.helpers import SCAN, TRACKS, drawn, placed
 
 
-@pytest.mark.parametrize("name", ["flat", "slope", "sinusoid", "ditch"])
+@pytest.mark.parametrize(
+    "name",
+    ["slope", "ditch", *(pytest.param(n, marks=pytest.mark.long) for n in ("flat", "sinusoid"))],
+)
 def test_wheels_touch_and_the_links_have_their_lengths(float64, name):
     params, track = UGVParams(), TRACKS[name]().astype(float64)
     x, angles = drawn(params, float64)
@@ -77,7 +80,7 @@ HARD = {
 def test_hollow_ground_is_passed_as_the_wheel_passes_it_or_told(float64, name):
     """Against the definition by brute force: nearly everywhere placed, never wrong."""
     params, track = UGVParams(), HARD[name]().astype(float64)
-    x, angles = drawn(params, float64, 25, 3.0, 6.0)
+    x, angles = drawn(params, float64, 400, 3.0, 6.0)
     simple, scanned = placed(params, track, x, angles), placed(params, track, x, angles, SCAN)
     told = set(np.unique(simple.status)) | set(np.unique(scanned.status))
     assert told <= {Status.OK, Status.HOLLOW_GROUND}
@@ -85,7 +88,7 @@ def test_hollow_ground_is_passed_as_the_wheel_passes_it_or_told(float64, name):
     fine = np.asarray(simple.status) == Status.OK
     assert np.all(np.asarray(scanned.status)[fine] == Status.OK)
     np.testing.assert_allclose(scanned.rear.x[fine], simple.rear.x[fine], atol=1e-9)
-    for i in np.nonzero(np.asarray(scanned.status) == Status.OK)[0]:
+    for i in np.nonzero(np.asarray(scanned.status) == Status.OK)[0][:25]:
         one = jax.tree.map(lambda leaf, i=i: leaf[i], scanned)
         # The grid's step is 1.6 mm at most, on slopes up to 4.
         centre = envelope_centre(track, params, one)

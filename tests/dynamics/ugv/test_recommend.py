@@ -50,7 +50,7 @@ def promised(point: Measurement) -> float:
     return max(point.torque.promised, point.contact.promised)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-10])
+@pytest.mark.parametrize("tolerance", [1e-4, pytest.param(1e-8, marks=pytest.mark.long), 1e-10])
 @pytest.mark.parametrize("kind", ["function", "waves"])
 def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     track = as_waves() if kind == "waves" else Track.from_function(three_sines, 0.0, 10.0)

@@ -39,9 +39,9 @@ def measured(dtype, **options):
 
 CASES = [
     *(("closed", solver) for solver in (PoseSolver(), SCAN, PoseSolver(iterations=6, samples=0))),
-    ("five", PoseSolver()),
-    ("nine", PoseSolver()),
+    *(pytest.param(name, PoseSolver(), marks=pytest.mark.long) for name in ("five", "nine")),
 ]
+"""That the systems agree is a quick test of its own."""
 
 
 @pytest.mark.parametrize(("system", "solver"), CASES)
