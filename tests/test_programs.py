@@ -4,6 +4,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ from stickslip.cli import WRONG_INPUT, main
 from stickslip.compiling import said_when_compiling
 from stickslip.programs import compiled_programs, kept_programs, programs_folder
 
+CONFIG: Any = jax.config
 POSIX = pytest.mark.skipif(os.name != "posix", reason="of POSIX systems")
 
 
@@ -51,7 +53,7 @@ def kept(store: Path) -> list[Path]:
 
 
 def test_what_one_command_compiles_the_next_one_finds(store):
-    before = jax.config.read("jax_compilation_cache_dir")
+    before = CONFIG.jax_compilation_cache_dir
     first, hits = run(store)
     assert hits == 0
     assert len(kept(store)) == 1
@@ -59,7 +61,7 @@ def test_what_one_command_compiles_the_next_one_finds(store):
     assert hits == 1
     assert again == first
     assert list(store.iterdir()) == kept(store)
-    assert jax.config.read("jax_compilation_cache_dir") == before
+    assert CONFIG.jax_compilation_cache_dir == before
 
 
 @pytest.mark.parametrize(
@@ -175,7 +177,7 @@ def test_programs_lie_in_the_cache_folder_of_the_system(system, environment, fol
 def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "mine"))
     set_by_user = str(tmp_path / "jax")
-    before = jax.config.read("jax_compilation_cache_dir")
+    before = CONFIG.jax_compilation_cache_dir
     try:
         for own, keep, used in (
             (set_by_user, True, False),
@@ -184,9 +186,9 @@ def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
         ):
             jax.config.update("jax_compilation_cache_dir", own)
             with compiled_programs(keep):
-                inside = jax.config.read("jax_compilation_cache_dir")
+                inside = CONFIG.jax_compilation_cache_dir
                 assert inside == own or used
-            assert jax.config.read("jax_compilation_cache_dir") == own
+            assert CONFIG.jax_compilation_cache_dir == own
             assert (tmp_path / "mine").exists() == used
     finally:
         jax.config.update("jax_compilation_cache_dir", before)

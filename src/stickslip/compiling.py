@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 COMPILED = "/jax/core/compile/backend_compile_duration"
 """JAX's event: a number when a compilation begins, a duration when it ends."""
-PATIENCE = 1.0
+PATIENCE = 2.0
 """Compiling for less, all programs together, is not worth a line [s]."""
 
 
@@ -52,12 +52,12 @@ class _Watch:
             self._running[get_ident()] = timer
             timer.start()
 
-    def ended(self, event: str, seconds: float, **_: Any) -> None:
+    def ended(self, event: str, duration_secs: float, **_: Any) -> None:
         """A compilation has ended."""
         if event == COMPILED and not self._said:
             if timer := self._running.pop(get_ident(), None):
                 timer.cancel()
-            self._left -= seconds
+            self._left -= duration_secs
             if self._left <= 0:
                 self._tell()
 

@@ -57,7 +57,8 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
     """
     import jax
 
-    own = bool(jax.config.read("jax_compilation_cache_dir"))
+    config: Any = jax.config
+    own = bool(config.jax_compilation_cache_dir)
     folder = None if own or not keep else programs_folder(os.environ, sys.platform)
     store = None if folder is None else _prepared(folder)
 
@@ -103,7 +104,7 @@ def kept_programs(store: Path) -> Iterator[None]:
     }
     if "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS" not in os.environ:
         settings["jax_persistent_cache_min_compile_time_secs"] = SHORTEST
-    before = {name: jax.config.read(name) for name in settings}
+    before = {name: getattr(jax.config, name) for name in settings}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", TROUBLE)
         try:
@@ -220,8 +221,9 @@ def _clear_away(store: Path) -> None:
     """
     for work in store.glob(".use-*"):
         found = WORKING.fullmatch(work.name)
-        here = found is not None and found[1] == _host() and os.name == "posix"
-        if here and not _runs(int(found[2])):
+        here = found and found[1] == _host() and os.name == "posix"
+        owner = int(found[2]) if found and here else None
+        if owner is not None and not _runs(owner):
             for path in store.iterdir():
                 if KEPT.fullmatch(path.name):
                     path.unlink(missing_ok=True)

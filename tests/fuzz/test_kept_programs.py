@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.programs import KEPT, _digest, _is_whole
+from tests.fuzz.test_disks import Disk
 
 pytestmark = pytest.mark.long
 
@@ -137,3 +138,21 @@ def test_writers_that_are_killed_leave_whole_programs_or_none(tmp_path):
         assert path.name.startswith(_digest(path.read_bytes()))
     assert result(start(store, "tidy"))["digests"] == compiled
     print(f"{kills} kills, {len(left)} whole programs at the end")
+
+
+@pytest.mark.parametrize("size", ["16k", "64k"])
+def test_a_disk_that_is_full_or_read_only_changes_nothing(tmp_path, size):
+    disk = Disk(tmp_path / "disk")
+    disk.path.mkdir()
+    if not disk.mount(f"size={size}"):
+        pytest.skip("no right to mount a tmpfs here")
+    try:
+        compiled = result(start("none"))["digests"]
+        store = disk.path / "store"
+        assert result(start(store))["digests"] == compiled
+        for path in store.iterdir():
+            assert _is_whole(path.read_bytes())
+        disk.change("ro")
+        assert result(start(store))["digests"] == compiled
+    finally:
+        subprocess.run(["umount", "-l", str(disk.path)], check=True, capture_output=True)
