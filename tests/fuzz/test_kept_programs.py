@@ -88,6 +88,26 @@ with kept_programs(store) if store else nullcontext():
 print(json.dumps({"digests": digests, "hits": heard.count("cache_hits")}))
 """
 
+STAND_IN = """
+import os, shutil, sys, zlib
+from pathlib import Path
+from stickslip import programs
+
+store = Path(sys.argv[1])
+print("begun", flush=True)
+while True:
+    programs._clear_away(store)
+    work = store / f".use-{programs._host()}-{os.getpid()}-{os.urandom(4).hex()}"
+    programs._lay_out(store, work)
+    for _ in range(4):
+        path = work / f"jit_f{os.urandom(1).hex()}-cache"
+        if not path.exists():  # JAX never writes over what is there, which may be a link
+            path.write_bytes(zlib.compress(os.urandom(20000)))
+    programs._publish(store, work)
+    shutil.rmtree(work)
+"""
+"""As a command does, without JAX and over and over."""
+
 
 def start(store: Path | str, *options: str) -> subprocess.Popen[str]:
     settings = {"JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0", "JAX_COMPILATION_CACHE_DIR": ""}
@@ -156,3 +176,39 @@ def test_a_disk_that_is_full_or_read_only_changes_nothing(tmp_path, size):
         assert result(start(store))["digests"] == compiled
     finally:
         subprocess.run(["umount", "-l", str(disk.path)], check=True, capture_output=True)
+
+
+def test_a_store_that_several_write_to_and_are_killed_in_holds_whole_programs_alone(tmp_path):
+    chance, seen = random.Random(5), 0
+    paths = os.pathsep.join(filter(None, sys.path))
+    command = [sys.executable, "-c", STAND_IN, str(tmp_path)]
+    pipe = subprocess.PIPE
+
+    def begin() -> subprocess.Popen[bytes]:
+        child = subprocess.Popen(command, stdout=pipe, env=os.environ | {"PYTHONPATH": paths})
+        assert child.stdout is not None
+        child.stdout.readline()
+        return child
+
+    kills = int(os.environ.get("STICKSLIP_KILLS", "20"))
+    children = [begin(), begin()]
+    for number in range(kills):
+        time.sleep(chance.uniform(0.0, 0.2))
+        victim = children[number % 2]
+        assert victim.poll() is None  # nothing that another one does ends it
+        victim.kill()
+        victim.communicate()
+        for path in tmp_path.iterdir():
+            if found := KEPT.fullmatch(path.name):
+                try:
+                    content = path.read_bytes()
+                except FileNotFoundError:
+                    continue  # the other one has dropped it
+                assert found[1] == _digest(content)
+                assert _is_whole(content)
+                seen += 1
+        children[number % 2] = begin()
+    for child in children:
+        child.kill()
+        child.communicate()
+    print(f"{kills} kills, {seen} programs looked at")
