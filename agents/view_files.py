@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.agents.policy.file import policy_path
+from stickslip.envs.rendering.film.animation import require_format
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,7 +43,7 @@ def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
     name = who.parent.name if who.name == "policy.npz" else who.name
     film = Path(given["out"] or f"{name.removesuffix('.npz')}-{_for_a_file(place)}.gif")
     plots = [] if given["plot"] is None else [Path(given["plot"])]
-    require_suffix(film, (".gif", ".png", ".webp"))
+    require_format(film)
     for path in plots:
         require_suffix(path, (".png",))
     require_new(plots + ([] if given["window"] else [film]), given["overwrite"])

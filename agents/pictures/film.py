@@ -31,7 +31,7 @@ def film(
     steps: int | None = None,
     progress: bool = False,
 ) -> Path:
-    """Write an animation of one episode (.gif, .png or .webp) and return its path.
+    """Write an animation of one episode (.gif, .png, .webp or .mp4) and return its path.
 
     key, steps: as for `rollout`. One picture every 1 / fps [s] of the episode, so it plays at the
     speed of life; fps at most the control rate. progress: a bar, if tqdm is there.

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn
 
 from stickslip.parser import Names, Parser, add_tables
+from stickslip.programs import compiled_programs
 
 OK, NOTHING_FOUND, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 LONGEST = 1200
@@ -41,7 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         parser = make_parser(sys.argv[1:] if arguments is None else arguments)
         given = parser.parse_args(arguments)
-        return given.run(given)
+        with compiled_programs(keep=given.keep_programs):
+            return given.run(given)
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in EXTRAS:
@@ -80,6 +82,12 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
         command.set_defaults(run=run)
         if name in arguments:
             add_flags(command, arguments)
+        command.add_argument(
+            "--no-cache",
+            dest="keep_programs",
+            action="store_false",
+            help="compile everything again, and keep no compiled program for the next command",
+        )
     return parser
 
 
@@ -132,7 +140,7 @@ def _add_view(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     parser.add_argument("who", metavar="POLICY", help=WHO)
     parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
-    parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated) or .webp")
+    parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
     parser.add_argument("--plot", metavar="FILE", help="also a .png of the episode over time")
     parser.add_argument("--overwrite", action="store_true", help="replace the files")
     parser.add_argument("--window", action="store_true", help="show it on the screen instead")

@@ -83,7 +83,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("evaluate computed-torque --commanded-rate -1", "commanded_rate = -1.0"),
         ("evaluate computed-torque --payload inf", "payload = inf"),
         ("view computed-torque --seconds nan", "seconds = nan"),
-        ("view computed-torque --out walk.mp4", "'.mp4'; accepted: .gif, .png, .webp"),
+        ("view computed-torque --out walk.avi", "'.avi'; accepted: .gif, .png, .webp, .mp4"),
         ("view computed-torque --plot walk.gif", "'.gif'; accepted: .png"),
         ("view computed-torque --seed -1", "seed = -1"),
         ("view computed-torque --seed 4294967296", "seed = 4294967296"),

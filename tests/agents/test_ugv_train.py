@@ -156,7 +156,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
         ("evaluate level-body --payload 1", "--payload is for the biped"),
         ("evaluate computed-torque --friction 1", "--friction is for the UGV"),
         ("evaluate level-body --criterion speed", "criterion = 'speed'"),
-        ("view level-body --out a.mp4", "ends in '.mp4'"),
+        ("view level-body --out a.avi", "ends in '.avi'"),
     ],
 )
 def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
