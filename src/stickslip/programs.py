@@ -59,7 +59,9 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
 
     config: Any = jax.config
     own = bool(config.jax_compilation_cache_dir)
-    folder = None if own or not keep else programs_folder(os.environ, sys.platform)
+    folder = None
+    if keep and not own and not _crashes(sys.platform):
+        folder = programs_folder(os.environ, sys.platform)
     store = None if folder is None else _prepared(folder)
 
     def say() -> None:
@@ -123,6 +125,13 @@ def kept_programs(store: Path) -> Iterator[None]:
             shutil.rmtree(work, ignore_errors=True)
             with suppress(OSError):
                 _shrink(store.parent)
+
+
+def _crashes(system: str) -> bool:
+    """Whether kept programs are known to end a process: on macOS before jaxlib 0.10."""
+    import jaxlib
+
+    return system == "darwin" and tuple(map(int, jaxlib.__version__.split(".")[:2])) < (0, 10)
 
 
 def _prepared(folder: Path) -> Path | None:

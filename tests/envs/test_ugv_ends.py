@@ -113,7 +113,7 @@ def test_bad_choices_are_named(options, message):
         ({"spacing": 0.0}, r"spacing = 0\.0 is not accepted"),
         ({"start": 9.0}, r"start = 9 m, end = 8 m; accepted: start < end"),
         ({"track": Track.flat(end=1.0)}, r"accepted: start < end"),
-        ({"track": "bump"}, r"track = 'bump'; accepted: None or a Track"),
+        ({"track": "bmp"}, r"track = 'bmp' is unknown"),
         ({"start_angles": (0.1, 1.0)}, r"start_angles = 0\.1 rad is not accepted"),
         ({"preview_noise": -0.1}, r"preview_noise = -0\.1 is not accepted; accepted: None"),
     ],

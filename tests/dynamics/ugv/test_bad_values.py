@@ -100,12 +100,12 @@ def test_ground_too_long_is_refused_before_it_is_made():
         (lambda: Track.from_function(lambda x: 1 // 0), "fails"),
         (lambda: PoseSolver("newtn"), "did you mean newton"),
         (lambda: pose(None, Track.flat(), X, ANGLES), "params = None"),
-        (lambda: pose(UGVParams(), "flat", X, ANGLES), "track = 'flat'"),
+        (lambda: pose(UGVParams(), "flt", X, ANGLES), "did you mean flat?"),
         (lambda: pose(UGVParams(), Track.flat(), X, ANGLES, solver="scan"), "solver = 'scan'"),
         (lambda: pose(UGVParams(), Track.flat(), np.ones(3), np.ones((4, 2))), "x_front (3,)"),
         (lambda: equilibrium(UGVParams(), Track.flat(), X, np.ones((4, 2)), np.ones(3)), "frict"),
         (lambda: equilibrium(UGVParams(), Track.flat(), X, ANGLES, system="eleven"), "system"),
-        (lambda: Odometer.along("flat"), "track = 'flat'"),
+        (lambda: Odometer.along(3), "track = 3"),
     ],
 )  # fmt: skip
 def test_names_kinds_and_shapes_that_will_not_do_are_refused(make, message):

@@ -88,7 +88,7 @@ def test_places_and_angles_broadcast():
     [
         ({"setting": "fast"}, "setting = 'fast'; accepted: a Setting"),
         ({"params": None}, "params = None; accepted: UGVParams"),
-        ({"track": "bump"}, "track = 'bump'; accepted: a Track"),
+        ({"track": "bmp"}, "track = 'bmp' is unknown"),
         ({"x_front": 1.0}, "accepted: both, or neither"),
         ({"x_front": "1", "leg_angles": [1.5, 1.5]}, "x_front = '1' is not a number"),
         ({"x_front": [1.0, math.nan], "leg_angles": [1.5, 1.5]}, "x_front = nan"),
@@ -141,8 +141,8 @@ def test_a_setting_prepares_a_track_once(float64):
     again = setting.prepared(table)
     np.testing.assert_array_equal(again.shape.coefficients, table.shape.coefficients)
     assert Setting(dtype="float32").prepared(Track.bump()).shape.height.dtype == np.float32
-    with pytest.raises(ValueError, match="track = 'bump'; accepted: a Track"):
-        setting.prepared("bump")
+    with pytest.raises(ValueError, match="track = 'bmp' is unknown"):
+        setting.prepared("bmp")
 
 
 def test_a_table_holds_the_whole_vehicle_at_both_ends(float64):
