@@ -56,8 +56,9 @@ class SB3VecEnv(Compiled, VecEnv):
             raise ValueError(
                 f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
             )
+        env.check_params(params)
         num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
-        seed = require_integer("seed", seed, low=0)
+        seed = require_integer("seed", seed, low=0, high=2**32 - 1)
         _require_mode(render_mode)
         self.render_mode = render_mode
         self._functional, self._params = env, params

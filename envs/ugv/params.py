@@ -141,10 +141,11 @@ class UGVEnvParams:
         _require_kinds(**{name: changes[name] for name in kinds})
         changes = _as_numbers(changes)
         if "track" in changes:
-            drawn = changes.get("randomisation", self.randomisation)
-            if changes["track"] in RANDOM_TRACKS and "randomisation" not in changes:
+            track, drawn = changes["track"], changes.get("randomisation", self.randomisation)
+            named = isinstance(track, str) and track in RANDOM_TRACKS
+            if named and "randomisation" not in changes:
                 drawn = replace(drawn, track=None)
-            changes["track"], changes["randomisation"] = ground_of(changes["track"], drawn)
+            changes["track"], changes["randomisation"] = ground_of(track, drawn)
         if "failure_penalty" in changes:
             changes["given_penalty"] = changes.pop("failure_penalty")
         track = changes.pop("track", None)

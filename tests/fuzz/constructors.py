@@ -333,6 +333,18 @@ def plans() -> dict[str, Plan]:
             {"env": made(), "num_envs": 1},
             of=envs.GymVectorEnv,
         ),
+        "SB3VecEnv": Plan(
+            lambda **k: envs.SB3VecEnv(**{"params": walker(), **k}),
+            {
+                "env": KIND,
+                "params": KIND,
+                "num_envs": INTEGER,
+                "seed": INTEGER,
+                "render_mode": ("none",),
+            },
+            {"env": made(autoreset="same_step"), "num_envs": 1},
+            of=envs.SB3VecEnv,
+        ),
     } | others()
 
 

@@ -161,7 +161,8 @@ def test_given_ends_are_judged_with_the_rest():
     fields = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6), "leg_rate": 1.0}
     grid = build_grid(tiny(**fields, friction=2.0), 3, method="test", progress=False)
     assert judged(grid, "why")[0] is OptimStatus.INFEASIBLE
-    station, met = grid.start
-    none = met | {"pose": np.zeros(1, bool)}
-    lost = replace(grid, start=(station, none), problem=replace(grid.problem, leg_rate=None))
+    none = grid.start.met | {"pose": np.zeros(1, bool)}
+    lost = replace(
+        grid, start=grid.start._replace(met=none), problem=replace(grid.problem, leg_rate=None)
+    )
     assert judged(lost, "why")[0] is OptimStatus.FAILED
