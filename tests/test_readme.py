@@ -15,11 +15,12 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
 NEAR = {"rtol": 0.02, "atol": 0.002}
 """Single precision, summed in another order on another machine."""
 TRAINS = "model.learn("
+DEAR = (TRAINS, "recommend(")
 
 
 def example(code: str, shown: str, number: int):
-    """Training takes a minute."""
-    marks = [pytest.mark.long] if TRAINS in code else []
+    """Training takes a minute, and every setting that is told of is a program."""
+    marks = [pytest.mark.long] if any(words in code for words in DEAR) else []
     return pytest.param(code, shown, id=str(number), marks=marks)
 
 

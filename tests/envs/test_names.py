@@ -66,6 +66,7 @@ def test_a_random_track_by_name_is_drawn_on_level_ground(name):
         env.make_params(track=name, randomisation=drawn)
 
 
+@pytest.mark.long
 def test_the_mechanics_take_names():
     robot, start = BipedParams.from_bars(), BipedState()
     walks = [simulate(robot, s, start, 1.0, 0.1, 0.01) for s in ("firm", Scene.uniform(0.5, 0.4))]

@@ -27,7 +27,10 @@ RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
 }
 TYPING_ONLY = {"jaxtyping"}
 IMPORT_NAMES = {"stable-baselines3": "stable_baselines3", "pillow": "PIL", "pygame-ce": "pygame"}
-IMPLIED = {"scipy", "torch"}  # by cvxpy and jax; by stable-baselines3
+IMPORT_NAMES |= {"imageio-ffmpeg": "imageio_ffmpeg"}
+IMPLIED = {"scipy", "torch", "jaxlib"}  # by cvxpy and jax; by stable-baselines3; by jax
+ELSE_WITHOUT = {"zstandard", "compression"}
+"""What JAX packs programs with where it is there; the standard library has one from 3.14 on."""
 
 # Packages an environment has no business with, and that would make a step depend on a solver.
 ENVS_NEVER = {"cvxpy", "scipy", "torch", "tensorboard", "rich", "tqdm"}
@@ -40,7 +43,7 @@ def declared_packages() -> set[str]:
     lines = [*project["dependencies"], *extras["train"], *extras["viz"], *extras["bench"]]
     lines += extras["optim"]
     names = {re.split(r"[\[<>=!~; ]", line, maxsplit=1)[0] for line in lines}
-    return {IMPORT_NAMES.get(name, name) for name in names} | IMPLIED
+    return {IMPORT_NAMES.get(name, name) for name in names} | IMPLIED | ELSE_WITHOUT
 
 
 def is_type_checking(node: ast.AST) -> bool:
