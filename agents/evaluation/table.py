@@ -113,13 +113,12 @@ class Evaluation:
         return Table([*words, table.Column("episodes"), *metrics.values()], rows)
 
 
-def joined(parts: Sequence[Evaluation], order: Sequence[str] = ()) -> Evaluation:
-    """One table of several over the same seeds and columns: scenes as they come, and within a scene
-    controllers as they come or in an order."""
+def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
+    """One table of several over the same seeds and columns: scenes as they come, within a scene
+    controllers in the order given."""
     rows = [row for part in parts for row in part.rows]
-    if order:
-        scenes = list(dict.fromkeys(row.scene for row in rows))
-        rows.sort(key=lambda row: (scenes.index(row.scene), order.index(row.controller)))
+    scenes = list(dict.fromkeys(row.scene for row in rows))
+    rows.sort(key=lambda row: (scenes.index(row.scene), order.index(row.controller)))
     return replace(parts[0], rows=tuple(rows))
 
 

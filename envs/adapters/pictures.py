@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
-    from stickslip.envs.adapters.packed import PackedEnvs
+if TYPE_CHECKING:
+    from stickslip.envs.adapters.packed import PackedEnvs, Results
     from stickslip.envs.functional import FunctionalEnv
 
 
@@ -26,8 +26,17 @@ class Pictures:
             if renderer is not None:
                 renderer.reset()
 
-    def of(self, infos: list[dict[str, Any]]) -> tuple[np.ndarray, ...]:
-        """[height, width, 3] of each; infos: of the steps before, {} after a reset."""
+    def after(self, results: Results | None) -> tuple[np.ndarray, ...]:
+        """[height, width, 3] of each environment; results: of the step before, None after a reset.
+
+        ValueError without episodes.
+        """
+        if not self._envs.begun:
+            raise ValueError("render without episodes; accepted: after reset()")
+        infos: list[dict[str, Any]] = [{} for _ in self._renderers]
+        if results is not None:
+            for i in map(int, np.flatnonzero(~results.autoreset)):
+                infos[i] = {name: col[i].item() for name, col in results.info.items()}
         return tuple(self._draw(index, info) for index, info in enumerate(infos))
 
     def _draw(self, index: int, info: dict[str, Any]) -> np.ndarray:

@@ -66,7 +66,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
         self._actions: np.ndarray | None = None
         self._results: Results | None = None
-        self._pictures: Pictures | None = None
+        self._pictures = Pictures(env, params, self._envs)
         self._begun = time.time()
         super().__init__(num_envs, observation_space(env, params), action_space(env))
         self.metadata = {**self.metadata, "render_fps": round(1 / float(params.control_period))}
@@ -85,8 +85,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._begun, self._results = time.time(), None
-        if self._pictures is not None:
-            self._pictures.reset()
+        self._pictures.reset()
         obs = np.zeros((self.num_envs, *(self.observation_space.shape or ())), np.float32)
         for mask, params in wanted:
             obs[mask] = self._envs.reset(mask, params)[mask]
@@ -128,15 +127,7 @@ class SB3VecEnv(Compiled, VecEnv):
         """A picture [height, width, 3] of each environment; None without render_mode."""
         if self.render_mode is None:
             return [None] * self.num_envs
-        if not self._envs.begun:
-            raise ValueError("render without episodes; accepted: after reset()")
-        if self._pictures is None:
-            self._pictures = Pictures(self.functional, self.params, self._envs)
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        if self._results is not None:
-            for i in map(int, np.flatnonzero(~self._results.autoreset)):
-                infos[i] = {name: col[i].item() for name, col in self._results.info.items()}
-        return self._pictures.of(infos)
+        return self._pictures.after(self._results)
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """An attribute once for each environment asked for: of this one, else of the parameters,

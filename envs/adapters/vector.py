@@ -71,7 +71,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._over = np.zeros(num_envs, bool)
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
-        self._pictures: Pictures | None = None
+        self._pictures = Pictures(self.functional, params, self._envs)
 
     def reset(
         self,
@@ -99,8 +99,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._results.autoreset[mask] = True  # their infos are of the episode before
         if mask is None:
             self._results = None
-            if self._pictures is not None:
-                self._pictures.reset()
+            self._pictures.reset()
         return obs, {}
 
     def step(
@@ -129,15 +128,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             return None
-        if not self._envs.begun:
-            raise ValueError("render without episodes; accepted: after reset()")
-        if self._pictures is None:
-            self._pictures = Pictures(self.functional, self.params, self._envs)
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        if self._results is not None:
-            for i in map(int, np.flatnonzero(~self._results.autoreset)):
-                infos[i] = {name: col[i].item() for name, col in self._results.info.items()}
-        return self._pictures.of(infos)
+        return self._pictures.after(self._results)
 
     def _gather_infos(self, results: Results) -> dict[str, Any]:
         """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
