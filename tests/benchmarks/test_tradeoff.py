@@ -18,7 +18,7 @@ from benchmarks.tradeoff.population import FLOORS, both, draw
 from benchmarks.tradeoff.program import Rolled, Samples
 from benchmarks.tradeoff.scenes import PERIOD, WALKS
 from stickslip.dynamics.biped import Chebyshev, EventExact, RK4Split, Table, reduced_inertia
-from tests.dynamics.helpers import default_params
+from tests.dynamics.biped.helpers import default_params
 
 ROOT = Path(__file__).parents[2]
 

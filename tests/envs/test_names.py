@@ -19,7 +19,7 @@ from stickslip.envs import BipedEnv, RandomTrack, UGVEnv, UGVRandomisation
 from stickslip.envs.ugv.names import RANDOM_TRACKS
 from stickslip.optim import PostureProblem
 from tests.envs.helpers import BIPED, make
-from tests.envs.ugv_helpers import UGV
+from tests.envs.ugv.helpers import UGV
 
 PLACE = (4.0, (1.5, 1.6))
 

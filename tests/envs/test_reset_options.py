@@ -18,9 +18,9 @@ from stickslip.envs import (
     UGVEnv,
     UGVRandomisation,
 )
-from tests.envs import ugv_helpers
 from tests.envs.helpers import RANGES, CompileCount, make, make_vec, task
 from tests.envs.test_names import same
+from tests.envs.ugv import helpers as ugv_helpers
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 """Single precision, in programs that are compiled differently: numbers that a step is compiled

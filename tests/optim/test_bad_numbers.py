@@ -10,7 +10,7 @@ from stickslip.optim import PostureProblem, Weighted, solve
 from stickslip.optim.posture.pareto import pareto_front
 from stickslip.optim.torque_split.family import Family
 from stickslip.optim.torque_split.split import TorqueSplit
-from tests.optim.helpers import over_bump
+from tests.optim.posture.helpers import over_bump
 
 BAD = [
     "1.0",

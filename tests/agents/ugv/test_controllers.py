@@ -1,0 +1,117 @@
+"""The UGV's baselines and planners, and the table that compares them with the optimum."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.evaluation.rollout import first_state, rollout
+from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
+from stickslip.agents.ugv.evaluate import evaluate_ugv
+from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
+from stickslip.dynamics.ugv import Track
+from stickslip.optim import solve
+from tests.envs.ugv.helpers import task
+
+pytestmark = pytest.mark.long
+
+
+def total(env, params, controller) -> float:
+    played = rollout(env, controller, params, 0)
+    assert played.truncated[-1]
+    return float(played.reward.sum())
+
+
+@lru_cache
+def held() -> float:
+    env, params = task()
+    return total(env, params, FollowPath(np.asarray(first_state(env, params, 0).leg_angles)[None]))
+
+
+def test_the_optimisers_path_played_back_returns_minus_its_value(float64):
+    env, params = task(dtype="float64")
+    problem = env.problem(first_state(env, params, 0), params)
+    found = solve(problem, "dp", polish=False, angles=22)
+    assert found.status.solved
+    assert total(env, params, FollowPath(found.leg_angles)) == pytest.approx(-found.value, rel=1e-9)
+
+
+def test_the_best_fixed_posture_is_the_best_of_those_it_looks_at():
+    env, params = task()
+    best = total(env, params, FixedPosture(env, 3))
+    for rear in (30.0, 90.0, 150.0):
+        for front in (30.0, 90.0, 150.0):
+            path = FollowPath(np.radians([[rear, front]]))
+            assert total(env, params, path) <= best + 1e-3
+    assert best > held()
+
+
+def test_the_level_rule_takes_out_the_pitch_of_a_slope():
+    env, _ = task()
+    slope = env.make_params(track=Track.incline(0.2, end=4.0))
+    played = rollout(env, LevelBody(), slope, 0)
+    assert played.truncated[-1]
+    pitch = np.asarray(played.state.attitude.pitch)
+    assert pitch[0] > 0.1
+    assert abs(pitch[-1]) < 0.3 * pitch[0]
+
+
+def test_a_horizon_of_the_whole_track_is_the_optimum():
+    env, params = task()
+    state = first_state(env, params, 0)
+    whole = RecedingHorizon(horizon=99, angles=21).path(env, params, state)
+    np.testing.assert_array_equal(whole.angles, Optimum(21).path(env, params, state).angles)
+    short = RecedingHorizon(horizon=4, angles=21)
+    cost = -total(env, params, short.path(env, params, state))
+    assert Optimum(21).solve(env, params, state).value <= cost * (1 + 1e-4)
+    assert cost < -held()
+
+
+def test_a_table_scores_everyone_against_the_optimum():
+    env, params = task()
+    path = Optimum(21).path(env, params, first_state(env, params, 0))
+    slippery = params.replace(friction=0.01)
+    table = evaluate_ugv(
+        env,
+        {"held": FollowPath(path.angles[:1]), "played": path},
+        {"bump": params, "slippery": slippery},
+        episodes=2,
+        optimum=Optimum(21),
+    )
+    row = table.row("bump", "played")
+    assert row.count == 1  # nothing is drawn
+    assert row.metrics["score"].value == pytest.approx(1.0, rel=1e-3)
+    assert table.row("bump", "held").metrics["score"].value > 1.0
+    failed = table.row("slippery", "held")
+    assert failed.metrics["failures"].value == 1.0
+    assert np.isnan(failed.metrics["cost"].value)
+    assert "cost / optimum" in table.to_text()
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [
+        (FollowPath(np.zeros(2)), r"angles has shape \(2,\); accepted: \[K, 2\]"),
+        (FollowPath(np.full((3, 2), np.nan)), r"angles = nan"),
+        (FixedPosture(count=0), r"count = 0; accepted: an integer >= 1"),
+        (LevelBody(gain=-1.0), r"gain = -1\.0"),
+        (RecedingHorizon(horizon=0), r"horizon = 0; accepted: an integer >= 1"),
+        (Optimum(angles=1), r"angles = 1; accepted: an integer >= 2"),
+    ],
+)
+def test_bad_settings_are_named(controller, message):
+    with pytest.raises(ValueError, match=message):
+        controller.validate()
+
+
+def test_a_controller_of_the_other_machine_is_refused():
+    env, params = task()
+    size = len(env.observation_bounds(params)[0])
+    zeros = jnp.zeros
+    torque = MLPPolicy((zeros((size, 1)),), (zeros(1),), zeros(size), jnp.ones(size))
+    with pytest.raises(ValueError, match=r"action has shape \(1,\); accepted: \(2,\)"):
+        rollout(env, torque, params, 0)

@@ -1,0 +1,135 @@
+"""One walk, many walks, either precision, compiled or not: the same numbers."""
+
+from functools import lru_cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedState, simulate, step
+from tests.dynamics.biped.helpers import default_model, state_of
+from tests.precision import mostly_single
+
+MEMBERS = 8
+
+
+@lru_cache
+def batch(dtype: str = "float64"):
+    """States, torques and friction of walks that stick, slip, stop and exchange."""
+    rng = np.random.default_rng(11)
+    value = lambda low, high: jnp.asarray(rng.uniform(low, high, MEMBERS), dtype)  # noqa: E731
+    states = BipedState(
+        phase=value(1.6, 4.7),
+        steps=jnp.asarray(rng.integers(-3, 4, MEMBERS), jnp.int32),
+        crank_rate=value(-4, 6),
+        foot_position=value(-0.1, 0.1),
+        foot_velocity=value(-0.2, 0.2) * jnp.asarray(np.arange(MEMBERS) % 2, dtype),
+        time=value(0, 1),
+    )
+    kinetic = value(0.02, 0.1)
+    return states, value(-1, 2), Scene.uniform(kinetic + jnp.asarray(0.02, dtype), kinetic)
+
+
+@jax.jit
+def many(model, scenes, states, torques, size):
+    return jax.vmap(step, in_axes=(None, 0, 0, 0, None))(model, scenes, states, torques, size)
+
+
+def member(tree, index):
+    return jax.tree.map(lambda leaf: leaf[index], tree)
+
+
+@pytest.mark.long
+def test_a_batch_is_a_loop_of_single_walks(dtype):
+    model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
+    states, torques, scenes = batch(dtype.name)
+    together = many(model, scenes, states, torques, size)
+    for index in range(MEMBERS):
+        alone = step(model, *(member(x, index) for x in (scenes, states, torques)), size)
+        tolerance = 2e-5 if dtype == jnp.float32 else 1e-12
+        for a, b in zip(
+            jax.tree.leaves(member(together, index)), jax.tree.leaves(alone), strict=True
+        ):
+            np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance)
+
+
+@mostly_single
+@pytest.mark.parametrize("bad", [jnp.nan, jnp.inf])
+def test_a_bad_member_leaves_the_others_bit_for_bit(dtype, bad):
+    model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
+    states, torques, scenes = batch(dtype.name)
+    good = many(model, scenes, states, torques, size)
+    mixed = many(model, scenes, states, torques.at[3].set(bad), size)
+    assert int(mixed[1].status[3]) == Status.NON_FINITE
+    others = np.arange(MEMBERS) != 3
+    for a, b in zip(jax.tree.leaves(good), jax.tree.leaves(mixed), strict=True):
+        np.testing.assert_array_equal(np.asarray(a)[others], np.asarray(b)[others])
+    for before, after in zip(jax.tree.leaves(states), jax.tree.leaves(mixed[0]), strict=True):
+        np.testing.assert_array_equal(before[3], after[3])  # the last state inside the model
+
+
+@pytest.mark.long
+def test_a_compiled_step_is_the_step_as_written(float64):
+    model, size = default_model(), jnp.asarray(0.02)
+    states, torques, scenes = batch()
+    arguments = [member(x, 1) for x in (scenes, states, torques)]
+    compiled = step(model, *arguments, size)
+    with jax.disable_jit(), jax.numpy_dtype_promotion("standard"):
+        written = step(model, *arguments, size)
+    for a, b in zip(jax.tree.leaves(compiled), jax.tree.leaves(written), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-13)
+
+
+def test_types_stay_what_they_are(dtype):
+    model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
+    states, torques, scenes = batch(dtype.name)
+    after, contact = jax.eval_shape(many, model, scenes, states, torques, size)
+    for leaf in jax.tree.leaves((after, contact)):
+        assert leaf.dtype in (dtype, jnp.int32)
+    for name in ("phase", "crank_rate", "foot_position", "foot_velocity", "time"):
+        assert getattr(after, name).dtype == dtype, name
+    for leaf in (after.steps, contact.mode, contact.status, contact.switches):
+        assert leaf.dtype == jnp.int32
+
+
+def test_plain_numbers_run_in_the_robots_type(dtype):
+    model = default_model(dtype=dtype.name)
+    given = Scene.grip(), BipedState(), 1.0, 0.01
+    after, contact = jax.eval_shape(lambda: step(model, *given))  # types are known uncompiled
+    assert {leaf.dtype for leaf in jax.tree.leaves((after, contact))} == {dtype, jnp.dtype("int32")}
+
+
+def test_a_float32_robot_stays_so_where_float64_is_switched_on(float64):
+    """Plain numbers, which JAX takes for float64 there, follow the robot."""
+    model, scene = default_model(dtype="float32"), Scene.uniform(0.1, 0.05)
+    for leaf in jax.tree.leaves(
+        jax.eval_shape(lambda: step(model, scene, BipedState(), 1.0, 0.01))
+    ):
+        assert leaf.dtype in (jnp.float32, jnp.int32)
+
+
+def walk_in(dtype: str):
+    model, torque = default_model(dtype=dtype), jnp.full(200, 1.2, dtype)
+    scene = Scene.uniform(jnp.asarray(0.15, dtype), jnp.asarray(0.12, dtype))
+    return simulate(model, scene, state_of(dtype), torque, 1.0, 0.005)
+
+
+def test_single_precision_walks_like_double(float64):
+    """Through two slips and a stop; rounding grows to 1e-4 at the most."""
+    single, double = walk_in("float32"), walk_in("float64")
+    assert single.states.phase.dtype == jnp.float32
+    for name in ("phase", "crank_rate", "foot_position", "foot_velocity"):
+        a, b = (np.asarray(getattr(t.states, name), float) for t in (single, double))
+        assert np.max(np.abs(a - b)) < 2e-4 * max(1.0, np.max(np.abs(b))), name
+    np.testing.assert_array_equal(single.contacts.switches, double.contacts.switches)
+
+
+def test_splitting_a_long_walk_over_calls_changes_nothing(float64):
+    whole = walk_in("float64")
+    state, scene = state_of(), Scene.uniform(jnp.asarray(0.15), jnp.asarray(0.12))
+    for _ in range(50):
+        state, _ = step(default_model(), scene, state, jnp.asarray(1.2), jnp.asarray(0.005))
+    for a, b in zip(jax.tree.leaves(state), jax.tree.leaves(member(whole.states, 50)), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14)

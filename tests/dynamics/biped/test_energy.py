@@ -1,0 +1,67 @@
+"""Energy changes by the motor's work, and by friction's where the foot slides."""
+
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import BipedState, simulate
+from tests.dynamics.biped.helpers import default_model, default_params, exact_along, state_of, walk
+
+
+def energies(states: BipedState) -> np.ndarray:
+    """Kinetic and potential energy along a walk, from the exact functions (MODEL 1.4)."""
+    params = default_params()
+    phases, rates, slips = map(np.asarray, (states.phase, states.crank_rate, states.foot_velocity))
+    (M, _, P, *_), moment = exact_along(params, phases)
+    potential = float(np.asarray(params.gravity)) * moment.Y
+    moving = M * rates**2 / 2 + P * rates * slips + float(params.total_mass) * slips**2 / 2
+    return moving + potential
+
+
+def controlled(state: BipedState):
+    """Holds three radians a second, roughly."""
+    return 5.0 * (3.0 - state.crank_rate)
+
+
+def test_energy_balance_over_ten_steps_of_walking(float64):
+    scene = Scene.grip(outputs="state")
+    begin = state_of(crank_rate=3.0)
+    trajectory = simulate(default_model(), scene, begin, controlled, 11.0, 0.001)
+    assert int(trajectory.status) == 0
+    assert int(trajectory.final.steps) >= 10
+    energy = energies(trajectory.states)
+    work = np.concatenate([[0.0], np.cumsum(trajectory.contacts.work)])
+    turned = np.sum(trajectory.contacts.positive_work)
+    assert np.max(np.abs(energy - energy[0] - work)) < 1e-9 * turned
+
+
+@pytest.mark.long
+def test_energy_lost_in_slipping_is_the_work_of_friction(float64, reference):
+    """Reference trajectory 3: slips, sticks, slips, sticks; friction power by trapezium rule."""
+    case, count = reference["trajectories"][3], 3200
+    trajectory = walk(case, count)
+    power = np.asarray(trajectory.contacts.friction_force * trajectory.states.foot_velocity[1:])
+    power = np.concatenate([[0.0], power])
+    assert np.all(power <= 0)
+    friction = np.cumsum((power[1:] + power[:-1]) / 2) * case["t_end"] / count
+    energy = energies(trajectory.states)
+    balance = energy[1:] - energy[0] - np.cumsum(trajectory.contacts.work) - friction
+    assert friction[-1] < -0.1
+    assert np.max(np.abs(balance)) < 1e-5 * -friction[-1]  # the rule's error
+
+
+def test_work_is_torque_times_angle_and_positive_work_counts_gifts_only(float64, reference):
+    case = reference["trajectories"][3]
+    trajectory = walk(case, 3200)
+    turned = np.diff(np.asarray(trajectory.states.crank_angle))
+    np.testing.assert_allclose(trajectory.contacts.work, case["torque"] * turned, atol=1e-14)
+    gifts = np.sum(np.maximum(case["torque"] * turned, 0.0))
+    np.testing.assert_allclose(np.sum(trajectory.contacts.positive_work), gifts, rtol=1e-5)
+
+
+def test_slide_distance_is_the_path_of_the_foot(float64, reference):
+    trajectory = walk(reference["trajectories"][3], 3200)
+    slide = np.asarray(trajectory.states.foot_position)
+    np.testing.assert_allclose(
+        trajectory.contacts.slide_distance, np.abs(np.diff(slide)), atol=1e-15
+    )

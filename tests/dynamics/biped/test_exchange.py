@@ -1,0 +1,145 @@
+"""Handing over support: without an impact where the linkage is symmetric, else refused."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedParams,
+    BipedState,
+    exchange_mismatch,
+    floor_position,
+    kinematics,
+    simulate,
+    step,
+)
+from tests.dynamics.biped.helpers import (
+    RECORDING,
+    default_model,
+    default_params,
+    inertia_along,
+    model_of,
+    state_of,
+)
+
+ENDS = [SUPPORT_START, SUPPORT_END]
+CRACKED = {"femur": 9.2}
+"""A length that breaks the symmetry; the linkage still closes."""
+
+mismatch = jax.jit(exchange_mismatch)
+
+
+def uneven(**lengths) -> BipedParams:
+    return BipedParams.from_bars(**(lengths or CRACKED))
+
+
+@pytest.mark.parametrize("angle", ENDS)
+def test_at_the_exchange_the_other_foot_is_flat_on_the_ground_and_at_rest(float64, angle):
+    params = default_params()
+
+    @jax.jit
+    def other_foot(theta):
+        now = kinematics(params, theta)
+        return jnp.stack([*now.pins.E[1], now.angles[13]])
+
+    place, rate = jax.jvp(other_foot, (jnp.asarray(angle),), (jnp.ones(()),))
+    ahead = 0.24 if angle == SUPPORT_END else -0.24
+    np.testing.assert_allclose(place, [ahead, 0.0, 0.0], atol=1e-14)
+    np.testing.assert_allclose(rate, 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 3.0])
+def test_M_P_and_Y_have_period_pi_whatever_the_masses(float64, scale):
+    params = default_params()
+    masses = jnp.asarray(np.random.default_rng(3).uniform(0.1, 2.0, 13))
+    balanced = np.where(np.arange(13)[:, None] == 7, 0.0, 0.01)  # the crank stays on its axis
+    params = params.replace(mass=scale * masses, centre=params.centre + balanced)
+    inertia = inertia_along(params, ENDS)
+    for name in ("M", "P", "Y"):
+        start, end = getattr(inertia, name)
+        np.testing.assert_allclose(start, end, rtol=1e-11, err_msg=name)
+    for name in ("dM", "dP", "dY"):
+        start, end = getattr(inertia, name)
+        assert abs(start - end) > 1e-3, f"{name} is expected to jump"
+
+
+@pytest.mark.parametrize("direction", [1, -1], ids=["forwards", "backwards"])
+@pytest.mark.parametrize("mu", [0.02, 5.0], ids=["slipping", "sticking"])
+def test_exchange_changes_nothing_but_the_leg(float64, direction, mu):
+    """Rates and foot speed go on through it, to the step's order; the floor position leaps."""
+    model = default_model()
+    begin = SUPPORT_END if direction > 0 else SUPPORT_START
+    velocity = 0.05 * (mu < 1)
+    state = state_of(
+        phase=begin - direction * 1e-5, crank_rate=3.0 * direction, foot_velocity=velocity
+    )
+    scene, size = Scene.uniform(jnp.asarray(mu), jnp.asarray(mu)), jnp.asarray(1e-5)
+    after, contact = step(model, scene, state, jnp.asarray(0.0), size, integrator=RECORDING)
+    assert int(contact.switches) == 1
+    assert int(after.steps) == direction
+    np.testing.assert_allclose(after.crank_rate, state.crank_rate, rtol=2e-3)
+    np.testing.assert_allclose(after.foot_velocity, state.foot_velocity, atol=1e-3)
+    turned = after.crank_angle - state.crank_angle
+    np.testing.assert_allclose(turned, 3e-5 * direction, rtol=1e-2)
+    moved = floor_position(model, after) - floor_position(model, state)
+    np.testing.assert_allclose(moved, 0.24 * direction, atol=1e-5)
+
+
+def test_the_walk_back_retraces_the_walk(float64):
+    """Time reversal without slip: the same torque with the rate reversed, across the exchange."""
+    model, scene, torque = default_model(), Scene.grip(outputs="state"), jnp.full(200, 1.0)
+    out = simulate(model, scene, state_of(), torque, 0.85, 0.85 / 200).final
+    assert int(out.steps) == 1
+    back = BipedState(**(vars(out) | {"crank_rate": -out.crank_rate}))
+    back = simulate(model, scene, back, torque, 0.85, 0.85 / 200).final
+    np.testing.assert_allclose(back.crank_angle, np.pi / 2, atol=2e-5)
+    np.testing.assert_allclose(back.crank_rate, 0.0, atol=2e-4)
+
+
+def test_mismatch_is_rounding_for_the_default_and_grows_with_the_asymmetry(float64):
+    assert float(mismatch(default_params())) < 1e-12
+    assert float(mismatch(BipedParams.from_bars(crank_length=0.1, hip_mass=9.0))) < 1e-12
+    values = [float(mismatch(uneven(femur=femur))) for femur in (9.001, 9.01, 9.1)]
+    assert values[0] > 1e-4
+    assert values[0] < values[1] < values[2]
+
+
+def test_an_unbalanced_crank_breaks_the_exchange(float64):
+    """Its arms change places, so that M, P and Y have not the period of the step any more."""
+    params = default_params()
+    params = params.replace(centre=params.centre.at[7].set(jnp.asarray([0.003, 0.0])))
+    M = inertia_along(params, ENDS).M
+    assert abs(float(M[0] - M[1])) > 1e-5
+    np.testing.assert_allclose(mismatch(params), 0.1, rtol=1e-12)
+
+
+def test_walking_on_with_an_impact_is_refused(float64):
+    with pytest.raises(ValueError, match=r"breaks the exchange of support: .* steps=\"one\""):
+        simulate(uneven(), Scene.grip(), state_of(), 1.0, 1.0, 0.01)
+
+
+@pytest.mark.long
+def test_one_step_works_with_an_asymmetric_linkage(float64):
+    scene = Scene.grip(steps="one", outputs="state")
+    model, torque = model_of(uneven()), jnp.full(200, 1.0)
+    walk = simulate(model, scene, state_of(crank_rate=6.0), torque, 1.0, 0.005)
+    assert int(walk.status) == Status.STEP_COMPLETE
+    np.testing.assert_allclose(walk.final.phase, SUPPORT_END, atol=1e-9)
+    assert int(walk.final.steps) == 0
+
+
+def test_in_a_batch_the_asymmetric_member_stops_at_the_exchange(float64):
+    robots = [default_model(), model_of(uneven())]
+    models = jax.tree.map(lambda *leaves: jnp.stack(leaves), *robots)
+    scene, size = Scene.grip(outputs="state"), jnp.asarray(0.01)
+    state = state_of(phase=SUPPORT_END - 0.01, crank_rate=3.0)
+    after, contact = jax.vmap(lambda model: step(model, scene, state, jnp.asarray(1.0), size))(
+        models
+    )
+    assert contact.status.tolist() == [Status.OK, Status.NO_EXCHANGE]
+    assert after.steps.tolist() == [1, 0]
+    np.testing.assert_allclose(after.phase[1], SUPPORT_END, atol=1e-9)

@@ -1,0 +1,239 @@
+"""Friction at its extremes: none, hardly any, more than Painleve allows, at the cone's edge."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from benchmarks.marching import Start, march
+from stickslip.dynamics import Status
+from stickslip.dynamics.biped import BipedModel, RK4Split
+from tests.dynamics.biped.helpers import (
+    default_model,
+    default_params,
+    exact_along,
+    forward,
+    inertia_along,
+    still_forces,
+)
+from tests.precision import mostly_single
+
+TRIALS = RK4Split().trials
+WALK = {"phase": 2.0, "crank_rate": 3.0, "torque": 0.5, "dt": 2e-3, "count": 200}
+
+
+@lru_cache
+def long_footed(dtype: str) -> BipedModel:
+    """The default robot with feet too long to topple on."""
+    with jax.ensure_compile_time_eval():
+        return default_model(dtype=dtype).replace(
+            heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)
+        )
+
+
+def march_in(dtype, starts):
+    return march(starts, long_footed(dtype.name), dtype)
+
+
+def momentum_and_energy(phase, crank_rate, foot_velocity):
+    """Along x, and kinetic plus potential (MODEL 1.4), from the exact functions."""
+    with jax.enable_x64(True):
+        params = default_params()
+        (M, _, P, *_), moment = exact_along(params, phase)
+        mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
+    w, v = np.asarray(crank_rate, float), np.asarray(foot_velocity, float)
+    energy = M * w**2 / 2 + P * w * v + mass * v**2 / 2 + gravity * moment.Y
+    return P * w + mass * v, energy
+
+
+def painleve(direction: int) -> tuple[float, float]:
+    """Least friction at which sliding that way has no unique solution, and the phase."""
+    angles = np.linspace(np.pi / 2, 3 * np.pi / 2, 4001)
+    M, _, P, _, Y, _ = inertia_along(default_params(), angles)
+    pushes = direction * P * Y > 0
+    bound = (M * float(default_params().total_mass) - P**2) / np.where(pushes, np.abs(P * Y), 1.0)
+    bound = np.where(pushes, bound, np.inf)
+    return bound.min(), angles[bound.argmin()]
+
+
+def frictionless_starts():
+    rng = np.random.default_rng(3)
+    return [
+        Start(
+            mu_static=0.0,
+            phase=rng.uniform(1.6, 4.7),
+            crank_rate=rng.uniform(-4, 4),
+            foot_velocity=velocity,
+            torque=rng.uniform(-0.5, 0.5),
+            dt=1e-3,
+            count=300,
+        )
+        for velocity in [0.0] * 12 + [0.3, -0.3, 1e-9, -1e-9] * 3
+    ]
+
+
+@mostly_single
+def test_without_friction_momentum_and_energy_are_kept(dtype):
+    """0.3 s from rest and sliding, through exchanges, turning back on the way."""
+    starts = frictionless_starts()
+    end = march_in(dtype, starts)
+    assert np.all(end.sound)
+    kept = np.array([not status.terminal for status in end.status])
+    assert kept.sum() >= 20
+    assert all(status in (Status.OK, Status.LIFT_OFF) for status in end.status)
+    names = ("phase", "crank_rate", "foot_velocity")
+    before = momentum_and_energy(*([getattr(one, name) for one in starts] for name in names))
+    after = momentum_and_energy(*(getattr(end.state, name) for name in names))
+    single = dtype == jnp.float32
+    assert np.max(np.abs(after[0] - before[0])[kept]) < (5e-5 if single else 1e-6)  # of 5 kg m/s
+    gained = after[1] - before[1] - end.work
+    assert np.max(np.abs(gained)[kept]) < (5e-5 if single else 1e-6)  # of some 5 J
+    assert np.all(end.contact.friction_force == 0)
+    assert end.switches.max() > 1
+
+
+@mostly_single
+def test_hardly_any_friction_is_as_good_as_none(dtype):
+    """The way slid differs from the frictionless one in proportion to mu; none is lost."""
+    mus = [0.0, 1e-12, 1e-8, 1e-6]
+    end = march_in(dtype, [Start(mu_static=mu, **WALK) for mu in mus])
+    assert np.all(end.sound)
+    assert set(end.status) <= {Status.OK}
+    away = np.abs(end.state.foot_position - end.state.foot_position[0])
+    noise = 1e-6 if dtype == jnp.float32 else 1e-11
+    assert np.all(away <= 5.0 * np.array(mus) + noise)
+    if dtype == jnp.float64:
+        assert away[3] / away[2] == pytest.approx(100, rel=0.01)
+    pressed = end.contact.normal_force * np.array(mus)
+    np.testing.assert_allclose(np.abs(end.contact.friction_force), pressed, rtol=1e-5)
+
+
+def test_no_kinetic_friction_holds_until_the_edge_and_then_glides(dtype):
+    """mu_k = 0: sticks as long as mu_s allows; from then on nothing drives the foot."""
+    counts = range(1, 49)
+    rows = [
+        replace(Start(mu_static=0.08, mu_kinetic=mu, **WALK), phase=2.4, count=n)
+        for mu in (0.0, 0.08)
+        for n in counts
+    ]
+    end = march_in(dtype, rows)
+    assert np.all(end.sound)
+    moves = end.state.foot_velocity.reshape(2, -1) != 0
+    first = moves.argmax(axis=1)
+    assert first[0] == first[1] > 0  # the same onset whatever mu_k
+    assert np.all(moves[0, first[0] :])
+    glides = end.of(np.concatenate([moves[0], np.zeros_like(moves[1])]))
+    assert np.all(glides.contact.friction_force == 0)
+    momentum, _ = momentum_and_energy(
+        glides.state.phase, glides.state.crank_rate, glides.state.foot_velocity
+    )
+    assert len(momentum) > 5
+    assert np.ptp(momentum) < (2e-5 if dtype == jnp.float32 else 1e-6)
+
+
+def test_friction_without_bound_is_a_floor_that_holds(dtype):
+    """mu from 10 to 1e30, beyond what sliding allows: at rest the cone decides, and it holds."""
+    mus = [10.0, 100.0, 1e6, 1e30]
+    end = march_in(dtype, [Start(mu_static=mu, **WALK | {"crank_rate": 4.0}) for mu in mus])
+    assert np.all(end.sound)
+    assert set(end.status) == {Status.OK}
+    assert np.all(end.path == 0)
+    for name in ("phase", "crank_rate"):
+        assert len(np.unique(getattr(end.state, name))) == 1
+
+
+@pytest.mark.parametrize(("direction", "known"), [(1, 3.2636), (-1, 1.3410)])
+def test_sliding_beyond_painleve_is_refused_and_short_of_it_runs(float64, direction, known):
+    """Both directions have a bound; 0.1 % below it a step still has its one solution."""
+    bound, phase = painleve(direction)
+    assert bound == pytest.approx(known, abs=2e-3)
+    slide = {"phase": phase, "crank_rate": 0.5, "foot_velocity": 0.2 * direction, "dt": 1e-5}
+    rows = [Start(mu_static=share * bound, **slide) for share in (0.999, 1.001, 10.0, 1e6)]
+    other = replace(rows[1], foot_velocity=-0.2 * direction)
+    for dtype in (jnp.dtype("float32"), jnp.dtype("float64")):
+        with jax.enable_x64(dtype == jnp.float64):
+            end = march_in(dtype, [*rows, other])
+        assert np.all(end.sound)
+        assert end.status == [Status.OK] + [Status.NO_SOLUTION] * 3 + [Status.OK]
+        assert np.all(end.state.phase[1:4] == np.asarray(phase, dtype))
+        assert np.all(end.state.time[1:4] == 0)
+
+
+def test_a_slide_stops_at_the_bound_wherever_it_meets_it(dtype):
+    """Sliding backwards at mu = 2 from phases where that is sound: it stops in time, or at the
+    first phase where the equations lose their solution, and every number is finite."""
+    angles = np.linspace(1.7, 3.0, 20)
+    rows = [
+        Start(mu_static=2.0, phase=phase, crank_rate=6.0, foot_velocity=-v, dt=1e-3, count=400)
+        for phase in angles
+        for v in (0.5, 5.0)
+    ]
+    end = march_in(dtype, rows)
+    assert np.all(end.sound)
+    lost = np.array([status == Status.NO_SOLUTION for status in end.status])
+    assert 0 < lost.sum() < len(rows)
+    with jax.enable_x64(True):
+        M, _, P, _, Y, _ = inertia_along(default_params(), end.state.phase[lost])
+        room = M * float(default_params().total_mass) - P * (P - 2.0 * Y)
+    assert np.all(room < 1e-5)  # of some 0.1 kg^2 m^2
+    assert np.all(end.state.foot_velocity[lost] <= 0)
+
+
+def edges(dtype) -> list[tuple[float, float, float]]:
+    """(mu, phase, crank rate) with |f| = mu N at rest, to rounding."""
+    rng = np.random.default_rng(5)
+    phases, rates = rng.uniform(1.7, 4.6, 40), rng.uniform(-4, 4, 40)
+    model, zero = long_footed(dtype.name), jnp.zeros((), dtype)
+    found = []
+    for phase, rate in zip(phases, rates, strict=True):
+        place = jnp.asarray(phase, dtype), jnp.asarray(rate, dtype)
+        held = forward(model, *place, zero, zero, zero + 1e9, zero + 1e9)
+        found.append(float(abs(held.friction_force) / held.normal_force))
+    return list(zip(found, phases.tolist(), rates.tolist(), strict=True))
+
+
+def test_chatter_at_the_edge_of_the_cone_is_bounded(dtype):
+    """mu exactly what the foot at rest demands, and up to 1000 roundings to either side, at
+    many phases and step sizes: the calls end, no time is lost, and neighbours go the same way."""
+    sizes = 10 ** np.random.default_rng(6).uniform(-6, -2, 40)
+    nudges = np.array([-1000, -100, -1, 0, 1, 100]) * float(jnp.finfo(dtype).eps)
+    rows = [
+        Start(mu_static=mu * (1 + nudge), phase=phase, crank_rate=rate, dt=size, count=40)
+        for nudge in nudges
+        for (mu, phase, rate), size in zip(edges(dtype), sizes, strict=True)
+    ]
+    end = march_in(dtype, rows)
+    assert np.all(end.sound)
+    assert {status.name for status in end.status} <= {"OK", "SLIP_ONSET"}
+    assert 1 < end.most_switches.max() <= TRIALS
+    assert np.all(end.calls == 40)
+    np.testing.assert_allclose(end.state.time, 40 * np.tile(sizes, len(nudges)), rtol=1e-5)
+    limits = {"foot_position": 1e-9, "phase": 1e-8, "crank_rate": 1e-6}
+    for name, limit in limits.items():
+        among = getattr(end.state, name).reshape(len(nudges), -1)
+        single = dtype == jnp.float32  # where 1000 roundings are 1e-4 of mu
+        assert np.max(np.ptp(among, axis=0)) < (5e-3 if single else limit), name
+
+
+def test_a_torque_that_holds_the_foot_at_the_edge_moves_it_as_sticking_does(float64):
+    """|f| = mu_s N to rounding, approached from both sides: the crank goes on as if it stuck."""
+    mu, phase = 0.1, 2.0
+    M, dM, P, dP, Y, dY = (column[0] for column in inertia_along(default_params(), [phase]))
+    mass, gravity = float(default_params().total_mass), float(np.asarray(default_params().gravity))
+    # P alpha + dP w^2 = mu (m g + Y alpha + dY w^2) with w = 1
+    alpha = (mu * (mass * gravity + dY) - dP) / (P - mu * Y)
+    torque = M * alpha + dM / 2 + gravity * Y
+    f, N = still_forces(default_params(), [phase], [1.0], [torque])
+    assert f[0] == pytest.approx(mu * N[0], rel=1e-12)
+    state = {"phase": phase, "crank_rate": 1.0, "torque": torque, "dt": 1e-3}
+    nudges = np.concatenate([-np.logspace(-16, -9, 36), [0.0, 1e-16, 1e-14, 1e-9]])
+    end = march_in(float64, [Start(mu_static=mu * (1 + nudge), **state) for nudge in nudges])
+    assert np.all(end.sound)
+    assert end.most_switches.max() <= TRIALS
+    assert np.ptp(end.state.crank_rate) < 1e-12
+    assert end.state.crank_rate[0] == pytest.approx(1 + 1e-3 * alpha, rel=1e-3)
+    assert np.max(np.abs(end.state.foot_position)) < 1e-15
+    assert np.all(end.state.foot_velocity == 0)

@@ -1,0 +1,210 @@
+"""Robots of any size and mass walk alike; heavy loads; linkages a hair from not closing."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from benchmarks.marching import March, Start, march
+from stickslip.dynamics import Status
+from stickslip.dynamics.biped import BipedModel, BipedParams, kinematics
+from tests.dynamics.biped.helpers import default_model, default_params, model_of
+from tests.dynamics.biped.test_extremes_friction import long_footed
+
+pytestmark = pytest.mark.long
+
+BINARY = [
+    (1.0, 1.0, 1.0),
+    *[(4.0**k, 2.0**j, 1.0) for k in (-5, 0, 5) for j in (-20, 0, 20) if k or j],
+    (1.0, 1.0, 4.0**5),
+    (1.0, 1.0, 4.0**-5),
+]
+"""(length, mass, gravity) against the default robot: 4^5 = 1024, 2^20 = 1.05e6. These powers of two
+scale every number of a walk exactly, so that the results agree bit for bit."""
+
+DECIMAL = [(10.0**k, 10.0**j, 1.0) for k in (-3, 0, 3) for j in (-6, 0, 6)]
+
+WALKS = [
+    {"phase": 2.0, "crank_rate": 3.0, "torque": 0.9, "dt": 0.01, "count": 100},
+    {"phase": 3.0, "crank_rate": 3.0, "foot_velocity": -0.2, "torque": 0.5, "dt": 0.005,
+     "count": 60},
+    {"phase": 3.0, "crank_rate": -3.0, "torque": -0.8, "dt": 0.01, "count": 60},
+]  # fmt: skip
+FLOORS = [(0.06, 0.05), (0.1, 0.05), (0.3, 0.2)]
+
+
+def robot(length: float, mass: float, gravity: float, dtype: str) -> BipedParams:
+    """The default robot with its lengths, masses and gravity scaled."""
+    return BipedParams.from_bars(
+        0.03 * length,
+        1.48 * mass / length,
+        0.7 * mass,
+        0.3 * mass,
+        1e-3 * mass * length**2,
+        gravity=9.81 * gravity,
+        dtype=jnp.dtype(dtype),
+    )
+
+
+def scaled_walks(scales, dtype) -> dict[str, np.ndarray]:
+    """Every walk by every robot, in units of its length, mass and sqrt(length / gravity)."""
+    rows, units = [], []
+    for length, mass, gravity in scales:
+        model = model_of(robot(length, mass, gravity, dtype.name))
+        second = np.sqrt(length / gravity)
+        for walk, (mu_static, mu_kinetic) in zip(WALKS, FLOORS, strict=True):
+            start = Start(mu_static, mu_kinetic, **walk, model=model)
+            rows.append(
+                replace(
+                    start,
+                    crank_rate=start.crank_rate / second,
+                    foot_velocity=start.foot_velocity * length / second,
+                    torque=start.torque * mass * length * gravity,
+                    dt=start.dt * second,
+                )
+            )
+            units.append((length, second, mass * gravity))
+    end = march(rows, default_model(dtype=dtype.name), dtype)
+    assert np.all(end.sound)
+    length, second, force = np.array(units).T.astype(dtype)
+    state, contact = end.state, end.contact
+    return {
+        "phase": state.phase,
+        "steps": state.steps,
+        "crank_rate": state.crank_rate * second,
+        "foot_position": state.foot_position / length,
+        "foot_velocity": state.foot_velocity * second / length,
+        "time": state.time / second,
+        "friction_force": contact.friction_force / force,
+        "normal_force": contact.normal_force / force,
+        "zmp": contact.zmp / length,
+        "work": end.work / (force * length),
+        "path": end.path / length,
+        "switches": end.switches,
+        "status": contact.status,
+    }
+
+
+def test_size_mass_and_gravity_scale_out_bit_for_bit(dtype):
+    """Time scales with sqrt(length / gravity), force with mass gravity, torque with length, too."""
+    found = scaled_walks(BINARY, dtype)
+    assert found["switches"].max() > 5
+    assert found["path"].max() > 0.1
+    for name, values in found.items():
+        by_robot = values.reshape(len(BINARY), len(WALKS))
+        np.testing.assert_array_equal(by_robot, by_robot[:1].repeat(len(BINARY), 0), name)
+
+
+def test_lengths_by_a_thousand_and_masses_by_a_million_change_rounding_only(dtype):
+    found = scaled_walks(DECIMAL, dtype)
+    tolerance = 3e-3 if dtype == jnp.float32 else 1e-10
+    for name, values in found.items():
+        by_robot = values.reshape(len(DECIMAL), len(WALKS)).astype(float)
+        np.testing.assert_allclose(
+            by_robot, by_robot[4:5].repeat(len(DECIMAL), 0), tolerance, tolerance, err_msg=name
+        )
+
+
+def test_a_payload_of_a_hundred_kilograms_is_carried(dtype):
+    """Thirteen times the robot's own mass on the hip: a weight, not a wall."""
+    params = replace(default_params(dtype.name), payload=jnp.asarray(100.0, dtype))
+    loaded = model_of(replace(params, heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)))
+    rows = [
+        Start(0.06, 0.05, 2.0, 3.0, torque=torque, dt=2e-3, count=200, model=loaded)
+        for torque in (0.0, 0.5, 5.0, -5.0)
+    ]
+    end = march([*rows, replace(rows[0], count=1)], long_footed(dtype.name), dtype)
+    assert np.all(end.sound)
+    assert set(end.status) <= {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF}
+    weight = float((default_params(dtype.name).total_mass + 100) * 9.81)
+    assert end.contact.normal_force[-1] / weight == pytest.approx(1.0, abs=0.1)
+    held = end.state.foot_velocity[:-1] != 0
+    pressed = 0.05 * np.abs(end.contact.normal_force[:-1])
+    np.testing.assert_allclose(
+        np.abs(end.contact.friction_force[:-1])[held], pressed[held], rtol=1e-4
+    )
+
+
+@jax.jit
+def _closure(params, angles):
+    return jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)
+
+
+def least_margin(params: BipedParams) -> float:
+    """Of the loops over the support phase of both legs, to about 1e-12: by zooming in."""
+    low, high = np.pi / 2, 3 * np.pi / 2
+    margins = angles = np.zeros(1)
+    for _ in range(5):
+        angles = np.linspace(low, high, 401)
+        margins = np.asarray(_closure(params, jnp.asarray(angles)))
+        worst, spacing = angles[margins.argmin()], angles[1] - angles[0]
+        low, high = worst - spacing, worst + spacing
+    return float(margins.min())
+
+
+@lru_cache
+def at_margin(field: str, margin: float, way: float) -> BipedParams:
+    """The default robot with one length moved, by bisection, until its loops close by `margin`."""
+    default = float(np.asarray(getattr(default_params(), field)))
+    good, bad = default, default * way
+    for _ in range(60):
+        middle = (good + bad) / 2
+        closes = least_margin(replace(default_params(), **{field: jnp.asarray(middle)})) >= margin
+        good, bad = (middle, bad) if closes else (good, middle)
+    return replace(default_params(), **{field: jnp.asarray(good)})
+
+
+HAIRS = [("stabiliser", 0.2), ("rocker", 0.85), ("upper_tendon", 0.8)]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("field", "way"), HAIRS)
+def test_a_linkage_that_just_closes_walks_and_one_that_just_does_not_is_named(float64, field, way):
+    margins = (1e-3, 1e-6, 1e-8, -1e-8, -1e-6, -1e-3)
+    robots = [at_margin(field, margin, way) for margin in margins]
+    models = [model_of(params) for params in robots]
+    for margin, params, model in zip(margins, robots, models, strict=True):
+        assert least_margin(params) == pytest.approx(margin, rel=1e-3, abs=1e-12)
+        assert bool(model.closes) == (margin > 0), margin
+        if margin > 0:
+            params.validate()
+        else:
+            with pytest.raises(ValueError, match=r"cannot close at crank angle .* closing margin"):
+                params.validate()
+    rows = [
+        Start(1.0, 1.0, 3.0, 1.0, dt=1e-3, count=300, model=replace_feet(model)) for model in models
+    ]
+    end = march(rows, long_footed("float64"), float64)
+    assert np.all(end.sound)
+    fine = {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF, Status.NO_EXCHANGE}
+    assert set(end.status[:3]) <= fine
+    assert end.status[3:] == [Status.NO_SOLUTION] * 3
+    assert np.all(end.state.phase[3:] == 3.0)
+    assert np.all(end.state.time[3:] == 0)
+
+
+def replace_feet(model: BipedModel) -> BipedModel:
+    """The same robot on feet too long to topple on."""
+    params = replace(model.params, heel=jnp.asarray(1e3), toe=jnp.asarray(1e3))
+    return replace(model, params=params)
+
+
+def test_single_precision_knows_the_closing_margin_to_a_millionth(float64):
+    """It accepts 1e-5 and refuses -1e-5; between, rounding decides, and numbers stay finite."""
+    robots = [at_margin("stabiliser", margin, 0.2) for margin in (1e-5, 1e-8, -1e-8, -1e-5)]
+    with jax.enable_x64(False):
+        singles = [
+            BipedParams(**{k: np.asarray(v, np.float32) for k, v in vars(params).items()}).astype(
+                jnp.float32
+            )
+            for params in robots
+        ]
+        models = [model_of(params) for params in singles]
+        assert [bool(models[0].closes), bool(models[-1].closes)] == [True, False]
+        rows = [Start(1.0, 1.0, 3.0, 1.0, count=50, model=model) for model in models]
+        end: March = march(rows, long_footed("float32"), jnp.dtype("float32"))
+    assert np.all(end.sound)
+    assert end.status[-1] == Status.NO_SOLUTION

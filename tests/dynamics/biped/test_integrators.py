@@ -1,0 +1,297 @@
+"""Every integrator under the same friction switching: order, events, rest, cost, refusals."""
+
+from functools import lru_cache, partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import (
+    INTEGRATORS,
+    RK4,
+    BipedState,
+    Euler,
+    EventExact,
+    RK4Split,
+    SemiImplicitEuler,
+    simulate,
+    step,
+)
+from tests.dynamics.biped.helpers import default_model, floor_of, outcome, start_of, state_of
+
+pytestmark = pytest.mark.long
+
+EXACT = EventExact(rtol=1e-12, atol=1e-14, record_events=True)
+FIXED = {"euler": Euler(), "semi_implicit": SemiImplicitEuler(), "rk4": RK4()}
+SLIPPERY = (0.06, 0.05)
+
+
+@partial(jax.jit, static_argnums=0)
+def _ending(integrator, model, scene, state, torque, duration, count):
+    size = duration / count.astype(duration.dtype)
+
+    def once(_, now):
+        return step(model, scene, now, torque, size, integrator=integrator)[0]
+
+    return jax.lax.fori_loop(0, count, once, state)
+
+
+def ending(integrator, scene: Scene, state: BipedState, torque, duration, count) -> np.ndarray:
+    """Where a walk ends after `count` equal steps; one compilation for every count."""
+    numbers = jnp.asarray(torque), jnp.asarray(duration), jnp.asarray(count)
+    scene = jax.tree.map(jnp.asarray, scene)
+    return np.asarray(outcome(_ending(integrator, default_model(), scene, state, *numbers)))
+
+
+@lru_cache
+def exact_ending(mu: float, rate: float, torque: float, duration: float) -> np.ndarray:
+    scene = Scene.uniform(mu, mu * 0.8)
+    return ending(EXACT, scene, state_of(phase=2.0, crank_rate=rate), torque, duration, 10)
+
+
+def orders(integrator, mu: float, rate: float, torque: float, duration: float, counts):
+    """Observed order of convergence between successive refinements, of the crank angle."""
+    scene = Scene.uniform(mu, mu * 0.8)
+    exact = exact_ending(mu, rate, torque, duration)
+    state = state_of(phase=2.0, crank_rate=rate)
+    errors = [
+        abs(ending(integrator, scene, state, torque, duration, count)[0] - exact[0])
+        for count in counts
+    ]
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:])), errors
+
+
+@pytest.mark.parametrize(
+    ("name", "order", "counts"),
+    [
+        ("euler", 1, (400, 800, 1600)),
+        ("semi_implicit", 1, (400, 800, 1600)),
+        ("rk4", 4, (32, 64, 128)),
+    ],
+)
+def test_order_without_switching_is_the_method_s(float64, name, order, counts):
+    found, _ = orders(FIXED[name], 5.0, 1.0, 0.9, 0.4, counts)
+    assert found == pytest.approx([order] * 2, abs=0.35)
+
+
+def test_unsplit_runge_kutta_falls_to_first_order_where_the_foot_slips_and_the_split_one_does_not(
+    float64,
+):
+    """Errors at 1280 steps of 1.25 ms and at half the step size, averaged over a few starts."""
+    worst = {}
+    for name, integrator in (("rk4", RK4()), ("rk4_split", RK4Split())):
+        errors = [
+            orders(integrator, 0.06, rate, 0.0, 1.2, (480, 1920))[1] for rate in (2.6, 3.0, 3.4)
+        ]
+        worst[name] = np.max(errors, axis=0)
+    assert worst["rk4_split"][1] < 1e-9
+    assert worst["rk4"][1] > 1e3 * worst["rk4_split"][1]
+    assert 1.5 < worst["rk4"][0] / worst["rk4"][1] < 40  # four times finer: order 1, not 4 (256)
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_event_exact_meets_every_reference_trajectory(float64, reference, index):
+    case = reference["trajectories"][index]
+    walk = simulate(
+        default_model(), floor_of(case), start_of(case), case["torque"], case["t_end"], 0.05,
+        integrator=EXACT,
+    )  # fmt: skip
+    final = walk.final
+    expected = [case["theta"], case["omega"], case["slide"]]
+    found = [float(final.crank_angle), float(final.crank_rate), float(final.foot_position)]
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-10)
+    # the first trajectory's own exchange instant is off by 9e-12 s (see test_reference)
+    assert float(final.foot_velocity) == pytest.approx(case["slide_velocity"], abs=1e-10)
+    events = walk.events()
+    assert [kind for _, kind, _ in events] == [kind for _, kind, _ in case["events"]]
+    times = [time for time, *_ in events]
+    assert times == pytest.approx([time for time, *_ in case["events"]], abs=3e-11)
+
+
+def test_event_exact_finds_the_onset_that_scipy_finds(float64):
+    """An independent solver and root finder on the sticking equation alone."""
+    model = default_model()
+    mu, torque, rate = 0.06, 0.0, 3.0
+
+    @jax.jit
+    def instant(theta, w):
+        M, dM, P, dP, Y, dY = model.inertia.at(theta)
+        alpha = (torque - dM * w**2 / 2 - model.gravity * Y) / M
+        normal = model.total_mass * model.gravity + Y * alpha + dY * w**2
+        return alpha, mu * normal - jnp.abs(P * alpha + dP * w**2)
+
+    def slope(_, y):
+        return [y[1], float(instant(*map(jnp.asarray, y))[0])]
+
+    def cone(_, y):
+        return float(instant(*map(jnp.asarray, y))[1])
+
+    cone.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+    found = solve_ivp(
+        slope, (0, 1.0), [2.0, rate], method="DOP853", events=cone, rtol=1e-12, atol=1e-13
+    )
+    walk = simulate(
+        model, Scene.uniform(mu, 0.05), state_of(phase=2.0, crank_rate=rate), torque, 0.5, 0.05,
+        integrator=EXACT,
+    )  # fmt: skip
+    time, kind, angle = walk.events()[0]
+    assert kind == "slip"
+    assert time == pytest.approx(found.t_events[0][0], abs=1e-9)
+    assert angle == pytest.approx(found.y_events[0][0][0], abs=1e-9)
+
+
+def test_event_exact_s_error_follows_its_tolerance(float64):
+    exact = exact_ending(0.06, 3.0, 0.0, 1.2)
+    state = state_of(phase=2.0, crank_rate=3.0)
+    errors = []
+    for rtol in (1e-5, 1e-7, 1e-9):
+        spec = EventExact(rtol=rtol, atol=rtol * 1e-3, max_turn=1.0)
+        found = ending(spec, Scene.uniform(0.06, 0.048), state, 0.0, 1.2, 3)
+        errors.append(np.abs(found - exact).max())
+    assert errors[0] < 1e-3
+    assert errors[1] < 1e-5
+    assert errors[2] < 1e-7
+    assert errors[2] < errors[1] < errors[0]
+
+
+STARTS = {  # phase, crank rate, torque, mu_static, mu_kinetic
+    "forwards": (2.0, 3.0, 0.0, *SLIPPERY),
+    "backwards": (4.3, -3.0, 0.0, *SLIPPERY),
+    "at rest": (2.5, 1.0, 0.3, 0.9, 0.8),
+    "exchanging": (4.6, 4.0, 0.0, 0.9, 0.8),
+    "exchanging backwards": (1.65, -5.0, 0.0, 0.9, 0.8),
+}
+DT, COUNT = 2e-3, 600
+
+
+@lru_cache
+def walks(name: str, dtype: str):
+    """All of STARTS as one batch of walks, 1.2 s; and the first one by itself."""
+    phase, rate, torque, *mu = jnp.asarray(list(STARTS.values()), dtype).T
+    model, spec = default_model(dtype=dtype), INTEGRATORS[name]
+
+    def walk(phase, rate, torque, mu_static, mu_kinetic):
+        state = state_of(dtype)
+        state = BipedState(**(vars(state) | {"phase": phase, "crank_rate": rate}))
+        scene = Scene.uniform(mu_static, mu_kinetic)
+        return simulate(
+            model, scene, state, jnp.broadcast_to(torque, COUNT), COUNT * DT, DT, integrator=spec
+        )
+
+    return jax.jit(jax.vmap(walk))(phase, rate, torque, *mu)
+
+
+def member(trajectory, start: str):
+    index = list(STARTS).index(start)
+    return jax.tree.map(lambda leaf: np.asarray(leaf)[index], trajectory)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize("start", ["forwards", "backwards"])
+def test_a_foot_breaks_loose_slides_and_comes_to_rest_walking_either_way(float64, name, start):
+    """At rest means exactly 0; friction takes energy out; the motor gives none."""
+    walk = member(walks(name, "float64"), start)
+    velocity, contacts = walk.states.foot_velocity, walk.contacts
+    assert int(walk.contacts.status.max()) == Status.SLIP_ONSET
+    assert np.any(velocity != 0)
+    assert np.all(velocity[[0, -1]] == 0)
+    rest = velocity[1:] == 0
+    assert np.all(np.abs(contacts.friction_force)[rest] <= 0.0605 * contacts.normal_force[rest])
+    against = contacts.friction_force * np.sign(velocity[1:])
+    assert np.all(against[(contacts.mode != 0) & ~rest] < 0)
+    energy = _energies(walk.states)
+    lost = energy[0] - energy[-1]
+    dissipated = 0.05 * np.sum(contacts.slide_distance * contacts.normal_force)
+    assert lost == pytest.approx(dissipated, rel=0.1)  # by a sum over 2 ms steps
+
+
+def _energies(states: BipedState) -> np.ndarray:
+    """Kinetic and potential [J]."""
+    model = default_model()
+    M, _, P, _, _, _ = jax.vmap(model.inertia.at)(jnp.asarray(states.phase))
+    height = jax.vmap(model.inertia.moment_at)(jnp.asarray(states.phase)).Y
+    w, v = states.crank_rate, states.foot_velocity
+    kinetic = (M * w**2 + 2 * P * w * v + model.total_mass * v**2) / 2
+    return np.asarray(kinetic + model.gravity * height)
+
+
+@pytest.mark.parametrize("name", ["euler", "rk4_split", "event_exact"])
+def test_a_foot_at_rest_within_the_cone_does_not_move(dtype, name):
+    """It keeps its place and its zero velocity to the last digit."""
+    walk = member(walks(name, str(dtype)), "at rest")
+    assert walk.states.phase.dtype == dtype
+    assert np.all(walk.states.foot_velocity == 0)
+    assert np.all(walk.states.foot_position == 0)
+    assert np.all(walk.contacts.status == Status.OK)
+
+
+@pytest.mark.parametrize("name", INTEGRATORS)
+@pytest.mark.parametrize("start", ["exchanging", "exchanging backwards"])
+def test_support_is_exchanged_either_way_and_time_runs_on(float64, name, start):
+    """Phases stay inside the support phase, steps are counted, the crank turns continuously."""
+    walk = member(walks(name, "float64"), start)
+    phase, steps = walk.states.phase, walk.states.steps
+    assert np.all((phase >= np.pi / 2) & (phase <= 3 * np.pi / 2))
+    turned = phase + np.pi * steps
+    assert np.abs(steps).max() >= 1  # the crank's energy runs out: some swing back
+    fastest = np.abs(walk.states.crank_rate).max()
+    assert np.abs(np.diff(turned)).max() < 1.05 * fastest * DT
+    assert walk.states.time[-1] == pytest.approx(COUNT * DT, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["rk4", "event_exact"])
+def test_batches_equal_single_walks(float64, name):
+    phase, rate, torque, *mu = STARTS["forwards"]
+    alone = simulate(
+        default_model(), Scene.uniform(*map(jnp.asarray, mu)),
+        state_of(phase=phase, crank_rate=rate), torque, COUNT * DT, DT,
+        integrator=INTEGRATORS[name],
+    )  # fmt: skip
+    together = member(walks(name, "float64"), "forwards")
+    np.testing.assert_allclose(outcome(together.final), outcome(alone.final), rtol=1e-9, atol=1e-12)
+
+
+def test_an_adaptive_call_that_runs_out_of_steps_says_so_and_how_far_it_came(float64):
+    model, scene = default_model(), Scene.uniform(0.5, 0.4)
+    state = state_of(phase=2.0, crank_rate=3.0)
+    after, contact = step(
+        model, scene, state, 0.5, 1.0, integrator=EventExact(rtol=1e-10, max_steps=20)
+    )
+    assert int(contact.status) == Status.NOT_CONVERGED
+    assert 0 < float(after.time) < 1.0
+    assert np.isfinite(np.asarray(outcome(after))).all()
+    enough = step(model, scene, state, 0.5, 0.1, integrator=EventExact(rtol=1e-10, max_steps=400))
+    assert int(enough[1].status) == Status.OK
+
+
+def test_euler_stops_a_slide_where_equation_36_says(float64):
+    """v / |a| into the step; the rest of the step is taken at rest."""
+    model, scene = default_model(), Scene.uniform(0.5, 0.4)
+    state = state_of(phase=2.5, crank_rate=1.0, foot_velocity=1e-3)
+    first = step(model, scene, state, 0.0, 1e-7, integrator=Euler())[0]
+    slowing = (float(first.foot_velocity) - 1e-3) / 1e-7
+    until = -1e-3 / slowing
+    after, contact = step(model, scene, state, 0.0, 2 * until, integrator=Euler(record_events=True))
+    assert float(after.foot_velocity) == 0
+    assert float(after.foot_position) == pytest.approx(1e-3 * until / 2, rel=1e-4)
+    assert float(contact.events.times[0]) == pytest.approx(until, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Euler(substeps=0), ("substeps", "0", ">= 1")),
+        (lambda: RK4(substeps=1.5), ("substeps", "1.5", "integer")),
+        (lambda: EventExact(rtol=0.0), ("rtol", "0.0", "above 0")),
+        (lambda: EventExact(atol=-1.0), ("atol", "-1.0")),
+        (lambda: EventExact(max_steps=True), ("max_steps", "True")),
+        (lambda: EventExact(max_turn=4.0), ("max_turn", "4.0", "up to 1")),
+    ],
+)
+def test_bad_settings_are_refused_by_name(make, words):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011
+        make()
+    assert all(word in str(caught.value) for word in words)

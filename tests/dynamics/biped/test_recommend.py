@@ -1,0 +1,251 @@
+"""Recommendations and presets are the cheapest measured points that keep what they promise."""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, walked
+from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import EventExact, RK4Split, Table
+from stickslip.dynamics.biped.promises import MEASUREMENTS, QUANTILES, WALK_PER_RADIAN
+from stickslip.dynamics.biped.setting import Setting
+from stickslip.dynamics.biped.settings import (
+    MEASURED_PRESETS,
+    PRESET_BATCH,
+    PRESET_SCENE,
+    PRESETS,
+    SCENES,
+    recommend,
+    scene_class,
+)
+from stickslip.dynamics.fronts import front, knee
+from tests.dynamics.biped.helpers import default_params
+
+BATCHES = (1, 4096)
+TOLERANCES = tuple(10.0**k for k in range(-12, 1))
+
+
+def asked(tolerance: float, scene: str, batch: int, **options):
+    """The recommendation, or None where it is refused."""
+    try:
+        return recommend(tolerance, scene, batch, **options)
+    except ValueError:
+        return None
+
+
+def missed(floor: str, robots: str, setting: Setting, count: int) -> np.ndarray:
+    """Errors of a setting on walks that were not measured, each for a second [rad/s]."""
+    with jax.enable_x64(True):
+        walks = draw(floor, range(HELD_OUT, HELD_OUT + count), robots)
+    truth = references(walks)
+    off = errors(walks, paths(walks, setting), truth)[0]
+    return off[walked(truth) >= SHORTEST]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("robots", ["default", "others"])
+@pytest.mark.parametrize("floor", FLOORS)
+def test_the_promise_for_1e_5_is_kept_on_walks_that_were_not_measured(floor, robots):
+    params = None if robots == "default" else default_params("float32")
+    found = recommend(1e-5, floor, batch=4096, params=params)
+    off = missed(floor, robots, found.setting, 192)
+    within = np.sum(off <= found.promised_error)
+    assert len(off) > 150
+    assert within >= binom.ppf(1e-3, len(off), found.quantile)
+    assert np.median(off) <= found.typical_error * 2
+    print(f"{floor}, {robots}: {within} of {len(off)} within {found.promised_error:.1e} rad/s")
+
+
+@pytest.mark.parametrize("batch", BATCHES)
+@pytest.mark.parametrize("scene", SCENES)
+def test_no_measured_setting_is_cheaper_and_good_enough(scene, batch):
+    for tolerance in TOLERANCES:
+        found = asked(tolerance, scene, batch)
+        if found is None:
+            continue
+        assert found.promised_error <= tolerance
+        for point in MEASUREMENTS:
+            if (point.scene, point.batch, point.robots) == (found.scene, found.batch, "default"):
+                assert point.error > tolerance or point.cost >= found.cost
+
+
+@pytest.mark.parametrize("dtype", [None, "float32", "float64"])
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_looser_tolerance_never_costs_more(scene, dtype):
+    for batch in BATCHES:
+        answers = [asked(t, scene, batch, dtype=dtype) for t in TOLERANCES]
+        costs = [math.inf if found is None else found.cost for found in answers]
+        assert costs == sorted(costs, reverse=True)
+        assert dtype is None or all(f.setting.dtype == dtype for f in answers if f is not None)
+
+
+def test_a_tolerance_that_nothing_meets_is_refused_with_the_best_there_is():
+    with pytest.raises(ValueError, match=r"1e-15 rad/s: no .* 95 % .* from [\d.e-]+ rad") as caught:
+        recommend(1e-15, "stick-slip")
+    best = float(str(caught.value).split("from ")[1].split()[0])
+    assert recommend(1.1 * best, "stick-slip").promised_error == pytest.approx(best, rel=0.05)
+    with pytest.raises(ValueError, match="and 1e-16 m/s: no measured setting"):
+        recommend(1e-2, "stick-slip", slide_tolerance=1e-16)
+
+
+def test_the_slide_has_its_own_tolerance_where_one_is_given():
+    loose = recommend(1e-2, "stick-slip", slide_tolerance=1.0)
+    tight = recommend(1e-2, "stick-slip", slide_tolerance=1e-7)
+    assert loose.cost <= tight.cost
+    assert tight.slide_error <= 1e-7 < loose.slide_error
+
+
+def test_a_promise_says_of_which_walks_how_many_and_what_it_leaves_out():
+    found = recommend(1e-2)
+    assert found.typical_error <= found.promised_error <= 1e-2
+    assert (found.quantile, found.confidence) == (0.95, 0.95)
+    assert found.count >= 400
+    assert "default robot" in found.population
+    assert "mu_static 0.02 to 0.5" in found.population
+    assert "check_walk" in found.not_covered
+    assert 0 <= found.otherwise < 0.2
+
+
+def test_more_walks_in_a_promise_make_it_no_tighter():
+    for point in MEASUREMENTS:
+        for column in zip(*point.bounds, strict=True):
+            assert list(column) == sorted(column)
+        for joint, angle, slide in point.bounds:
+            assert joint >= max(angle, slide / WALK_PER_RADIAN) * 0.99  # three digits are kept
+    costs = [recommend(1e-2, "smooth", quantile=q).cost for q in QUANTILES]
+    assert costs == sorted(costs)
+
+
+def test_steps_errors_and_costs_scale_with_the_robots_own_time():
+    robot = default_params("float32")
+    small = replace(robot, crank=jnp.asarray(0.030 / 4))
+    one = recommend(1e-4, "ice", params=robot)
+    two = recommend(2e-4, "ice", params=small)
+    assert two.setting == replace(one.setting, dt=two.setting.dt)
+    assert two.setting.dt == pytest.approx(one.setting.dt / 2)
+    for name in ("promised_error", "typical_error", "angle_error", "cost"):
+        assert getattr(two, name) == pytest.approx(2 * getattr(one, name))
+    assert two.slide_error == pytest.approx(one.slide_error / 2)  # a quarter as long
+    both = recommend(2e-4, "ice", params=replace(robot, crank=jnp.asarray([0.03, 0.0075])))
+    assert both.setting == two.setting
+
+
+def test_another_robot_or_a_load_is_promised_the_worse_of_both_samples():
+    robot = default_params("float32")
+    own, other = recommend(1e-3), recommend(1e-3, params=robot)
+    assert other.cost >= own.cost
+    assert "random crank" in other.population
+    loaded = Scene.uniform(0.06, 0.05, payload=2.0)
+    assert recommend(1e-3, loaded).population == other.population
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"tolerance": 0.0}, "tolerance = 0.0"),
+        ({"tolerance": math.nan}, "tolerance = nan"),
+        ({"tolerance": 1e-3, "batch": 0}, "batch = 0; accepted: an integer >= 1"),
+        ({"tolerance": 1e-3, "batch": True}, "batch = True"),
+        ({"tolerance": 1e-3, "scene": "moon"}, "scene = 'moon' is unknown; accepted: 'smooth'"),
+        ({"tolerance": 1e-3, "scene": None}, "scene = None"),
+        ({"tolerance": 1e-3, "dtype": "float16"}, "dtype = 'float16' is unknown"),
+        ({"tolerance": 1e-3, "slide_tolerance": -1.0}, "slide_tolerance = -1.0"),
+        ({"tolerance": 1e-3, "quantile": 0.9}, "quantile = 0.9 is not measured; accepted: 0.5"),
+        ({"tolerance": 1e-3, "quantile": "most"}, "quantile = 'most' is not a number"),
+        ({"tolerance": 1e-3, "params": 0.03}, "params = 0.03; accepted: BipedParams"),
+    ],
+)
+def test_bad_questions_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        recommend(**arguments)
+
+
+def test_a_scene_is_judged_by_its_floor():
+    assert scene_class(Scene.grip()) == "smooth"
+    assert scene_class(Scene.uniform(0.3)) == "stick-slip"
+    assert scene_class(Scene.patches([0.3], [0.5, 0.05])) == "ice"
+    assert recommend(1e-2, Scene.uniform(0.3)) == recommend(1e-2, "stick-slip")
+    with pytest.raises(ValueError, match="nothing is measured for it"):
+        scene_class(Scene.smoothed(0.3))
+
+
+def test_the_nearest_measured_batch_answers():
+    assert recommend(1e-2, "smooth", 16).batch == 1
+    assert recommend(1e-2, "smooth", 500).batch == 4096
+    assert recommend(1e-2, "smooth", 10**6).batch == 4096
+
+
+def test_presets_are_points_of_the_measured_front():
+    wanted = (PRESET_SCENE, PRESET_BATCH, "default")
+    points = [p for p in MEASUREMENTS if (p.scene, p.batch, p.robots) == wanted]
+    fast, balanced, exact = (MEASURED_PRESETS[name] for name in ("fast", "balanced", "exact"))
+    for chosen in (fast, balanced, exact):
+        for point in points:
+            other = chosen is not exact and point.setting.dtype == "float64"
+            assert other or point.cost >= chosen.cost or point.error > chosen.promised_error
+    assert fast.promised_error <= 2e-2
+    assert exact.promised_error <= max(1e-8, min(point.error for point in points))
+    assert fast.cost <= balanced.cost <= exact.cost
+    assert fast.promised_error >= balanced.promised_error >= exact.promised_error
+    assert {fast.setting.dtype, balanced.setting.dtype} == {"float32"}  # needs no switch
+    assert {name: found.setting for name, found in MEASURED_PRESETS.items()} == PRESETS
+    assert fast == recommend(2e-2, PRESET_SCENE, PRESET_BATCH, dtype="float32")
+
+
+def test_a_front_leaves_out_what_is_beaten_and_what_is_useless():
+    costs = [1.0, 2.0, 3.0, 3.0, 4.0, 5.0]
+    errors = [5.0, 1e-2, 1e-3, 1e-4, 1e-3, 1e-6]
+    assert front(costs, errors) == [1, 3, 5]
+
+
+def test_the_knee_is_where_a_front_bends():
+    costs = [1.0, 10.0, 100.0, 1000.0]
+    assert knee(costs, [1e-2, 1e-7, 1e-8, 1e-9]) == 1
+    assert knee(costs, [1e-2, 1e-3, 1e-8, 1e-9]) == 2
+    assert knee(costs[:2], [1e-2, 1e-3]) == 1
+    with pytest.raises(ValueError, match="no front"):
+        knee(costs, [1.0, 0.9, 0.8, 0.7])
+
+
+def test_settings_with_equal_meaning_are_equal():
+    assert Setting("table", "rk4_split", 0.01) == Setting(Table(), RK4Split(), 0.01)
+    assert len({Setting(), Setting("table"), Setting("reduced")}) == 2
+
+
+def test_a_control_period_is_divided_into_steps_no_longer_than_dt():
+    assert Setting(dt=0.005).integrator_over(0.02) == RK4Split(substeps=4)
+    assert Setting(dt=0.006).integrator_over(0.02) == RK4Split(substeps=4)
+    assert Setting(dt=0.1).integrator_over(0.02) == RK4Split(substeps=1)
+    exact = EventExact(rtol=1e-6)
+    assert Setting(integrator=exact).integrator_over(0.02) == exact
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"fidelity": "guess"}, "fidelity = 'guess' is unknown"),
+        ({"integrator": "verlet"}, "integrator = 'verlet' is unknown"),
+        ({"dt": -1.0}, "dt = -1.0 is not accepted"),
+        ({"dtype": "bfloat16"}, "dtype = 'bfloat16' is unknown"),
+    ],
+)
+def test_a_setting_refuses_what_it_does_not_know(options, message):
+    with pytest.raises(ValueError, match=message):
+        Setting(**options)
+    with pytest.raises(ValueError, match=r"period = 0\.0"):
+        Setting().integrator_over(0.0)
+
+
+def test_every_measurement_is_a_number_that_can_be_compared():
+    assert {point.scene for point in MEASUREMENTS} == set(SCENES) == set(FLOORS)
+    for point in MEASUREMENTS:
+        assert point.cost > 0
+        assert point.error > 0  # infinite where more than 5 % of the walks end too early
+        assert 0 <= point.otherwise <= 1
+        assert jnp.dtype(point.setting.dtype) in (jnp.float32, jnp.float64)

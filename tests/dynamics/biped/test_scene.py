@@ -1,0 +1,151 @@
+"""What a scene contains does what it says; what it leaves out changes nothing."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedState, floor_position, simulate, step
+from tests.dynamics.biped.helpers import (
+    FINE,
+    RECORDING,
+    default_model,
+    default_params,
+    model_of,
+    state_of,
+)
+
+COUNT = 200
+
+
+def go(scene, state, torque=1.0, duration=0.8, **options):
+    torques = jnp.full(COUNT, torque)
+    return simulate(default_model(), scene, state, torques, duration, duration / COUNT, **options)
+
+
+def uniform(mu, **options):
+    return Scene.uniform(jnp.asarray(mu), jnp.asarray(mu), **options)
+
+
+def assert_same(one, other, rtol=1e-12, atol=1e-14):
+    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        np.testing.assert_allclose(a, b, rtol=rtol, atol=atol)
+
+
+def test_grip_never_slips_and_is_the_limit_of_high_friction(float64):
+    walk = go(Scene.grip(), state_of())
+    demand = np.abs(walk.contacts.friction_force) / walk.contacts.normal_force
+    assert np.max(demand) > 0.5  # a floor of 0.5 slips, see the reference
+    for name in ("foot_velocity", "foot_position"):
+        np.testing.assert_array_equal(getattr(walk.states, name), 0.0)
+    np.testing.assert_array_equal(walk.contacts.mode, 0)
+    np.testing.assert_array_equal(walk.contacts.slide_distance, 0.0)
+    assert_same(walk.states, go(uniform(1e6), state_of()).states)
+
+
+def test_states_are_the_same_without_forces(float64):
+    begin = state_of(phase=2.0, crank_rate=3.0)
+    full, bare = (go(uniform(0.06, outputs=o), begin, 0.0) for o in ("forces", "state"))
+    assert int(full.status) == Status.SLIP_ONSET
+    assert_same(full.states, bare.states)
+    assert bare.contacts.zmp is None
+    assert full.contacts.zmp.shape == (COUNT,)
+
+
+@pytest.mark.long
+def test_payload_in_the_scene_is_payload_in_the_robot(float64):
+    carried = default_params().replace(payload=jnp.asarray(4.0))
+    state, torque, size = state_of(phase=2.0), jnp.asarray(1.0), jnp.asarray(0.01)
+    scene = Scene.grip(payload=jnp.asarray(4.0))
+    one, _ = step(default_params(), scene, state, torque, size, fidelity=FINE)
+    other, _ = step(model_of(carried), Scene.grip(), state, torque, size)
+    plain, _ = step(default_model(), Scene.grip(), state, torque, size)
+    assert_same(one, other)
+    assert abs(float(one.crank_rate - plain.crank_rate)) > 1e-3
+
+
+def test_a_floor_of_equal_patches_is_a_uniform_floor(float64):
+    begin = state_of(phase=2.0, crank_rate=3.0, foot_velocity=0.2)
+    one = go(Scene.patches([0.003, 0.02], [0.06, 0.06, 0.06]), begin, 0.0)
+    other = go(uniform(0.06), begin, 0.0)
+    assert_same(one.states, other.states, rtol=1e-7, atol=1e-8)  # its steps end at the edges
+    assert int(jnp.sum(one.contacts.switches)) == 2 + int(jnp.sum(other.contacts.switches))
+
+
+def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
+    """A walk over an edge is one on the left floor up to it and one on the right floor after."""
+    begin, edge, duration = state_of(phase=2.4, crank_rate=1.0, foot_velocity=0.5), 0.02, 0.1
+    floor = Scene.patches([edge], [0.1, 0.02])
+    whole = go(floor, begin, 0.2, duration, integrator=RECORDING)
+    assert [kind for _, kind, _ in whole.events()] == ["patch"]
+    time = whole.events()[0][0]
+    left = go(uniform(0.1), begin, 0.2, time).final
+    np.testing.assert_allclose(left.foot_position, edge, atol=1e-11)
+    right = go(uniform(0.02), left, 0.2, duration - time).final
+    assert_same(whole.final, right, rtol=1e-8, atol=1e-10)
+    ratio = np.asarray(whole.contacts.friction_force / whole.contacts.normal_force)
+    over = np.asarray(whole.states.foot_position[1:]) > edge
+    np.testing.assert_allclose(ratio[over], -0.02, rtol=1e-12)
+    np.testing.assert_allclose(ratio[~over], -0.1, rtol=1e-12)
+
+
+def test_edges_are_found_backwards_too(float64):
+    begin = state_of(phase=2.4, crank_rate=-1.0, foot_position=0.035, foot_velocity=-0.6)
+    whole = go(Scene.patches([0.03], [0.02, 0.1]), begin, -0.5, 0.1, integrator=RECORDING)
+    (time, kind, _), *_ = whole.events()
+    assert kind == "patch"
+    left = go(uniform(0.1), begin, -0.5, time).final
+    np.testing.assert_allclose(left.foot_position, 0.03, atol=1e-11)
+
+
+def test_ice_begins_where_the_foot_lands_on_it(float64):
+    """Steps are 0.24 m: the footholds at 0.24 m and 0.72 m are dry, that at 0.48 m is ice."""
+    ice = Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])
+    model, torque, size = default_model(), jnp.asarray(0.0), jnp.asarray(0.004)
+    for steps, mu in ((0, 0.5), (1, 0.5), (2, 0.05), (3, 0.5)):
+        begin = state_of(phase=2.4, crank_rate=0.5, foot_velocity=0.01, steps=steps)
+        _, contact = step(model, ice, begin, torque, size / 100)
+        ratio = contact.friction_force / contact.normal_force
+        np.testing.assert_allclose(ratio, -mu, rtol=1e-12)
+        before = state_of(phase=4.71, crank_rate=3.0, foot_velocity=0.05, steps=steps - 1)
+        after, contact = step(model, ice, before, torque, size)
+        assert int(after.steps) == steps
+        position = float(floor_position(model, after))
+        np.testing.assert_allclose(position, 0.24 * steps, atol=1e-3)
+        if int(contact.mode) == 1:
+            ratio = contact.friction_force / contact.normal_force
+            np.testing.assert_allclose(ratio, -mu, rtol=1e-12)
+
+
+def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
+    params, floor = default_params(), Scene.grip(outputs="state")
+    scene = Scene.grip(outputs="state", payload=2.0)
+    walks = [
+        simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
+        for robot, where in ((params, scene), (params.replace(payload=2.0), floor))
+    ]
+    assert_same(walks[0], walks[1])
+    alone = simulate(params, floor, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
+    assert abs(float(alone.final.phase - walks[0].final.phase)) > 1e-3
+
+
+def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
+    number = go(Scene.grip(), state_of(), 0.9)
+    function = simulate(
+        default_model(), Scene.grip(), state_of(), lambda state: 0.9, 0.8, 0.8 / COUNT
+    )
+    assert_same(number.states, function.states)
+    np.testing.assert_array_equal(function.torques, 0.9)
+
+
+def test_torque_as_a_function_sees_the_state_at_the_start_of_each_step(float64):
+    walk = simulate(
+        default_model(), Scene.grip(), state_of(), lambda state: 0.5 + state.time, 0.8, 0.8 / COUNT
+    )
+    np.testing.assert_allclose(walk.torques, 0.5 + walk.states.time[:-1], rtol=1e-14)
+
+
+def test_time_is_kept(float64):
+    walk = go(Scene.grip(), BipedState(**(vars(state_of()) | {"time": jnp.asarray(5.0)})))
+    np.testing.assert_allclose(walk.states.time, 5.0 + np.linspace(0, 0.8, COUNT + 1), rtol=1e-13)

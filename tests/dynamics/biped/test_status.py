@@ -1,0 +1,188 @@
+"""Every way out of the model is named, and the numbers beside it stay finite."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import EventKind, Scene, Status
+from stickslip.dynamics.biped import SUPPORT_END, BipedState, simulate, step
+from tests.dynamics.biped.helpers import (
+    default_model,
+    default_params,
+    forward,
+    inertia_along,
+    model_of,
+    state_of,
+)
+
+WORST = 1.30 * np.pi
+"""Where friction is nearest to leaving no solution (MODEL 1.4)."""
+
+
+def at(theta, rate=0.0, velocity=0.0, torque=0.0, mu_static=0.5, mu_kinetic=0.4, model=None):
+    return forward(model or default_model(), theta, rate, velocity, torque, mu_static, mu_kinetic)
+
+
+def move(state, torque, size=0.01, mu=0.5, model=None):
+    scene = Scene.uniform(jnp.asarray(mu), jnp.asarray(mu))
+    torque, size = jnp.asarray(torque), jnp.asarray(size)
+    return step(model or default_model(), scene, state, torque, size)
+
+
+def assert_finite(tree):
+    for leaf in jax.tree.leaves(tree):
+        assert np.all(np.isfinite(leaf))
+
+
+def assert_unmoved(after: BipedState, before: BipedState):
+    for a, b in zip(jax.tree.leaves(after), jax.tree.leaves(before), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_statuses_after_slip_onset_are_terminal():
+    assert [status.name for status in Status if not status.terminal] == ["OK", "SLIP_ONSET"]
+
+
+def walk_off(torque, floor=(0.5, 0.4)):
+    """From rest for 0.8 s, a step's time at 1 N m."""
+    scene = Scene.uniform(*map(jnp.asarray, floor))
+    return simulate(default_model(), scene, state_of(), jnp.full(200, torque), 0.8, 0.004)
+
+
+def test_one_newton_metre_leans_to_the_heel_and_a_tenth_more_topples(float64):
+    lean, fall = walk_off(1.0), walk_off(1.1)
+    assert not lean.status > Status.SLIP_ONSET
+    assert float(jnp.min(lean.contacts.zmp)) / 0.03 == pytest.approx(-7.8, abs=0.05)
+    assert int(fall.status) == Status.TOPPLE
+    assert float(fall.contacts.zmp[-1]) < -0.24
+    assert float(fall.final.time) < 0.7
+
+
+def test_a_foot_that_would_topple_at_once_does_not_move(float64):
+    assert int(at(np.pi / 2, torque=2.0).status) == Status.TOPPLE
+    after, contact = move(state_of(), 2.0)
+    assert int(contact.status) == Status.TOPPLE
+    assert_unmoved(after, state_of())
+
+
+def test_longer_feet_do_not_topple(float64):
+    model = default_model().replace(heel=jnp.asarray(0.5), toe=jnp.asarray(0.5))
+    assert int(move(state_of(), 2.0, model=model)[1].status) == Status.OK
+
+
+def test_topple_is_not_looked_at_where_outputs_leave_it_out(float64):
+    scene = Scene.uniform(jnp.asarray(0.5), jnp.asarray(0.5), outputs="state")
+    _, contact = step(default_model(), scene, state_of(), jnp.asarray(2.0), jnp.asarray(0.01))
+    assert int(contact.status) == Status.OK
+    assert contact.zmp is None
+
+
+def test_a_fast_crank_lifts_the_foot_off(float64):
+    now = at(np.pi, rate=15.0)
+    assert float(now.normal_force) < 0
+    assert int(now.status) == Status.LIFT_OFF
+    before = state_of(phase=np.pi, crank_rate=15.0)
+    after, contact = move(before, 0.0)
+    assert int(contact.status) == Status.LIFT_OFF
+    assert_unmoved(after, before)
+    assert_finite((after, contact))
+
+
+def test_half_a_support_phase_in_one_step_is_a_runaway(float64):
+    """At a phase where the normal force is positive at any rate."""
+    scene, before = Scene.grip(outputs="state"), state_of(phase=2.3, crank_rate=200.0)
+    go = [step(default_model(), scene, before, jnp.asarray(0.0), jnp.asarray(dt)) for dt in DTS]
+    assert [int(contact.status) == Status.RUNAWAY for _, contact in go] == [False, True]
+    after, contact = go[1]
+    assert_finite((after, contact))
+
+
+DTS = (0.0078, 0.0079)
+"""Around pi/2 over 200 rad/s."""
+
+
+def test_friction_at_which_sliding_has_no_solution_begins_at_the_known_bound(float64):
+    angles = np.linspace(np.pi / 2, 3 * np.pi / 2, 4001)
+    M, _, P, _, Y, _ = inertia_along(default_params(), angles)
+    bounds = np.abs(M * float(default_params().total_mass) - P**2) / np.abs(P * Y)
+    assert bounds.min() == pytest.approx(1.34, abs=0.005)
+    assert angles[bounds.argmin()] == pytest.approx(WORST, abs=0.02 * np.pi)
+
+
+@pytest.mark.parametrize("direction", [-1, 1])
+def test_sliding_without_a_solution_is_reported_with_finite_numbers(float64, direction):
+    M, _, P, _, Y, _ = (float(x[0]) for x in inertia_along(default_params(), [WORST]))
+    bound = (M * float(default_params().total_mass) - P**2) / (P * Y) * direction
+    velocity = 0.1 * direction
+    for mu, status in ((0.99 * abs(bound), None), (1.01 * abs(bound), Status.NO_SOLUTION)):
+        now = at(WORST, rate=1.0, velocity=velocity, mu_static=mu, mu_kinetic=mu)
+        assert_finite(now)
+        lost = status is not None and bound > 0
+        assert (int(now.status) == Status.NO_SOLUTION) == lost
+
+
+def test_a_walk_that_slides_into_no_solution_stops_there(float64):
+    before = state_of(phase=WORST, crank_rate=1.0, foot_velocity=-0.1)
+    after, contact = move(before, 0.0, mu=2.0)
+    assert int(contact.status) == Status.NO_SOLUTION
+    assert_finite((after, contact))
+    assert_unmoved(after, before)
+
+
+@pytest.mark.parametrize("field", ["phase", "crank_rate", "foot_velocity", "foot_position"])
+def test_a_state_that_is_not_a_number_is_named(float64, field):
+    _, contact = move(state_of(**{field: np.nan}), 0.5)
+    assert int(contact.status) == Status.NON_FINITE
+
+
+def test_numbers_that_overflow_are_named(float64):
+    _, contact = move(state_of(), 1e308)
+    assert int(contact.status) == Status.NON_FINITE
+
+
+def test_a_traced_linkage_that_cannot_close_has_no_solution(float64):
+    params = replace(default_params(), femur_pin=jnp.asarray(0.02))
+    model = model_of(params)
+    assert not model.closes
+    after, contact = move(state_of(), 0.5, model=model)
+    assert int(contact.status) == Status.NO_SOLUTION
+    assert_finite((after, contact))
+
+
+def test_after_the_end_the_last_state_and_contact_stand(float64):
+    torque, scene = jnp.full(200, 1.05), Scene.uniform(jnp.asarray(0.5), jnp.asarray(0.5))
+    trajectory = simulate(default_model(), scene, state_of(), torque, 2.0, 0.01)
+    status = np.asarray(trajectory.contacts.status)
+    assert int(trajectory.status) > Status.SLIP_ONSET
+    first = int(np.argmax(status > Status.SLIP_ONSET))
+    assert 0 < first < 150
+    assert np.all(status[first:] == status[first])
+    for leaf in jax.tree.leaves(trajectory.states):
+        assert np.all(leaf[first + 1 :] == leaf[-1])
+    assert float(trajectory.final.time) < 2.0
+    assert_finite(trajectory)
+
+
+@pytest.mark.parametrize("rate", [5.0, -5.0])
+def test_one_step_completes_at_either_end(float64, rate):
+    scene = Scene.grip(steps="one", outputs="state")
+    begin = state_of(phase=SUPPORT_END - 0.02 if rate > 0 else np.pi / 2 + 0.02, crank_rate=rate)
+    after, contact = step(default_model(), scene, begin, jnp.asarray(0.0), jnp.asarray(0.01))
+    assert int(contact.status) == Status.STEP_COMPLETE
+    end = SUPPORT_END if rate > 0 else np.pi / 2
+    np.testing.assert_allclose(after.phase, end, atol=1e-9)
+    assert int(after.steps) == 0
+    assert 0.003 < float(after.time) < 0.005
+
+
+def test_event_kinds_have_the_names_that_events_uses():
+    assert [kind.name.lower() for kind in EventKind] == [
+        "none",
+        "slip",
+        "stick",
+        "exchange",
+        "patch",
+    ]

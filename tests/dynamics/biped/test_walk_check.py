@@ -1,0 +1,215 @@
+"""One's own walk at a setting beside the event-exact one: error, sensitivity, cost."""
+
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import (
+    BipedParams,
+    BipedState,
+    EventExact,
+    RK4Split,
+    Setting,
+    check_walk,
+    own_time,
+    prepare,
+    simulate,
+)
+from stickslip.dynamics.biped.sensitivity import amplification
+from stickslip.dynamics.biped.walk_check import FINE, Path, _parting, walk_errors
+from tests.dynamics.biped.helpers import default_params, inertia_along, state_of
+
+COARSE = Setting("table", "rk4_split", 0.01, "float64")
+SLIPPERY = Scene.uniform(0.06, 0.05)
+PERIOD, SECONDS = 0.02, 0.5
+
+
+def held_at_five(state):
+    return 0.5 * (5.0 - state.crank_rate)
+
+
+class Line(NamedTuple):
+    """A walk that is linear in its start."""
+
+    angle: jax.Array
+    slide: jax.Array
+
+
+def test_the_sensitivity_is_the_largest_singular_value():
+    rng = np.random.default_rng(3)
+    matrix, length, time = rng.normal(size=(5, 2, 4)), 0.03, 0.055
+    state = state_of("float32", phase=2.0, crank_rate=3.0, foot_velocity=0.1)
+
+    def linear(state, still=False):
+        start = jnp.stack([state.phase, state.crank_rate * time, state.foot_position / length])
+        start = jnp.append(start, state.foot_velocity * time / length)
+        out = jnp.asarray(matrix, "float32") @ start
+        return Line(out[:, 0], out[:, 1] * length)
+
+    _, found = amplification(linear, state, length, time)
+    np.testing.assert_allclose(found, np.linalg.norm(matrix, 2, axis=(1, 2)), rtol=1e-5)
+    rest = replace(state, foot_velocity=jnp.zeros(()))
+    _, found = amplification(linear, rest, length, time)
+    np.testing.assert_allclose(found, np.linalg.norm(matrix[:, :, :3], 2, axis=(1, 2)), rtol=1e-5)
+    _, found = amplification(linear, rest, length, time, slips_freely=True)
+    np.testing.assert_allclose(found, np.linalg.norm(matrix, 2, axis=(1, 2)), rtol=1e-5)
+
+
+def test_errors_count_while_the_reference_is_inside_and_an_early_end_is_infinitely_wrong():
+    true = Path(np.zeros((4, 3)), np.zeros((4, 3)), np.array([[0, 1, 3]] * 4), None, None)
+    angle = np.array([[0.1, 0.2, 9.0], [0.1, 0.2, 9.0], [0.1, np.nan, 0.0], [0.0, 0.0, 9.0]])
+    own = Path(angle, -angle, np.array([[0, 0, 0], [0, 3, 3], [0, 1, 1], [0, 0, 0]]), None, None)
+    turned, slid = walk_errors(own, true)
+    np.testing.assert_array_equal(turned, [0.2, np.inf, np.inf, 0.0])
+    np.testing.assert_array_equal(slid, turned)
+
+
+def test_walks_part_at_the_first_event_of_another_kind_or_of_one_only():
+    same = [(0.1, 1), (0.2, 2)]
+    assert _parting(same, [(0.11, 1), (0.2, 2)]) == np.inf
+    assert _parting(same, [(0.1, 1), (0.15, 3), (0.2, 2)]) == 0.15
+    assert _parting(same, same[:1]) == 0.2
+    assert _parting([], same) == 0.1
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"params": 0.03}, ("params = 0.03", "BipedParams")),
+        ({"setting": "fats"}, ("'fats' is unknown", "did you mean fast?")),
+        ({"duration": 0.0}, ("duration = 0.0",)),
+        ({"period": -1.0}, ("period = -1.0",)),
+        ({"torque": np.zeros(7), "period": 0.02}, ("torque has 7 values", "25 periods")),
+        ({"torque": np.zeros((2, 25)), "period": 0.02}, ("batches of 2, 3 members",)),
+        ({"torque": np.zeros((2, 3, 25))}, ("torque has a number of shape (2, 3, 25)",)),
+        ({"scene": Scene.grip(), "state": BipedState(foot_velocity=0.1)}, ("foot_velocity",)),
+    ],
+)
+def test_bad_questions_are_refused(changes, words):
+    given = {
+        "params": default_params("float32"),
+        "scene": SLIPPERY,
+        "state": BipedState(crank_rate=np.array([3.0, 4.0, 5.0])),
+        "torque": 0.5,
+        "duration": SECONDS,
+    } | changes
+    with pytest.raises(ValueError) as caught:  # noqa: PT011
+        check_walk(**given)
+    assert all(word in str(caught.value) for word in words)
+
+
+def direct(state, integrator, fidelity):
+    """Crank angles and slides of a walk, and its start, by `simulate` alone."""
+    model = jax.jit(partial(prepare, fidelity=fidelity))(default_params())
+    walk = jax.jit(
+        lambda state: simulate(
+            model, SLIPPERY, state, held_at_five, SECONDS, PERIOD, integrator=integrator
+        )
+    )(state)
+    return np.asarray(walk.states.crank_angle), np.asarray(walk.states.foot_position)
+
+
+@pytest.mark.long
+def test_the_error_is_that_of_a_direct_comparison_and_a_batch_equals_its_members(float64):
+    rates = [3.5, 4.0, 5.0]
+    both = check_walk(
+        default_params(),
+        SLIPPERY,
+        BipedState(crank_rate=np.asarray(rates)),
+        held_at_five,
+        SECONDS,
+        COARSE,
+        period=PERIOD,
+    )
+    for index, rate in enumerate(rates):
+        state = state_of(crank_rate=rate)
+        found = direct(state, RK4Split(substeps=2), "table")
+        truth = direct(state, EventExact(rtol=1e-12, atol=1e-14), FINE)
+        angle, slide = (np.max(np.abs(a - b)) for a, b in zip(found, truth, strict=True))
+        assert both.angle_error[index] == pytest.approx(angle, rel=1e-3)
+        assert both.slide_error[index] == pytest.approx(slide, rel=1e-3)
+        one = check_walk(
+            default_params(), SLIPPERY, state, held_at_five, SECONDS, COARSE, period=PERIOD
+        )
+        for name in ("angle_error", "slide_error", "sensitivity"):
+            assert getattr(one, name) == pytest.approx(getattr(both, name)[index], rel=1e-6)
+        assert one.first_difference == both.first_difference[index] == np.inf
+        assert one.status == both.status[index] == both.reference_status[index]
+    assert both.reference_suffices.all()
+    assert not both.sensitive.any()
+    assert both.cost > 0
+
+
+@pytest.mark.long
+def test_the_sensitivity_is_that_of_finite_differences(float64):
+    params, h = default_params(), 1e-6
+    length, time = float(params.crank), float(own_time(params))
+    start = state_of(phase=2.0, crank_rate=4.0, foot_velocity=0.05)
+    torque = np.linspace(0.2, 0.6, 25)
+    found = check_walk(params, SLIPPERY, start, torque, SECONDS, COARSE)
+    model = jax.jit(partial(prepare, fidelity=FINE))(params)
+
+    @jax.vmap
+    def end(by):
+        state = replace(
+            start,
+            phase=start.phase + by[0],
+            crank_rate=start.crank_rate + by[1] / time,
+            foot_position=start.foot_position + by[2] * length,
+            foot_velocity=start.foot_velocity + by[3] * length / time,
+        )
+        exact = EventExact(rtol=1e-12, atol=1e-15)
+        walk = simulate(
+            model, SLIPPERY, state, jnp.asarray(torque), SECONDS, PERIOD, integrator=exact
+        )
+        return jnp.stack([walk.states.crank_angle, walk.states.foot_position / length], axis=-1)
+
+    walks = np.asarray(jax.jit(end)(h * jnp.concatenate([jnp.eye(4), -jnp.eye(4)])))
+    slopes = np.moveaxis((walks[:4] - walks[4:]) / (2 * h), 0, -1)[1:]
+    expected = np.max(np.linalg.norm(slopes, 2, axis=(1, 2)))
+    assert found.sensitivity == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.long
+def test_a_small_robot_left_near_the_top_is_called_sensitive():
+    """A crank of 11.6 mm at rest just beside its unstable equilibrium: errors grow like exp(t)."""
+    with jax.enable_x64(True):
+        params = BipedParams.from_bars(crank_length=0.0116, dtype=jnp.float64)
+        angles = np.linspace(2.0, 4.3, 2001)
+        height = np.asarray(inertia_along(params, angles).Y)
+    top = angles[np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0))[0]]
+    found = check_walk(
+        params,
+        Scene.uniform(0.5, 0.4, outputs="state"),
+        BipedState(phase=np.array([top + 2e-3, 2.0]), crank_rate=np.array([0.0, 6.0])),
+        0.0,
+        np.array(0.7).item(),
+        Setting("table", "rk4_split", 0.01, "float32"),
+        period=0.01,
+    )
+    assert found.sensitive.tolist() == [True, False]
+    assert found.sensitivity[0] > 100 * found.sensitivity[1]
+    assert found.angle_error[0] > 10 * found.angle_error[1]
+    assert not jax.config.read("jax_enable_x64")
+    assert np.all(found.reference_angle_error < 1e-4)  # in float64, whatever the setting's type
+
+
+@pytest.mark.long
+def test_a_walk_that_ends_early_or_otherwise_is_told_by_its_status():
+    found = check_walk(
+        default_params("float32"),
+        Scene.uniform(1.0, outputs="state"),
+        BipedState(crank_rate=np.array([3.0, 30.0])),
+        np.zeros((2, 20)),
+        0.4,
+        "fast",
+    )
+    assert found.reference_status[0] <= Status.SLIP_ONSET
+    assert found.reference_status[1] == Status.LIFT_OFF
+    assert found.status[1] == Status.LIFT_OFF

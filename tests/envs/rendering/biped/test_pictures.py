@@ -1,0 +1,265 @@
+"""Pictures of the biped: what must show in them, and what drawing must not do."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.scene import Scene
+from stickslip.envs.rendering import BipedRenderer, Window, save_animation, theme
+from tests.envs.rendering.frames import SCENE, STANDING, walk
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("PIL")
+
+PANEL = np.s_[70:500, 200:640]
+"""Where the robot is in a picture of the default size, without the key."""
+
+
+@pytest.fixture(scope="module")
+def params():
+    return BipedParams.from_bars()
+
+
+@pytest.fixture(scope="module")
+def shared(params):
+    return BipedRenderer(params, SCENE)
+
+
+@pytest.fixture
+def renderer(shared):
+    shared.reset()
+    return shared
+
+
+def has_colour(picture: np.ndarray, colour: str) -> bool:
+    return bool(np.any(np.all(picture == rgb(colour), axis=-1)))
+
+
+def rgb(colour: str) -> list[int]:
+    return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+
+
+def differing(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.mean(np.any(one != other, axis=-1)))
+
+
+@pytest.mark.parametrize("size", [(960, 540), (640, 480), (1280, 400)])
+def test_a_picture_is_rgb_of_the_size_asked_for(params, size):
+    width, height = size
+    picture = BipedRenderer(params, SCENE, width=width, height=height).draw(STANDING)
+    assert picture.shape == (height, width, 3)
+    assert picture.dtype == np.uint8
+    assert picture.flags["C_CONTIGUOUS"]
+    assert picture.flags.writeable
+
+
+def test_each_picture_is_a_fresh_array(renderer):
+    first = renderer.draw(STANDING)
+    kept = first.copy()
+    second = renderer.draw(replace(STANDING, phase=3.0, time=0.1))
+    assert not np.shares_memory(first, second)
+    assert np.array_equal(first, kept)
+    second[:] = 0
+    assert np.array_equal(renderer.draw(replace(STANDING, time=0.2))[:5], kept[:5])
+
+
+def test_the_same_frames_after_reset_give_the_same_pictures(renderer):
+    frames = walk(12, slide_per_frame=0.002)
+    first = [renderer.draw(frame) for frame in frames]
+    renderer.reset()
+    for frame, picture in zip(frames, first, strict=True):
+        assert np.array_equal(renderer.draw(frame), picture)
+
+
+def test_drawing_one_frame_twice_gives_the_same_picture(renderer):
+    for frame in walk(5, slide_per_frame=0.002):
+        picture = renderer.draw(frame)
+        assert np.array_equal(renderer.draw(frame), picture)
+
+
+def test_a_frame_of_an_earlier_time_starts_a_new_history(renderer):
+    fresh = renderer.draw(STANDING)
+    for frame in walk(6, slide_per_frame=0.002):
+        renderer.draw(replace(frame, time=frame.time + 1.0))
+    assert np.array_equal(renderer.draw(STANDING), fresh)
+
+
+def test_a_patch_shows_where_it_is(params, renderer):
+    plain = renderer.draw(STANDING)
+    icy = Scene.patches(np.array([0.1, 0.3]), np.array([0.4, 0.05, 0.4]))
+    picture = BipedRenderer(params, icy).draw(STANDING)
+    below_the_surface = np.s_[462:466, 16:640]
+    changed = np.any(picture[below_the_surface] != plain[below_the_surface], axis=-1)
+    columns = np.flatnonzero(changed.any(axis=0))
+    share = (columns[-1] - columns[0]) / (640 - 16)
+    assert share == pytest.approx(0.2 / 1.53, rel=0.1)  # 1.53 m of floor are in the picture
+    ice = np.round(255 * np.array(theme.floor_colour(0.05)))
+    assert np.any(np.all(np.abs(picture.astype(int) - ice) <= 1, axis=-1))
+
+
+def test_every_kind_of_floor_looks_different(params):
+    scenes = [Scene.grip(), Scene.uniform(0.05), Scene.uniform(0.5), Scene.uniform(0.9)]
+    pictures = [BipedRenderer(params, scene).draw(STANDING) for scene in scenes]
+    for i, one in enumerate(pictures):
+        for other in pictures[:i]:
+            assert differing(one[460:498, 20:636], other[460:498, 20:636]) > 0.5
+
+
+def test_sliding_shows_in_force_badge_marks_and_strips(renderer):
+    held = [renderer.draw(frame) for frame in walk(10)][-1]
+    renderer.reset()
+    slid = [renderer.draw(frame) for frame in walk(10, slide_per_frame=0.003)][-1]
+    badge = np.s_[16:54, 525:640]
+    assert has_colour(held[badge], theme.HOLDS)
+    assert has_colour(slid[badge], theme.SLIDES)
+    for area in (np.s_[320:450, 200:640], np.s_[455:460, 16:640], np.s_[370:500, 690:944]):
+        assert has_colour(slid[area], theme.SLIDES)
+    assert not has_colour(held[456:460, 16:640], theme.SLIDES)
+
+
+def test_marks_stay_on_the_floor_while_the_robot_walks_on(renderer):
+    sliding = walk(6, slide_per_frame=0.004)
+    for frame in sliding:
+        renderer.draw(frame)
+    last = sliding[-1]
+    later = replace(last, sticking=True, floor_position=last.floor_position + 0.24, steps=1)
+    picture = renderer.draw(replace(later, time=last.time + 1.0))
+    assert has_colour(picture[456:460, 16:640], theme.SLIDES)
+    renderer.reset()
+    assert not has_colour(renderer.draw(later)[456:460, 16:640], theme.SLIDES)
+
+
+def test_both_legs_the_crank_and_the_hip_are_drawn(renderer):
+    picture = renderer.draw(replace(STANDING, phase=math.pi))[PANEL]
+    parts = *theme.SUPPORT.values(), *theme.SWING.values(), theme.MOTOR, theme.HIP
+    for colour in parts:
+        assert has_colour(picture, colour), colour
+
+
+def test_the_linkage_moves_with_the_phase_and_not_with_whole_turns(renderer):
+    here = renderer.draw(STANDING)[PANEL]
+    there = renderer.draw(replace(STANDING, phase=3.2))[PANEL]
+    assert differing(here, there) > 0.02
+    again = renderer.draw(replace(STANDING, phase=STANDING.phase + 4 * math.pi))[PANEL]
+    assert differing(here, again) < 1e-3  # the crank angle is single precision
+
+
+def test_the_cone_opens_with_friction_and_is_absent_on_a_grip_floor(renderer):
+    def tinted(mu: float | None) -> int:
+        frame = replace(STANDING, mu_static=mu, mu_kinetic=mu, normal_force=1e-3)
+        return int(np.sum(np.any(renderer.draw(frame)[PANEL] != bare[PANEL], axis=-1)))
+
+    none = replace(STANDING, mu_static=None, mu_kinetic=None, normal_force=1e-3)
+    bare = renderer.draw(none)
+    assert tinted(None) == 0
+    assert 0 < tinted(0.1) < tinted(0.4) < tinted(1.2)
+
+
+@pytest.mark.parametrize("status", ["TOPPLE", "NO_SOLUTION", "lift_off"])
+def test_a_walk_that_ended_says_so(renderer, status):
+    badge = np.s_[16:54, 525:640]
+    going = renderer.draw(STANDING)[badge]
+    ended = renderer.draw(replace(STANDING, status=status))[badge]
+    assert has_colour(going, theme.HOLDS)
+    assert has_colour(ended, theme.INK)
+    assert not has_colour(ended, theme.HOLDS)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"phase": math.nan, "torque": math.inf, "floor_position": -math.inf},
+        {"normal_force": 0.0, "friction_force": 0.0},
+        {"normal_force": -5.0},
+        {"torque": 1e6, "crank_rate": -400.0, "slide": -3.0},
+        {"mu_static": 0.0, "mu_kinetic": 0.0, "commanded_rate": None},
+        {"floor_position": 250.0},
+        {"floor_position": -80.0},
+    ],
+)
+def test_no_numbers_stop_a_picture_from_being_drawn(renderer, values):
+    renderer.draw(STANDING)
+    picture = renderer.draw(replace(STANDING, time=0.1, **values))
+    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
+
+
+def test_batches_and_unreadable_sizes_are_refused(params):
+    many = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), params)
+    with pytest.raises(ValueError, match="batch of robots"):
+        BipedRenderer(many, SCENE)
+    with pytest.raises(ValueError, match="batch of floors"):
+        BipedRenderer(params, Scene.uniform(np.array([0.1, 0.2])))
+    with pytest.raises(ValueError, match="too small"):
+        BipedRenderer(params, SCENE, width=100)
+    with pytest.raises(ValueError, match="torque_limit"):
+        BipedRenderer(params, SCENE, torque_limit=0.0)
+
+
+def test_other_proportions_and_a_scene_of_jax_arrays_are_drawn():
+    short = BipedParams.from_bars(crank_length=0.1, heel=0.0, toe=3.0, offset=0.0)
+    scene = Scene.patches(np.array([0.5]), np.array([0.2, 0.6]), payload=2.0)
+    scene = jax.tree.map(jax.numpy.asarray, scene)
+    picture = BipedRenderer(short, scene).draw(STANDING)
+    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
+
+
+def test_the_users_matplotlib_settings_do_not_matter(params, renderer):
+    import matplotlib as mpl
+
+    expected = renderer.draw(STANDING)
+    changed: Any = {
+        "lines.linewidth": 9,
+        "font.size": 30,
+        "text.color": "red",
+        "font.family": "serif",
+    }
+    with mpl.rc_context(changed):
+        picture = BipedRenderer(params, SCENE).draw(STANDING)
+        assert mpl.rcParams["font.size"] == 30
+    assert np.array_equal(picture, expected)
+
+
+def test_importing_the_package_imports_no_drawing_library():
+    code = (
+        "import sys, stickslip.envs.rendering\n"
+        "drawing = {'matplotlib', 'PIL', 'pygame'} & set(sys.modules)\n"
+        "sys.exit(f'imported {drawing}' if drawing else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("missing", ["matplotlib", "PIL", "pygame"])
+def test_a_missing_package_is_named_with_the_extra_to_install(
+    monkeypatch, params, tmp_path, missing
+):
+    for name in [name for name in sys.modules if name.partition(".")[0] == missing]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [_Without(missing), *sys.meta_path])
+    uses = {
+        "matplotlib": lambda: BipedRenderer(params, SCENE),
+        "PIL": lambda: save_animation([np.zeros((2, 2, 3), np.uint8)], tmp_path / "a.gif"),
+        "pygame": Window,
+    }
+    with pytest.raises(ImportError, match=rf"{missing}.*\n?.*stickslip\[viz\]"):
+        uses[missing]()
+
+
+class _Without:
+    """An import hook to which one package is not installed."""
+
+    def __init__(self, package: str):
+        self._package = package
+
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == self._package:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)

@@ -1,0 +1,109 @@
+"""Pictures of the UGV show what its frame says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import UGVParams
+
+pytest.importorskip("matplotlib")
+
+from stickslip.envs.rendering import UGVFrame, UGVRenderer, theme
+from tests.envs.ugv.helpers import drive, make, make_vec, task
+
+pytestmark = pytest.mark.long
+
+
+@lru_cache
+def frames() -> tuple[UGVFrame, ...]:
+    """Of a drive with the legs held."""
+    env, params = task()
+    run = drive(env, params, np.zeros((int(params.steps), 2)))
+    found = []
+    for k in (0, 5, 10):
+        state, info = jax.tree.map(lambda leaf, k=k: leaf[k], (run.state, run.info))
+        found.append(env.picture(state, info, params))
+    return tuple(found)
+
+
+def pixels(picture: np.ndarray, colour: str) -> int:
+    """How many have exactly a colour."""
+    wanted = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+    return int((np.abs(picture.astype(int) - wanted).max(axis=-1) <= 2).sum())
+
+
+def renderer(**options) -> UGVRenderer:
+    return UGVRenderer(UGVParams(), "wheel_energy", "J", **options)
+
+
+def test_a_frame_is_what_the_state_says():
+    frame = frames()[1]
+    r = UGVParams().wheel_radius
+    for wheel in (frame.rear, frame.front):
+        assert np.hypot(*(wheel.centre - wheel.contact)) == pytest.approx(r, rel=1e-5)
+        assert np.hypot(*(wheel.hinge - wheel.centre)) == pytest.approx(0.35, rel=1e-5)
+    length = np.hypot(*(frame.front.hinge - frame.rear.hinge))
+    assert length == pytest.approx(UGVParams().body_length, rel=1e-5)
+    assert frame.front.contact[0] == pytest.approx(frame.x)
+    assert frame.preview.shape == (4, 2)
+    at = np.interp(frame.x, *frame.ground.T)
+    assert at == pytest.approx(frame.front.contact[1], abs=1e-3)
+    assert frames()[2].rear.turned < frame.rear.turned  # it rolls forwards
+
+
+def test_a_picture_holds_vehicle_ground_and_forces():
+    picture = renderer().draw(frames()[1])
+    assert picture.shape == (540, 960, 3)
+    assert picture.dtype == np.uint8
+    for colour in (theme.HIP, theme.SUPPORT["main"], theme.SUPPORT["mid"], theme.HOLDS):
+        assert pixels(picture, colour) > 100
+    ground = "#" + "".join(f"{round(255 * part):02x}" for part in theme.floor_colour(0.8))
+    assert pixels(picture, ground) > 30000
+
+
+def test_slip_is_shown_in_another_colour():
+    frame = frames()[1]
+    holds = renderer().draw(frame)
+    slips = renderer().draw(replace(frame, status="wheel slip", grip=-1.0))
+    assert pixels(slips, theme.SLIDES) > pixels(holds, theme.SLIDES) + 1000
+    assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)
+
+
+def test_a_picture_depends_on_its_frame_alone_but_for_the_strips():
+    one, _, other = frames()
+    drawn = renderer()
+    drawn.draw(one)
+    moved = drawn.draw(other)
+    drawn.reset()
+    alone = drawn.draw(other)
+    assert np.array_equal(alone, renderer().draw(other))
+    left = slice(None), slice(0, 640)
+    assert np.array_equal(moved[left], alone[left])
+    assert not np.array_equal(moved, alone)
+
+
+def test_pictures_come_out_of_the_adapters():
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(np.zeros(2, np.float32))
+    picture = env.render()
+    assert isinstance(picture, np.ndarray)
+    assert picture.shape == (540, 960, 3)
+    envs = make_vec(2, "next_step", render_mode="rgb_array")
+    envs.reset(seed=0)
+    envs.step(np.zeros((2, 2), np.float32))
+    both = envs.render()
+    assert both is not None
+    assert [one.shape for one in both] == [(540, 960, 3)] * 2
+    assert np.array_equal(both[0], picture)
+
+
+@pytest.mark.parametrize("size", [(100, 540), (960, 100)])
+def test_too_small_pictures_are_refused(size):
+    with pytest.raises(ValueError, match="too small to read"):
+        renderer(width=size[0], height=size[1])

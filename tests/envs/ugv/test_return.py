@@ -1,0 +1,117 @@
+"""The return of an episode is minus the optimiser's objective on the same track and waypoints."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.optim import CRITERIA, PostureProblem
+from tests.envs.ugv.helpers import QUICK, actions, drive, path_of, task
+
+
+@pytest.mark.parametrize("criterion", ["wheel_energy", "torque_variation", "grip"])
+def test_the_return_is_minus_the_objective(float64, criterion):
+    compare(criterion)
+
+
+def compare(criterion):
+    env, params = task(dtype="float64", criterion=criterion)
+    run = drive(env, params, actions(int(params.steps), scale=0.5))
+    assert run.truncated[-1]
+    assert not run.over[:-1].any()
+    problem = env.problem(run.first_state, params)
+    value = problem.objective(path_of(run))
+    assert run.reward.sum() == pytest.approx(-value, rel=1e-11)
+    assert run.info["episode_return"][-1] == pytest.approx(-value, rel=1e-11)
+    assert run.info["episode_cost"][-1] == pytest.approx(value, rel=1e-11)
+    assert problem.is_feasible(path_of(run))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_the_return_is_minus_every_objective(float64, criterion):
+    compare(criterion)
+
+
+def test_in_single_precision_too():
+    env, params = task()
+    run = drive(env, params, actions(int(params.steps), scale=0.5))
+    value = env.problem(run.first_state, params).objective(path_of(run))
+    assert run.reward.dtype == np.float32
+    assert run.reward.sum() == pytest.approx(-value, rel=2e-4)
+
+
+@pytest.mark.long
+def test_on_drawn_ground_and_friction_too(float64):
+    env, params = task("random", "float64")
+    given = actions(int(params.steps), scale=0.2)
+    whole = 0
+    for seed in range(4):
+        run = drive(env, params, given, seed)
+        end = int(np.argmax(run.over))
+        if not run.truncated[end]:
+            continue
+        whole += 1
+        problem = env.problem(run.first_state, params)
+        value = problem.objective(path_of(run))
+        assert run.reward.sum() == pytest.approx(-value, rel=1e-9)
+        assert problem.is_feasible(path_of(run))
+    assert whole > 0
+
+
+def test_the_waypoints_are_those_of_the_problem(float64):
+    env, params = task(dtype="float64")
+    x = PostureProblem.along(params.track).x
+    np.testing.assert_allclose(params.waypoints(), x, rtol=1e-12)
+    run = drive(env, params, actions(int(params.steps), scale=0.1))
+    np.testing.assert_allclose(run.state.station.x, x[1:], rtol=1e-12)
+
+
+def test_the_reward_is_the_penalty_where_a_step_fails_and_more_than_any_drive_costs():
+    env, params = task()
+    slippery = params.replace(friction=0.02)
+    run = drive(env, slippery, actions(int(params.steps), scale=0.2))
+    end = int(np.argmax(run.over))
+    assert run.terminated[end]
+    assert run.reward[end] == -float(slippery.failure_penalty)  # the default one, for its friction
+    assert run.info["episode_cost"][end] == run.state.cost[end - 1]
+    whole = drive(env, params, actions(int(params.steps)))
+    assert whole.truncated[-1]
+    assert whole.info["episode_cost"][-1] < float(params.failure_penalty)
+
+
+def test_the_scale_multiplies_the_whole_reward():
+    env, params = task()
+    given = actions(5)
+    one = drive(env, params, given).reward
+    tenth = drive(env, params.replace(reward_scale=0.1), given).reward
+    np.testing.assert_allclose(tenth, 0.1 * one, rtol=1e-5)
+
+
+@pytest.mark.long
+def test_gradients_through_a_step_are_finite_and_right(float64):
+    env, params = task(dtype="float64", criterion="total_energy")
+    state = env.reset(jax.random.key(0), params)[1]
+
+    @jax.jit
+    def reward(given):
+        return env.step_env(state, given, params)[2]
+
+    given, h = jnp.asarray([0.3, -0.2]), 1e-6
+    slope = jax.jit(jax.grad(reward))(given)
+    assert np.isfinite(slope).all()
+    for leg in range(2):
+        change = h * jnp.eye(2)[leg]
+        difference = (reward(given + change) - reward(given - change)) / (2 * h)
+        assert slope[leg] == pytest.approx(float(difference), rel=1e-5, abs=1e-5)
+
+
+def test_quick_poses_are_good_enough_for_these_tests(float64):
+    env, params = task(dtype="float64")
+    run = drive(env, params, actions(int(params.steps), scale=0.5))
+    problem = env.problem(run.first_state, params)
+    exact = PostureProblem(problem.params, problem.track, problem.x, "wheel_energy")
+    assert problem.solver == QUICK
+    assert exact.objective(path_of(run)) == pytest.approx(-run.reward.sum(), rel=1e-9)

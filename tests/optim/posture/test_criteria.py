@@ -1,0 +1,137 @@
+"""The criteria are what they say, and their parts add up to them."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import PoseSolver, UGVParams, place
+from stickslip.optim import CRITERIA, Criterion, PostureProblem, Station, Weighted, station
+from stickslip.optim.posture.criteria import accumulate, nothing_yet, station_cost, step_cost, total
+from tests.optim.posture.helpers import TRACK, over_bump, plain_cost, random_x
+
+MIXED = Weighted((("wheel_energy", 0.5), (CRITERIA["grip"], 2.0), ("torque_variation", 1e-3)))
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_value_is_the_criterion_written_out_in_loops(name: str):
+    problem = over_bump(name)
+    for seed in range(3):
+        x = random_x(problem, seed)
+        plain = plain_cost(name, problem.stations(x), 0.8)
+        np.testing.assert_allclose(problem.objective(x), plain, rtol=1e-12)
+
+
+@pytest.mark.parametrize("criterion", [*CRITERIA.values(), MIXED], ids=lambda one: one.name)
+def test_increments_along_a_drive_add_up_to_the_value(criterion: Criterion | Weighted):
+    """What an environment that pays the increments pays in all."""
+    problem = over_bump(criterion)
+    x = random_x(problem)
+    found = problem.stations(x)
+    with jax.enable_x64(True):
+        so_far, paid = nothing_yet(criterion, jnp.zeros(())), 0.0
+        for k in range(1, len(problem.x)):
+            a, b = (Station(*(of[i] for of in found)) for i in (k - 1, k))
+            after = accumulate(criterion, so_far, a, b, jnp.asarray(k == 1))
+            paid += float(total(criterion, after) - total(criterion, so_far))
+            so_far = after
+    np.testing.assert_allclose(paid, problem.objective(x), rtol=1e-12)
+
+
+def test_weighted_sum_is_the_weighted_sum_of_the_values():
+    x = random_x(over_bump())
+    parts = [weight * over_bump(one.name).objective(x) for one, weight in MIXED.parts]
+    np.testing.assert_allclose(over_bump(MIXED).objective(x), sum(parts), rtol=1e-12)
+    assert MIXED.kind == "mixed"
+    assert Weighted((("wheel_energy", 1), ("torque_variation", 1))).kind == "sum"
+
+
+def test_weights_are_numbers_that_compile_nothing_new():
+    structures = {
+        jax.tree.structure(Weighted((("wheel_energy", w), ("grip", 1.0)))) for w in (0.1, 0.2)
+    }
+    assert len(structures) == 1
+
+
+def test_with_fixed_legs_the_wheels_work_is_the_change_of_potential_energy():
+    """MODEL 2, signed work by the trapezoid rule over fine steps."""
+    for angles in ((1.6, 1.4), (1.0, 2.0)):
+        potential, wheels, _ = signed_work(np.broadcast_to(angles, (FINE, 2)))
+        np.testing.assert_allclose(wheels, potential[1:] - potential[:-1], atol=2e-3)
+        np.testing.assert_allclose(np.sum(wheels), potential[-1] - potential[0], atol=1e-2)
+
+
+def test_with_moving_legs_wheels_and_legs_together_lift_the_vehicle():
+    """And no less than the lift is ever put in, which is not so of the wheels alone."""
+    phase = np.linspace(0, 2 * np.pi, FINE)
+    angles = np.pi / 2 + 0.3 * np.stack([np.sin(phase), np.cos(2 * phase)], -1)
+    potential, wheels, legs = signed_work(angles)
+    both = wheels + np.sum(legs, -1)
+    np.testing.assert_allclose(both, potential[1:] - potential[:-1], atol=5e-3)
+    assert np.max(np.abs(legs)) > 1
+    positive = np.sum(np.maximum(wheels, 0)) + np.sum(np.maximum(legs, 0))
+    assert positive >= np.max(potential) - potential[0] - 1e-2
+
+
+FINE = 257
+X = np.linspace(2.5, 5.5, FINE)
+
+
+def signed_work(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Potential energy [J], and the wheels' and the legs' work in each step [J]."""
+    posture = PostureProblem(UGVParams(), TRACK, X, "total_energy").posture
+    with jax.enable_x64(True):
+        potential, terms = _drive(posture, jnp.asarray(angles))
+    return np.asarray(potential), np.asarray(terms[:, 0]), np.asarray(terms[:, 1:])
+
+
+@jax.jit
+def _drive(posture, angles):
+    placed = place(posture.params, posture.track, posture.x, angles, PoseSolver(samples=0))
+    return placed.potential_energy(posture.params), posture.terms(angles)
+
+
+def test_a_wheel_that_carries_nothing_demands_much_friction_and_never_less_than_none():
+    found = over_bump().stations(random_x(over_bump()))
+    lifted = found._replace(N_rear=-found.N_rear)
+    with jax.enable_x64(True):
+        demand = np.asarray(station_cost(CRITERIA["friction_demand"], lifted))
+    assert np.all(np.isfinite(demand))
+    assert np.all(demand >= 0)
+
+
+def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
+    posture = over_bump().posture
+    cast = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), posture)
+    found = jax.jit(lambda of, angles: station(
+        of.params, of.track, of.odometer, of.x, angles, of.friction
+    ))(cast, jnp.full((len(posture.x), 2), 1.5, dtype))  # fmt: skip
+    assert {of.dtype for of in found[:-1]} == {dtype}
+    wide = over_bump().stations(np.full(over_bump().n, 1.5))
+    scale = 1e-3 if dtype == jnp.float32 else 1e-12
+    np.testing.assert_allclose(found.N_rear, wide.N_rear, rtol=scale)
+
+
+def test_costs_of_the_wrong_kind_are_refused():
+    at = over_bump().stations(random_x(over_bump()))
+    with pytest.raises(ValueError, match="peak_torque has no cost of a step"):
+        step_cost(CRITERIA["peak_torque"], at, at)
+    with pytest.raises(ValueError, match="wheel_energy has no cost of a station"):
+        station_cost(CRITERIA["wheel_energy"], at)
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ((), "weight"),
+        ((("wheel_energy", -1.0),), "weight = -1.0"),
+        ((("wheel_energy", float("nan")),), "weight = nan"),
+        ((("wheel_energy", 0.0), ("grip", 0)), "one of them > 0"),
+        ((("speed", 1.0),), "'speed' is unknown; accepted: 'wheel_energy'"),
+        (3, "accepted: pairs"),
+        (((MIXED, 1.0),), "inside a Weighted"),
+    ],
+)
+def test_bad_weighted_sums_are_refused(parts, message: str):
+    with pytest.raises(ValueError, match=message):
+        Weighted(parts)

@@ -1,0 +1,169 @@
+"""Dynamic programming finds the best path of all, and says why where there is none."""
+
+import re
+from dataclasses import replace
+from itertools import product
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
+from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
+from tests.optim.posture.helpers import on_grid as solve
+
+THREE = np.linspace(LOW, HIGH, 3)
+ENDS = {"start_angles": (1.3, 1.9), "end_angles": (1.7, 1.6)}
+FAR = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6)}
+SUM = Weighted((("wheel_energy", 1.0), ("torque_variation", 1e-3)))
+
+
+def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
+    """All paths over three angles a leg that meet every constraint: [P, K, 2], and stations."""
+    K = len(problem.x)
+    pairs = list(product(THREE, THREE))
+    layers = [pairs] * K
+    if problem.start_angles is not None:
+        layers = [[problem.start_angles], *layers[1:-1], [problem.end_angles]]
+    paths = np.array(list(product(*(range(len(layer)) for layer in layers))))
+    angles = np.stack([np.array(layer)[paths[:, k]] for k, layer in enumerate(layers)], 1)
+    # The stations of each pair at each waypoint, one drive for each pair of the grid.
+    drives = [
+        problem.stations(np.ravel([layer[i % len(layer)] for layer in layers])) for i in range(9)
+    ]
+    at = Station(
+        *(np.stack([np.stack([getattr(d, name)[k] for d in drives])[paths[:, k]]
+                    for k in range(K)], 1) for name in Station._fields)
+    )  # fmt: skip
+    good = np.all((at.grip >= 0) & (at.N_rear >= 0) & (at.N_front >= 0), axis=1)
+    good &= np.all(at.clearance >= problem.min_clearance, axis=1)
+    if problem.leg_rate is not None:
+        moves = np.abs(np.diff(angles, axis=1)) / np.diff(problem.x)[:, None]
+        good &= np.all(moves <= problem.leg_rate + 1e-9, axis=(1, 2))
+    return angles[good], Station(*(of[good] for of in at))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("ends", [{}, ENDS], ids=["free", "fixed"])
+@pytest.mark.parametrize("leg_rate", [None, 3.0])
+def test_no_path_of_all_is_better(leg_rate, ends):
+    problem = tiny(leg_rate=leg_rate, **ends)
+    angles, at = every_path(problem)
+    count = 9 ** (2 if ends else 4)
+    assert 0 < len(angles) < count  # some break a constraint
+    for name in CRITERIA:
+        found = solve(replace(problem, criterion=name), "dp", angles=3)
+        costs = plain_cost(name, at, problem.friction)
+        assert found.status is OptimStatus.OPTIMAL
+        assert found.feasible
+        np.testing.assert_allclose(found.value, np.min(costs), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(found.lower_bound, found.value, rtol=1e-9)
+        nearest = np.min(np.abs(angles - found.leg_angles).max((1, 2)))
+        assert nearest < 1e-12
+
+
+def test_the_rate_limit_costs_something_here():
+    """So that the tests with and without it test something."""
+    values = [
+        solve(tiny("torque_variation", leg_rate=rate), "dp", angles=3).value
+        for rate in (None, 3.0, 2.0)
+    ]
+    assert values[0] < values[1] < values[2]
+
+
+@pytest.mark.long
+def test_two_waypoints_with_both_ends_given():
+    problem = replace(tiny(leg_rate=None, **ENDS), x=np.array([3.3, 3.7]))
+    found = solve(problem, "dp", angles=3)
+    assert found.status is OptimStatus.OPTIMAL
+    np.testing.assert_array_equal(found.x, [1.3, 1.9, 1.7, 1.6])
+
+
+@pytest.fixture(scope="module")
+def best() -> float:
+    return solve(over_bump(SUM, leg_rate=1.2), "dp", angles=(5, 4)).value
+
+
+@pytest.mark.long
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_no_random_walk_on_the_grid_is_better(best: float, seed: int):
+    """Each leg moves by one angle, or not; 0.72 rad a step allow one of 0.52 or 0.70 rad."""
+    problem = over_bump(SUM, leg_rate=1.2)
+    random = np.random.default_rng(seed)
+    walk = np.cumsum(random.integers(-1, 2, (10, 2)), axis=0)
+    nodes = np.clip(walk + random.integers(0, (5, 4)), 0, (4, 3))
+    x = np.stack([np.linspace(LOW, HIGH, n)[nodes[:, i]] for i, n in enumerate((5, 4))], -1).ravel()
+    assume(problem.is_feasible(x))
+    assert problem.objective(x) >= best - 1e-9
+
+
+@pytest.mark.long
+def test_a_finer_grid_that_holds_the_coarse_one_is_no_worse():
+    problem = over_bump("wheel_energy", leg_rate=0.9)
+    coarse, fine = (solve(problem, "dp", angles=n) for n in (3, 5))
+    assert fine.value <= coarse.value
+    assert coarse.bound_of == "paths over the 3 x 3 grid of leg angles"
+
+
+def test_double_precision_while_the_users_switch_is_off():
+    found = solve(tiny(), "dp", angles=3)
+    assert not jax.config.read("jax_enable_x64")
+    assert found.x.dtype == np.float64
+    assert abs(found.value - found.lower_bound) <= 1e-12 * found.value
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"friction": 0.01}, r"at waypoint \d .* no pair of angles meets grip$"),
+        ({"min_grip": 5000.0}, r"at waypoint 0 \(x = 3.3 m\) no pair of angles meets grip$"),
+        ({"min_normal": 5000.0, "min_clearance": 3.0}, "meets clearance nor normal"),
+        ({"min_clearance": 3.0}, "meets clearance$"),
+        (
+            {"friction": 0.12, "min_clearance": 0.45},
+            "at waypoint 0 .*clearance rules out 6 of 9, grip rules out 8 of 9",
+        ),
+        ({"friction": 2.0, "leg_rate": 1.0} | FAR, "leg_rate = 1.0 .* In 3 of 3 steps no leg"),
+        ({"friction": 2.0, "leg_rate": 1.9} | FAR, "leg_rate = 1.9 rad/m lets none of the"),
+    ],
+)
+def test_an_infeasible_problem_names_the_constraint(fields, message: str):
+    found = solve(replace(tiny(leg_rate=None), **fields), "dp", angles=3)
+    assert found.status is OptimStatus.INFEASIBLE
+    assert found.x is None
+    assert found.value == np.inf
+    assert not found.feasible
+    assert re.search(message, found.message), found.message
+
+
+def test_a_grid_too_coarse_for_any_move_says_so():
+    problem = over_bump(leg_rate=0.2)
+    found = solve(problem, "dp", angles=3)
+    assert "In 9 of 9 steps no leg can move on the grid" in found.message
+    assert np.ptp(found.leg_angles, axis=0).max() == 0
+
+
+def test_a_legs_range_of_one_angle_needs_no_choice():
+    fixed = replace(over_bump().params, leg_angle_min=1.5, leg_angle_max=1.5)
+    found = solve(replace(over_bump(), params=fixed), "dp", angles=3)
+    assert found.status is OptimStatus.OPTIMAL
+    np.testing.assert_array_equal(found.x, 1.5)
+    assert not found.message.startswith("In ")
+
+
+def test_what_dynamic_programming_cannot_do_is_refused():
+    with pytest.raises(ValueError, match="holds grip, a worst station"):
+        solve(tiny(Weighted((("wheel_energy", 1.0), ("grip", 1.0)))), "dp")
+    for angles in (1, 2.5, (3, 3, 3), True, (3, 1)):
+        with pytest.raises(ValueError, match=r"angles = .*accepted: an integer >= 2"):
+            solve(tiny(), "dp", angles=angles)
+
+
+def test_a_bar_is_shown_only_when_it_is_asked_for(capsys):
+    solve(tiny(), "dp", angles=3)
+    assert capsys.readouterr().err == ""
+    solve(tiny(), "dp", angles=3, progress=True)
+    assert "dp" in capsys.readouterr().err

@@ -1,0 +1,260 @@
+"""The problem as plain arrays: what any optimiser needs, in double precision, with no glue."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+import scipy.optimize
+
+from stickslip.dynamics import Status
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Weighted, solve
+from stickslip.optim.posture.finish import result_at
+from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
+
+DOWN = np.pi / 2
+STEP = 1e-6
+
+
+def differences(function, x: np.ndarray) -> np.ndarray:
+    """Central differences, the last axis over x."""
+    sides = [
+        (function(x + STEP * one) - function(x - STEP * one)) / (2 * STEP) for one in np.eye(len(x))
+    ]
+    return np.stack(sides, -1)
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_gradient_is_the_slope_of_the_objective(name: str):
+    problem = over_bump(name)
+    x = random_x(problem, seed=4)
+    slope = problem.gradient(x)
+    scale = np.max(np.abs(slope))
+    assert scale > 0
+    np.testing.assert_allclose(slope, differences(problem.objective, x), atol=1e-6 * scale)
+
+
+def test_jacobian_is_the_slope_of_the_constraints():
+    problem = over_bump()
+    x = random_x(problem, seed=4)
+    slopes = problem.jacobian(x)
+    assert slopes.shape == (len(problem.constraints(x)), problem.n)
+    np.testing.assert_allclose(slopes, differences(problem.constraints, x), atol=1e-7)
+
+
+def test_traced_objective_is_the_objective():
+    problem = over_bump("torque_variation")
+    x = random_x(problem)
+    with jax.enable_x64(True):
+        traced = float(jax.jit(problem.objective_of)(problem.angles(x)))
+        margins = jax.jit(problem.constraints_of)(problem.angles(x))
+    np.testing.assert_allclose(traced, problem.objective(x), rtol=1e-12)
+    flat = np.concatenate([np.ravel(margins[name]) for name in problem.constraint_names])
+    np.testing.assert_allclose(flat, problem.constraints(x), atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 8])
+def test_a_batch_is_the_drives_one_by_one(count: int):
+    problem = over_bump("total_energy")
+    X = np.stack([random_x(problem, seed) for seed in range(8)])[:count]
+    values = problem.objectives(X)
+    assert values.shape == (count,)
+    np.testing.assert_allclose(values, [problem.objective(x) for x in X], rtol=1e-12)
+
+
+def test_everything_is_double_precision_while_the_users_switch_is_off():
+    problem = over_bump()
+    x = random_x(problem)
+    assert not jax.config.read("jax_enable_x64")
+    arrays = [problem.gradient(x), problem.constraints(x), problem.jacobian(x), *problem.bounds]
+    arrays += [problem.objectives(x[None]), *problem.stations(x)[:-1]]
+    assert {of.dtype for of in arrays} == {np.dtype("float64")}
+    assert all(isinstance(of, np.ndarray) for of in arrays)
+    assert isinstance(problem.objective(x), float)
+    change = problem.objective(x + 1e-10 * (np.arange(problem.n) == 3)) - problem.objective(x)
+    assert 0 < abs(change) < 1e-5
+    assert not jax.config.read("jax_enable_x64")
+    assert jax.numpy.zeros(1).dtype == np.float32
+
+
+def test_a_plain_scipy_call_runs_on_it():
+    problem = over_bump("torque_variation")
+    x = np.full(problem.n, DOWN)
+    found = scipy.optimize.minimize(
+        problem.objective,
+        x,
+        jac=problem.gradient,
+        method="SLSQP",
+        bounds=list(zip(*problem.bounds, strict=True)),
+        constraints={"type": "ineq", "fun": problem.constraints, "jac": problem.jacobian},
+        options={"maxiter": 25},
+    )
+    assert found.fun < 0.5 * problem.objective(x)
+    assert problem.is_feasible(found.x, tolerance=1e-3)
+
+
+def test_constraints_and_residuals_agree_on_what_is_broken():
+    """Each constraint alone, made too strict for a drive that meets the others."""
+    x = random_x(over_bump(), spread=0.05)
+    held = over_bump().stations(x)
+    rate = np.max(np.abs(np.diff(x.reshape(-1, 2), axis=0))) / 0.6
+    for name, value, missed in (
+        ("min_normal", 5000.0, 5000.0 - min(held.N_rear.min(), held.N_front.min())),
+        ("min_grip", 4000.0, 4000.0 - held.grip.min()),
+        ("min_clearance", 2.0, 2.0 - held.clearance.min()),
+        ("leg_rate", 0.01, rate - 0.01),
+    ):
+        group = {"leg_rate": "leg_rate"}.get(name, name.removeprefix("min_"))
+        problem = over_bump(**{name: value})
+        margins, residuals = problem.constraints(x), problem.residuals(x)
+        broken = {of for of, at in problem.constraint_groups.items() if np.any(margins[at] < 0)}
+        assert broken == {group}
+        assert {of for of, by in residuals.items() if by > 0} == {group}
+        np.testing.assert_allclose(residuals[group], missed, rtol=1e-9)
+        assert not problem.is_feasible(x)
+    assert over_bump().is_feasible(x)
+
+
+def test_range_and_given_ends_are_bounds():
+    problem = replace(over_bump(), start_angles=(1.5, 1.6), end_angles=(1.2, 1.3))
+    low, high = problem.bounds
+    np.testing.assert_array_equal(low[:2], [1.5, 1.6])
+    np.testing.assert_array_equal(high[-2:], [1.2, 1.3])
+    assert np.all(low[2:-2] == LOW)
+    assert np.all(high[2:-2] == HIGH)
+    residuals = problem.residuals(np.full(problem.n, 3.0))
+    assert residuals["leg_range"] == pytest.approx(3.0 - HIGH)
+    assert residuals["start_angles"] == pytest.approx(1.5)
+    assert residuals["end_angles"] == pytest.approx(1.8)
+
+
+def test_a_place_without_a_pose_is_infeasible_and_never_nan():
+    """Legs crossed until the wheels meet, outside their range: the wheelbase vanishes."""
+    crossed = np.arccos(0.83)
+    params = UGVParams(leg_length=0.5, leg_angle_min=np.pi / 3, leg_angle_max=2.0)
+    problem = replace(over_bump(), params=params)
+    x = np.full(problem.n, DOWN)
+    x[4:6] = crossed
+    assert problem.stations(x).status[2] not in (Status.OK, Status.WHEEL_SLIP)
+    assert not np.isnan(problem.objective(x))
+    assert problem.objective(x) > 0
+    for numbers in (problem.gradient(x), problem.constraints(x), problem.jacobian(x)):
+        assert np.all(np.isfinite(numbers))
+    assert problem.residuals(x)["pose"] == 1
+    assert not problem.is_feasible(x)
+
+
+def test_waypoints_keep_the_rear_wheel_on_the_track():
+    for track in (TRACK, Track.incline(0.4), Track.sinusoid()):
+        problem = PostureProblem.along(track, spacing=0.25)
+        assert np.all(np.diff(problem.x) <= 0.25 + 1e-12)
+        assert problem.x[-1] == 8.0
+        angles = np.array([[HIGH, HIGH], [LOW, LOW], [HIGH, LOW], [DOWN, HIGH]])
+        rear = np.asarray(rear_contact(problem.params, track, problem.x[0], angles))
+        assert np.min(rear) >= -1e-6
+        assert np.min(rear) < 0.35  # no farther in than it takes
+
+
+@jax.jit
+def rear_contact(params, track, x, angles):
+    return place(params, track, x, angles, PoseSolver(samples=0)).rear.x
+
+
+def test_a_track_that_is_too_short_is_refused_with_its_numbers():
+    with pytest.raises(ValueError, match=r"start = 1.43622 m \(track from 0 m.* end = 1.2 m"):
+        PostureProblem.along(Track.flat(end=1.2))
+
+
+def test_without_samples_there_is_no_clearance():
+    problem = replace(over_bump(), solver=PoseSolver(samples=0))
+    assert "clearance" not in problem.constraint_names
+    assert "leg_rate" not in replace(problem, leg_rate=None).constraint_names
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"criterion": "speed"}, "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
+        ({"x": [1.0]}, r"x has shape \(1,\); accepted"),
+        ({"x": [[1.0, 2.0]]}, r"x has shape \(1, 2\); accepted"),
+        ({"x": [1.0, 3.0, 2.0]}, r"x\[2\] = 2.0 after 3.0; accepted: increasing"),
+        ({"x": [1.0, np.nan]}, "x = nan .*accepted: increasing"),
+        ({"friction": -0.1}, "friction = -0.1 .*accepted: a number >= 0"),
+        ({"friction": [0.1, 0.2]}, r"friction has shape \(2,\)"),
+        ({"leg_rate": 0.0}, "leg_rate = 0.0 .*accepted: None, or a number > 0"),
+        ({"leg_rate": np.inf}, "leg_rate = inf"),
+        ({"leg_rate": [1.0, 1.0]}, "leg_rate"),
+        ({"min_normal": -1.0}, "min_normal = -1.0"),
+        ({"min_grip": np.nan}, "min_grip = nan"),
+        ({"min_clearance": "low"}, "min_clearance = 'low'"),
+        ({"start_angles": (0.1, 1.5)}, "start_angles = .*accepted: 2 angles"),
+        ({"end_angles": (1.5, 3.0)}, "end_angles = .*accepted: 2 angles"),
+        ({"end_angles": (1.5,)}, "end_angles = .*accepted: 2 angles"),
+        ({"params": UGVParams(gravity=np.ones(3))}, r"params has a field of shape \(3,\)"),
+        ({"solver": "newton"}, "solver = 'newton'; accepted: a PoseSolver"),
+    ],
+)
+def test_bad_fields_are_refused_by_name(fields, message: str):
+    with pytest.raises(ValueError, match=message):
+        replace(over_bump(), **fields)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"spacing": 0.0}, "spacing = 0.0 .*accepted: a length > 0"),
+        ({"spacing": np.nan}, "spacing = nan"),
+        ({"start": np.inf}, "start = inf"),
+        ({"start": 3.0, "end": 3.0}, "start = 3 m, end = 3 m; accepted: start < end"),
+    ],
+)
+def test_bad_waypoints_are_refused_by_name(options, message: str):
+    with pytest.raises(ValueError, match=message):
+        PostureProblem.along(TRACK, **options)
+
+
+def test_bad_decision_vectors_are_refused():
+    problem = over_bump()
+    with pytest.raises(ValueError, match=r"x has shape \(7,\); accepted: \(20,\)"):
+        problem.objective(np.ones(7))
+    with pytest.raises(ValueError, match=r"x = nan .*accepted: 20 finite"):
+        problem.gradient(np.full(problem.n, np.nan))
+    with pytest.raises(ValueError, match=r"x has shape \(10, 2\)"):
+        problem.constraints(np.ones((10, 2)))
+    with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
+        problem.objectives(np.ones(problem.n))
+
+
+def test_friction_may_differ_from_waypoint_to_waypoint():
+    ice = np.where(np.arange(10) < 5, 0.8, 0.1)
+    x = random_x(over_bump())
+    held = over_bump("grip").stations(x)
+    there = replace(over_bump("grip"), friction=ice).stations(x)
+    np.testing.assert_allclose(there.grip[:5], held.grip[:5], rtol=1e-12)
+    assert np.all(there.grip[5:] < held.grip[5:])
+
+
+def test_unknown_methods_and_options_are_refused_with_what_is_accepted():
+    with pytest.raises(ValueError, match="method = 'magic' is unknown; accepted: 'grid', 'dp'"):
+        solve(over_bump(), "magic")
+    with pytest.raises(ValueError, match="'grid' is no option of 'dp'; accepted: angles"):
+        solve(over_bump(), "dp", grid=3)
+
+
+def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
+    problem = over_bump(leg_rate=0.01)
+    x = random_x(problem)
+    found = result_at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
+    assert found.status is OptimStatus.VIOLATED
+    assert not found.feasible
+    assert found.residuals["leg_rate"] > 0
+    assert found.gap == np.inf
+    assert found.leg_angles.shape == (10, 2)
+    assert found.value == problem.objective(x)
+
+
+def test_problems_of_one_structure_share_the_compiled_programs():
+    weighted = Weighted((("wheel_energy", 1.0), ("grip", 1.0)))
+    first, second = over_bump("grip"), over_bump(weighted, friction=0.5)
+    assert jax.tree.structure(first._shared) == jax.tree.structure(second._shared)
