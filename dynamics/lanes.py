@@ -1,9 +1,7 @@
-"""A while loop whose batch thins out: members that are done cost nothing more.
+"""What members of a batch need at different times, done for those alone that need it.
 
-Under vmap a while loop runs every member as often as the slowest needs. Where most need one round
-and a few need many, that is most of the work. Here, the members still going are gathered into a
-batch several times smaller, which runs on alone and thins out in turn; results go back in place.
-Each member goes through exactly the rounds it would go through by itself.
+Under vmap a while loop runs every member as often as the slowest needs, and a condition computes
+both of its branches for all. Each member goes through exactly what it would go through by itself.
 """
 
 from __future__ import annotations
@@ -17,10 +15,12 @@ import jax.numpy as jnp
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-THINNING = 6
+    from jaxtyping import Array, Bool, Int
+
+THINNING = 4
 """How many times smaller each batch is than the one before."""
-SMALLEST = 64
-"""Batches below this run to their end together."""
+SMALLEST, LARGEST = 128, 256
+"""Batches below and above run to their end together: looking up costs more than it saves."""
 
 
 def thinning_while(
@@ -31,6 +31,9 @@ def thinning_while(
 ) -> Any:
     """`lax.while_loop` of carry = body(args, carry) while going(args, carry); thins out under vmap.
 
+    Where most members need one round and a few need many, the members still going are gathered
+    into a batch several times smaller, which runs on alone and thins out in turn; results go back
+    in place.
     args: everything else that the functions read, as pytrees of arrays (no closures over traced
     values). Not differentiable in reverse mode, as any while loop of unknown length.
     """
@@ -42,19 +45,56 @@ def thinning_while(
     @run.def_vmap
     def run_batch(size, batched, args, carry):
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[0])
-        carry = jax.tree.map(
-            lambda leaf, is_batched: (
-                leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf)))
-            ),
-            carry,
-            batched[1],
-        )
+        carry = jax.tree.map(partial(_spread, size), batched[1], carry)
         lanes = _Lanes(jax.vmap(going, (axes, 0)), jax.vmap(body, (axes, 0)), axes)
-        everyone = jnp.ones(size, bool)
-        carry = lanes.finish(args, carry, everyone)
+        carry = lanes.finish(args, carry, jnp.ones(size, bool))
         return carry, jax.tree.map(lambda _: True, carry)
 
     return run(args, carry)
+
+
+def where_needed(
+    needed: Bool[Array, ""],
+    function: Callable[..., Any],
+    args: Any,
+    otherwise: Any,
+) -> Any:
+    """function(*args) where `needed`, else `otherwise`; in a batch in which no member needs it,
+    nothing is computed.
+
+    args: everything that the function reads, as a tuple of pytrees of arrays. Derivatives are those
+    of the choice between both.
+    """
+
+    @jax.custom_jvp
+    def run(needed, args, otherwise):
+        return choose(needed, args, otherwise)
+
+    @run.defjvp
+    def run_jvp(primals, tangents):
+        def both(needed, args, otherwise):
+            return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
+
+        return jax.jvp(both, primals, tangents)
+
+    @jax.custom_batching.custom_vmap
+    def choose(needed, args, otherwise):
+        return jax.lax.cond(needed, lambda: function(*args), lambda: otherwise)
+
+    @choose.def_vmap
+    def choose_batch(size, batched, needed, args, otherwise):
+        axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[1])
+        otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)
+        needed = _spread(size, batched[0], needed)
+
+        def some():
+            found = jax.vmap(function, axes, axis_size=size)(*args)
+            return _choose(needed, found, otherwise)
+
+        out = jax.lax.cond(jnp.any(needed), some, lambda: otherwise)
+        return out, jax.tree.map(lambda _: True, out)
+
+    return run(needed, args, otherwise)
 
 
 class _Lanes:
@@ -73,7 +113,7 @@ class _Lanes:
             return _choose(going, after, carry)
 
         smaller = size // THINNING
-        if smaller < SMALLEST:
+        if not SMALLEST <= size <= LARGEST:
             return jax.lax.while_loop(lambda now: jnp.any(active(now)), everyone, carry)
 
         def some(carry):
@@ -83,25 +123,45 @@ class _Lanes:
         return jax.lax.while_loop(lambda now: jnp.any(active(now)), some, everyone(carry))
 
     def _one_batch(self, args, carry, going, size):
-        """Gather up to `size` members that are going, run them to their end, put them back."""
-        count = jnp.cumsum(going)
-        wanted = jnp.arange(1, size + 1)
-        places = jnp.searchsorted(count, wanted)  # past the end for those that do not exist
-        own = jax.tree.map(
-            lambda leaf, axis: leaf if axis is None else leaf.at[places].get(mode="clip"),
-            args,
-            self.axes,
-            is_leaf=lambda leaf: leaf is None,
-        )
-        part = jax.tree.map(lambda leaf: leaf.at[places].get(mode="clip"), carry)
-        part = self.finish(own, part, wanted <= count[-1])
+        """Gather up to `size` members that are going, run them to their end, put them back.
 
-        def put(leaf, new):
-            return leaf.at[places].set(
-                new, mode="drop", unique_indices=True, indices_are_sorted=True
-            )
+        Both ways by looking up: the members' places in the small batch are their ranks.
+        """
+        rank = jnp.cumsum(going) - 1
+        wanted = jnp.arange(size)
+        places = jnp.argmax((rank == wanted[:, None]) & going, axis=1)
+        leaves, structure = jax.tree.flatten(args)
+        axes = structure.flatten_up_to(self.axes)
+        batched = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
+        batched, part = _picked((batched, carry), places)
+        own = iter(batched)
+        chosen = [
+            leaf if axis is None else next(own) for leaf, axis in zip(leaves, axes, strict=True)
+        ]
+        part = self.finish(jax.tree.unflatten(structure, chosen), part, wanted <= rank[-1])
+        found = _picked(part, jnp.clip(rank, 0, size - 1))
+        return _choose(going & (rank < size), found, carry)
 
-        return jax.tree.map(put, carry, part)
+
+def _picked(tree: Any, places: Int[Array, " places"]) -> Any:
+    """Some members of a batch: all leaves of a type together, which is one look-up, not many."""
+    leaves, structure = jax.tree.flatten(tree)
+    kinds: dict[Any, list[int]] = {}
+    for index, leaf in enumerate(leaves):
+        kinds.setdefault(leaf.dtype, []).append(index)
+    for indices in kinds.values():
+        rows = [jnp.reshape(leaves[index], (leaves[index].shape[0], -1)).T for index in indices]
+        found = jnp.concatenate(rows)[:, places]
+        start = 0
+        for index, row in zip(indices, rows, strict=True):
+            part = found[start : start + len(row)].T
+            leaves[index] = jnp.reshape(part, (len(places), *leaves[index].shape[1:]))
+            start += len(row)
+    return jax.tree.unflatten(structure, leaves)
+
+
+def _spread(size, is_batched, leaf):
+    return leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf)))
 
 
 def _choose(condition, one, other):

@@ -23,6 +23,8 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
+from stickslip.dynamics.fused import fused
+from stickslip.dynamics.lanes import where_needed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -189,19 +191,18 @@ def _jit_step(env: FunctionalEnv, key, state, action, params):
     return pure_step(env, key, state, action, params)
 
 
-def pure_step(env: FunctionalEnv, key, state, action, params):
-    """`FunctionalEnv.step` without checks, for use inside a trace."""
+def _pure_step(env: FunctionalEnv, key, state, action, params):
     action = jnp.clip(jnp.asarray(action), -1.0, 1.0)
     obs, after, reward, terminated, truncated, info = env.step_env(state, action, params)
     info = info | {"final_obs": obs, "autoreset": jnp.zeros_like(terminated)}
     if env.autoreset == "disabled":
         return obs, after, reward, terminated, truncated, info
-    fresh_obs, fresh = env.reset_env(key, params)
     if env.autoreset == "same_step":
         over = terminated | truncated
-        obs, after = _choose(over, (fresh_obs, fresh), (obs, after))
+        obs, after = where_needed(over, env.reset_env, (key, params), (obs, after))
         return obs, after, reward, terminated, truncated, info | {"autoreset": over}
     over = env.is_over(state)
+    fresh_obs, fresh = env.reset_env(key, params)
     result = obs, after, reward, terminated, truncated, info
     nothing = jax.tree.map(jnp.zeros_like, (reward, terminated, truncated, info))
     reset = fresh_obs, fresh, *nothing[:3], nothing[3] | {"final_obs": fresh_obs, "autoreset": over}
@@ -210,3 +211,11 @@ def pure_step(env: FunctionalEnv, key, state, action, params):
 
 def _choose(condition, one, other):
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
+
+
+def pure_step(env: FunctionalEnv, key, state, action, params):
+    """`FunctionalEnv.step` without checks, for use inside a trace; as one kernel (see fused)."""
+    return _fused_step(env, key, state, action, params)
+
+
+_fused_step = fused(_pure_step, fixed=1)

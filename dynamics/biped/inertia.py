@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, kinematics
 from stickslip.dynamics.numeric import Number, float_type
@@ -72,7 +73,8 @@ def ground_moment(params: BipedParams, theta: Real[Number, ""]) -> GroundMoment:
 def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     """Masses of the 24 bodies in the order of BODIES [kg], the payload on the hip."""
     mass = jnp.asarray(params.mass)
-    return mass.at[12].add(params.payload)[LINK_OF_BODY]
+    at_hip = np.arange(mass.shape[-1]) == 12
+    return jnp.where(at_hip, mass + params.payload, mass)[LINK_OF_BODY]
 
 
 def _momenta_and_slopes(params: BipedParams, theta: Number):

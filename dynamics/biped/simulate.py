@@ -32,6 +32,7 @@ from stickslip.dynamics.biped.walk import Walk, entry_status, start
 from stickslip.dynamics.checks import (
     require_number,
 )
+from stickslip.dynamics.fused import fused
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,
@@ -209,8 +210,10 @@ def _one_a_step(kind: type[Drive], values: Any, count: int) -> Float[Array, " n"
     return jnp.broadcast_to(jnp.asarray(values), (count,))
 
 
-@partial(jax.jit, static_argnums=(0, 1))
-def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive, dt):
+def stepped(
+    spec: Integrator, fidelity: Fidelity, params, scene: Scene, state: BipedState, drive: Drive, dt
+) -> tuple[BipedState, Contact]:
+    """`step` without its checks, for use inside a trace."""
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, drive, dt)
     drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
@@ -255,6 +258,9 @@ def _step(spec: Integrator, fidelity, params, scene: Scene, state, drive: Drive,
     )
     unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
     return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))
+
+
+_step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))

@@ -189,7 +189,8 @@ def dormand_prince_step(
         power = motion.torque * rate
         slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
         place = (theta, rate, slide, velocity, work)
-        return slopes.at[index].set(jnp.stack(slope)), (place, motion)
+        row = jnp.stack(slope)
+        return jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0), (place, motion)
 
     slopes, (places, motions) = jax.lax.scan(
         stage, jnp.zeros((len(_ROWS), len(at_start)), dtype), jnp.arange(len(_ROWS))

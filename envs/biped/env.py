@@ -13,12 +13,13 @@ from stickslip.dynamics.biped import (
     BipedState,
     RK4Split,
     floor_position,
-    step,
 )
+from stickslip.dynamics.biped.drive import Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
 from stickslip.dynamics.biped.integrators import Integrator
 from stickslip.dynamics.biped.settings import Setting, setting_of
+from stickslip.dynamics.biped.simulate import stepped
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
@@ -221,13 +222,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
         robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
-        biped, contact = step(
-            robot,
-            scene,
-            state.biped,
-            torque,
-            period,
-            integrator=self.integrator,
+        biped, contact = stepped(
+            self.integrator, self.fidelity, robot, scene, state.biped, Torque(torque), period
         )
         status = jnp.where(
             (jnp.abs(biped.crank_rate) > params.max_crank_rate)

@@ -1,0 +1,217 @@
+"""A function over a batch as one kernel: what makes many small steps fast on a processor.
+
+XLA's CPU backend runs a step of a small model as hundreds of kernels, each started for about a
+microsecond, whose results go through memory in between. `fused` has it compile the whole function
+into one kernel instead, which goes through a batch in blocks that the nearest cache holds. On other
+platforms the function is what `vmap` makes of it, where XLA's own fusion is the better one.
+"""
+
+from __future__ import annotations
+
+from functools import partial, wraps
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+from jax.experimental.xla_metadata import set_xla_metadata
+
+from stickslip.dynamics.grouping import grouped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from jax.extend.core import Jaxpr
+    from jaxtyping import Array
+
+BLOCK, LARGE_BLOCK = 64, 128
+"""Members of a batch that go through the kernel together; the second is faster for large batches
+and takes twice as long to compile, since `thinning_while` then thins out."""
+LARGE = 1024
+"""Members of a large batch."""
+GRAIN = 8
+"""Where there are several blocks, their size is a multiple of this."""
+AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
+"""What XLA's CPU backend reads of a call. It is not documented there: a test looks for the kernel
+in compiled programs; where it is not read, results are the same and slower."""
+
+NEVER_IN_A_KERNEL = (
+    *("scatter", "select_and_scatter", "sort", "top_k", "approx_top_k", "fft", "conv_general"),
+    *("lu", "qr", "geqrf", "householder", "cholesky", "triangular_solve", "tridiagonal", "eig"),
+    *("svd", "schur", "hessenberg", "custom_linear_solve", "ffi_call", "pure_callback"),
+    *("io_callback", "debug_callback", "debug_print", "custom_call", "psum", "all_", "ppermute"),
+)
+"""Beginnings of the names of primitives for which XLA's CPU backend needs a kernel of their own."""
+
+Result = TypeVar("Result")
+
+
+def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
+    """`function` of pytrees of arrays as one kernel, of one member or, under vmap, of a batch.
+
+    fixed: so many arguments come first that are hashable and no arrays. Positional arguments only,
+    random keys of JAX's default kind among them; nothing traced in the function's closure. What
+    cannot be in a kernel (sorting, scattering, linear solvers) leaves the function as XLA takes it.
+    Members do not see each other: a batch gives what each gives alone, up to roundings. Derivatives
+    are those of the function itself, not fused.
+    """
+    traced_once = jax.jit(function, static_argnums=tuple(range(fixed)))
+
+    @partial(jax.custom_jvp, nondiff_argnums=(0,))
+    def run(constants: tuple[Any, ...], arguments: tuple[Any, ...]) -> Result:
+        leaves, structure = jax.tree.flatten(arguments)
+        keys = [_is_key(leaf) for leaf in leaves]
+        result: list[Any] = []  # the structure of what comes out, known when it is traced
+
+        def flat(*leaves: Array) -> list[Array]:
+            given = [
+                jax.random.wrap_key_data(leaf) if is_key else leaf
+                for leaf, is_key in zip(leaves, keys, strict=True)
+            ]
+            found = traced_once(*constants, *jax.tree.unflatten(structure, given))
+            flattened, result[:] = (parts := jax.tree.flatten(found))[0], parts[1:]
+            return flattened
+
+        plain = [
+            jax.random.key_data(leaf) if is_key else jnp.asarray(leaf)
+            for leaf, is_key in zip(leaves, keys, strict=True)
+        ]
+        out = _kernel(_Batch(flat, flat, 1))(*plain)
+        return jax.tree.unflatten(result[0], out)
+
+    @run.defjvp
+    def run_jvp(constants, primals, tangents):
+        return jax.jvp(lambda arguments: function(*constants, *arguments), primals, tangents)
+
+    @wraps(function)
+    def call(*arguments: Any) -> Result:
+        return run(tuple(arguments[:fixed]), tuple(arguments[fixed:]))
+
+    return call
+
+
+def _is_key(leaf: Any) -> bool:
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+class _Batch(NamedTuple):
+    """A function of arrays, over none, one or several axes of a batch."""
+
+    in_blocks: Callable[..., list[Array]]
+    at_once: Callable[..., list[Array]]
+    """The same, as vmap makes it."""
+    width: int
+    """Members that `in_blocks` takes together."""
+
+    def over(self, size: int, axes: Sequence[int | None]) -> _Batch:
+        """The same for one more axis, which comes first in the arrays that have it."""
+        at_once = jax.vmap(self.at_once, tuple(axes))
+        most = LARGE_BLOCK if size * self.width >= LARGE else BLOCK
+        block = _block(size, max(1, most // self.width))
+        in_blocks = partial(_in_blocks, self.in_blocks, size, block, tuple(axes))
+        return _Batch(in_blocks, at_once, block * self.width)
+
+
+def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
+    """The function as one kernel where a processor runs it; under vmap, for one more axis."""
+
+    @jax.custom_batching.custom_vmap
+    def call(*leaves: Array) -> list[Array]:
+        return jax.lax.platform_dependent(
+            *leaves, cpu=_marked(batch.in_blocks), default=batch.at_once
+        )
+
+    @call.def_vmap
+    def call_batch(size: int, batched: list[bool], *leaves: Array):
+        axes = [0 if is_batched else None for is_batched in batched]
+        out = _kernel(batch.over(size, axes))(*leaves)
+        return out, [True] * len(out)
+
+    return call
+
+
+def _marked(function: Callable[..., list[Array]]) -> Callable[..., list[Array]]:
+    """The function as a call that XLA is asked to compile as one kernel, if that can be."""
+
+    def call(*leaves: Array) -> list[Array]:
+        traced = jax.make_jaxpr(function)(*leaves)
+        if not _can_be_one(traced.jaxpr):
+            return list(function(*leaves))
+        inner = jax.jit(partial(_and_first, grouped(traced)))
+        out, first = inner(*jax.lax.optimization_barrier(leaves))
+        marked = [set_xla_metadata(leaf, **AS_ONE_KERNEL) for leaf in (*out, *first)]
+        return list(jax.lax.optimization_barrier(marked)[: len(out)])
+
+    return call
+
+
+def _and_first(function: Callable[..., list[Array]], *leaves: Array):
+    """What the function returns, and the first number of every argument.
+
+    XLA's compiler gives up the process over a kernel with an argument that nothing in it reads. The
+    caller keeps these numbers from being pruned by passing them through a barrier.
+    """
+    first: dict[Any, list[Array]] = {}
+    for leaf in leaves:
+        first.setdefault(leaf.dtype, []).append(jnp.ravel(leaf)[:1])
+    return function(*leaves), [jnp.concatenate(parts) for parts in first.values()]
+
+
+def _can_be_one(jaxpr: Jaxpr) -> bool:
+    """Whether nothing in there calls a library or needs more than loops over arrays."""
+    for equation in jaxpr.eqns:
+        if equation.primitive.name.startswith(NEVER_IN_A_KERNEL):
+            return False
+        inner = jax.tree.leaves(
+            list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
+        )
+        if not all(
+            _can_be_one(getattr(one, "jaxpr", one)) for one in inner if hasattr(one, "eqns")
+        ):
+            return False
+    return True
+
+
+def _block(size: int, most: int) -> int:
+    """Members of a block: at most so many, as equal as may be, so that little is filled up."""
+    if size <= most:
+        return size
+    even = -(-size // -(-size // most))
+    return min(most, GRAIN * -(-even // GRAIN))
+
+
+def _in_blocks(
+    function: Callable[..., list[Array]],
+    size: int,
+    block: int,
+    axes: tuple[int | None, ...],
+    *leaves: Array,
+) -> list[Array]:
+    """A batch of `size`, block by block; the last is filled up with copies of the last member."""
+    count = -(-size // block)
+
+    def one(parts: list[Array]) -> list[Array]:
+        given = iter(parts)
+        every = [
+            leaf if axis is None else next(given) for leaf, axis in zip(leaves, axes, strict=True)
+        ]
+        if block == 1:
+            first = [
+                leaf if axis is None else leaf[0] for leaf, axis in zip(every, axes, strict=True)
+            ]
+            return [leaf[None] for leaf in function(*first)]
+        return jax.vmap(function, axes)(*every)
+
+    own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
+    if count == 1:
+        return one(own)
+    out = jax.lax.map(one, [_cut(leaf, count, block) for leaf in own])
+    return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in out]
+
+
+def _cut(leaf: Array, count: int, block: int) -> Array:
+    """[count, block, ...] of [size, ...]."""
+    missing = count * block - leaf.shape[0]
+    if missing:
+        last = jnp.broadcast_to(leaf[-1:], (missing, *leaf.shape[1:]))
+        leaf = jnp.concatenate([leaf, last])
+    return leaf.reshape(count, block, *leaf.shape[1:])

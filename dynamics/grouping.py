@@ -1,0 +1,240 @@
+"""A traced function rewritten so that XLA's CPU backend computes nothing twice.
+
+Inside a kernel, XLA fuses whatever feeds a result into the loop that computes it, and so repeats
+for each of many results what they have in common: ten times the arithmetic, for a step of the
+biped. It does not look through the border of a call that may not be inlined. So every intermediate
+result that several others need, and costs more than a few operations, gets a call of its own, with
+all that only it needs.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.experimental.xla_metadata import set_xla_metadata
+from jax.extend.core import ClosedJaxpr, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from jax.extend.core import Jaxpr, Primitive
+    from jaxtyping import Array
+
+APART = {"inlineable": "false"}
+"""What keeps XLA from dissolving a call."""
+REPEATED = 24
+"""So many operations may be computed again rather than kept."""
+FREE = (
+    *("broadcast_in_dim", "reshape", "squeeze", "expand_dims", "transpose", "rev", "slice", "iota"),
+    *("convert_element_type", "copy", "copy_p", "neg", "not", "stop_gradient"),
+    *("random_wrap", "random_unwrap"),
+)
+"""Primitives that cost nothing where their result is used: repeated at will."""
+DISSOLVED = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+    "custom_vjp_call": "call_jaxpr",
+    "custom_vmap_call": "call",
+}
+"""Calls that only group others, and the parameter that holds what they call."""
+LOOPS = ("while", "scan", "cond")
+
+
+class _Step(NamedTuple):
+    """One operation; operands and results are numbers of values, other operands constants."""
+
+    primitive: Primitive
+    params: dict[str, Any]
+    operands: list[Any]
+    results: list[int]
+
+    @property
+    def is_loop(self) -> bool:
+        return self.primitive.name in LOOPS
+
+    @property
+    def is_free(self) -> bool:
+        return self.primitive.name in FREE
+
+    def inputs(self) -> list[int]:
+        """Operands that are values."""
+        return [one.number for one in self.operands if isinstance(one, _Value)]
+
+    def run(self, values: dict[int, Any], params: dict[str, Any]) -> None:
+        """Add the results to the values."""
+        given = [values[one.number] if isinstance(one, _Value) else one for one in self.operands]
+        found = self.primitive.bind(*given, **params)
+        found = found if self.primitive.multiple_results else [found]
+        values.update(zip(self.results, found, strict=True))
+
+
+class _Value(NamedTuple):
+    """The number of a value, among constants."""
+
+    number: int
+
+
+class _Program(NamedTuple):
+    steps: list[_Step]
+    inputs: list[int]
+    outputs: list[Any]
+
+
+def grouped(traced: ClosedJaxpr) -> Callable[..., list[Array]]:
+    """The traced function's value, computed group by group; of the same arguments."""
+    program = _pruned(_flattened(traced))
+    return partial(_run, program, _kept(program))
+
+
+def _flattened(traced: ClosedJaxpr) -> _Program:
+    """One list of operations, without calls."""
+    steps: list[_Step] = []
+    count = iter(range(10**9))
+
+    def walk(jaxpr: Jaxpr, constants: Sequence[Any], arguments: Sequence[Any]) -> list[Any]:
+        known = dict(zip(jaxpr.constvars, constants, strict=True))
+        known.update(zip(jaxpr.invars, arguments, strict=True))
+
+        def read(atom: Any) -> Any:
+            return atom.val if isinstance(atom, Literal) else known[atom]
+
+        for equation in jaxpr.eqns:
+            operands = [read(atom) for atom in equation.invars]
+            called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
+            if called is None:
+                results = [next(count) for _ in equation.outvars]
+                steps.append(_Step(equation.primitive, equation.params, operands, results))
+                found: list[Any] = [_Value(number) for number in results]
+            elif isinstance(called, ClosedJaxpr):
+                found = walk(called.jaxpr, called.consts, operands)
+            else:
+                found = walk(called, (), operands)
+            known.update(zip(equation.outvars, found, strict=True))
+        return [read(atom) for atom in jaxpr.outvars]
+
+    inputs = [next(count) for _ in traced.jaxpr.invars]
+    outputs = walk(traced.jaxpr, traced.consts, [_Value(number) for number in inputs])
+    return _Program(steps, inputs, outputs)
+
+
+def _pruned(program: _Program) -> _Program:
+    """Without operations that nothing needs."""
+    needed = {one.number for one in program.outputs if isinstance(one, _Value)}
+    kept = []
+    for step in reversed(program.steps):
+        if not needed.isdisjoint(step.results):
+            kept.append(step)
+            needed.update(step.inputs())
+    return program._replace(steps=kept[::-1])
+
+
+def _kept(program: _Program) -> set[int]:
+    """Places of the operations whose results are kept: those that would be repeated too often.
+
+    Free operations count as part of whatever uses their result.
+    """
+    users: dict[int, set[int]] = {}
+    for place, step in enumerate(program.steps):
+        for number in step.inputs():
+            users.setdefault(number, set()).add(place)
+    final = {one.number for one in program.outputs if isinstance(one, _Value)}
+    loop = -1  # stands for whatever needs a value as it is
+    needing: dict[int, set[int]] = {}
+    for step in reversed(program.steps):
+        for number in step.results:
+            found = {loop} if number in final else set()
+            for place in users.get(number, ()):
+                user = program.steps[place]
+                if user.is_free:
+                    found |= needing[user.results[0]]
+                else:
+                    found.add(loop if user.is_loop else place)
+            needing[number] = found
+    kept: set[int] = set()
+    sizes: dict[int, int] = {}  # operations behind a value that is not kept
+    for place, step in enumerate(program.steps):
+        size = sum(sizes.get(number, 0) for number in step.inputs())
+        if step.is_loop:
+            continue
+        size += not step.is_free
+        wanted = set().union(*(needing[number] for number in step.results))
+        repeated = size * (len(wanted) - 1) > REPEATED
+        if not step.is_free and (repeated or loop in wanted or len(step.results) > 1):
+            kept.add(place)
+            size = 0
+        sizes.update(dict.fromkeys(step.results, size))
+    return kept
+
+
+def _run(program: _Program, kept: set[int], *arguments: Array) -> list[Array]:
+    values: dict[int, Any] = dict(zip(program.inputs, arguments, strict=True))
+    makers = {number: step for step in program.steps for number in step.results}
+    for place, step in enumerate(program.steps):
+        if step.is_loop:
+            for number in step.inputs():
+                _compute([number], makers, values)
+            step.run(values, {name: _inside(value) for name, value in step.params.items()})
+        elif place in kept:
+            _compute(step.results, makers, values)
+    for one in program.outputs:
+        if isinstance(one, _Value):
+            _compute([one.number], makers, values)
+    return [
+        values[one.number] if isinstance(one, _Value) else jnp.asarray(one)
+        for one in program.outputs
+    ]
+
+
+def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Any]) -> None:
+    """Add these results to the values, by a call of all that is still to be computed for them."""
+    steps: dict[int, _Step] = {}
+    inputs: dict[int, None] = {}
+
+    def collect(number: int) -> None:
+        if number in values:
+            inputs[number] = None
+        elif (step := makers[number]).results[0] not in steps:
+            for one in step.inputs():
+                collect(one)
+            steps[step.results[0]] = step
+
+    wanted = [number for number in numbers if number not in values]
+    for number in wanted:
+        collect(number)
+
+    def group(*given: Array) -> list[Array]:
+        here = dict(zip(inputs, given, strict=True))
+        for step in steps.values():
+            step.run(here, step.params)
+        return [here[number] for number in wanted]
+
+    given = [values[number] for number in inputs]
+    if all(step.is_free for step in steps.values()):
+        found = group(*given)
+    else:
+        found = [_marked(leaf) for leaf in jax.jit(group)(*given)]
+    values.update(zip(wanted, found, strict=True))
+
+
+def _marked(leaf: Array) -> Array:
+    if jnp.issubdtype(leaf.dtype, jax.dtypes.extended):  # random keys
+        return leaf
+    return set_xla_metadata(leaf, **APART)
+
+
+def _inside(param: Any) -> Any:
+    """A loop's parameter, with what it runs grouped, too."""
+    if isinstance(param, ClosedJaxpr):
+        shapes = [
+            jax.ShapeDtypeStruct(aval.shape, aval.dtype, weak_type=aval.weak_type)
+            for aval in param.in_avals
+        ]
+        return jax.make_jaxpr(grouped(param))(*shapes)
+    if isinstance(param, tuple) and any(isinstance(one, ClosedJaxpr) for one in param):
+        return tuple(map(_inside, param))
+    return param
