@@ -42,6 +42,7 @@ class UGVDemonstration(Demonstration):
     """
 
     directory: ClassVar = "demo-ugv"
+    after: ClassVar = 3.0
     files: ClassVar = {
         "learning.png": "what was learnt when",
         "comparison.png": "the policy beside baselines, planner and optimum, over one bump",
