@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.optim import Station
 
 LINES = (
     (theme.MUTED, "-"),
@@ -35,7 +39,7 @@ LINES = (
 class Course(NamedTuple):
     """A drive at its waypoints, the first included."""
 
-    at: Any
+    at: Station
     """The stations; every leaf [waypoints]."""
     cost: np.ndarray
     """The criterion so far, in its unit."""
@@ -93,12 +97,11 @@ def plot_comparison(
     _draw_ground(axes[0], next(iter(played.values())), params)
     for index, (name, one) in enumerate(played.items()):
         colour, style = LINES[index % len(LINES)]
-        look: dict[str, Any] = {"color": colour, "ls": style, "lw": 1.5}
         at, cost, failed = course(one)
         angles = np.degrees(at.leg_angles)
         rows = (angles[:, 0], angles[:, 1], at.torque, cost)
         for axis, values in zip(axes[1:], rows, strict=True):
-            axis.plot(at.x, values, label=name, **look)
+            axis.plot(at.x, values, label=name, color=colour, ls=style, lw=1.5)
             if failed:
                 axis.plot(at.x[-1], values[-1], "x", color=colour, ms=7)
     names = axes[1].get_legend_handles_labels()
@@ -117,13 +120,13 @@ def _of_cost(env: UGVEnv) -> str:
     return f"{env.measure.name.replace('_', ' ')} [{env.measure.unit}]"
 
 
-def _draw_ground(axis: Any, played: Rollout, params: UGVEnvParams) -> None:
+def _draw_ground(axis: Axes, played: Rollout, params: UGVEnvParams) -> None:
     track = ground(played.start_state.drawn, params)[0].track
     fine = np.linspace(float(params.track.start), float(params.end), 400)
     axis.plot(fine, track.height(jnp.asarray(fine)), color=theme.INK)
 
 
-def _save(figure: Any, axes: Any, titles: tuple[str, ...], path: str | Path) -> Path:
+def _save(figure: Figure, axes: np.ndarray, titles: tuple[str, ...], path: str | Path) -> Path:
     for axis, words in zip(axes, titles, strict=True):
         axis.set_title(words, loc="left", fontsize=10, color=theme.INK, pad=4)
     name_below(axes[-1], "front wheel [m]")
