@@ -79,7 +79,13 @@ def demo_command(given: Mapping[str, Any]) -> bool:
     from stickslip.agents.demo import demo
 
     with interruptible() as stop:
-        demo(given["out"], fresh=given["fresh"], stop=stop, time_limit=given["time_limit"])
+        demo(
+            given["out"],
+            machine=given["machine"],
+            fresh=given["fresh"],
+            stop=stop,
+            time_limit=given["time_limit"],
+        )
         return not stop()
 
 

@@ -1,8 +1,8 @@
 """`stickslip demo`: train a machine on a task of its own, and compare.
 
-The directory of the demo is `runs/demo`. A demo that was finished there is shown again without
-training; one that was cut off goes on; after a change of the configuration, or with `fresh`, a new
-directory `runs/demo-2`, `-3`, ... is begun.
+The directory is `runs/demo`, or what the machine's demo says. A demo that was finished there is
+shown again without training; one that was cut off goes on; after a change of the configuration, or
+with `fresh`, a new directory `runs/demo-2`, `-3`, ... is begun.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.agents.training.directory import read_config
 from stickslip.agents.training.run import train
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_number, shown
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -25,13 +25,11 @@ if TYPE_CHECKING:
 
     from stickslip.agents.training.configuration import Configuration
 
-PRODUCTS = 6.0
-"""About how long table and pictures take, in durations of the first evaluation."""
-
 
 def demo(
     parent: str | Path = "runs",
     *,
+    machine: str | None = None,
     fresh: bool = False,
     config: Configuration | None = None,
     stop: Callable[[], bool] = lambda: False,
@@ -40,21 +38,24 @@ def demo(
 ) -> Path:
     """Train (unless that is done), print the table, write plots and the animation; return where.
 
+    machine: its name; by default that of the configuration, or the first one that has a demo.
+    config: what to train, by default what the demo says. ValueError for a machine without a demo.
     time_limit [s]: of training, None for none; the best policy so far is then shown, in a table and
     pictures that say how far it is, and the next demo goes on with it. stop: as for `train`.
     """
     begun, limit = monotonic(), math.inf if time_limit is None else time_limit
     if time_limit is not None:
         require_number("time_limit", limit, low=0.0, strict=True, accepted="None, or seconds > 0")
-    demonstration = _demonstration(config)
+    demonstration = _demonstration(machine, config)
     config = demonstration.config() if config is None else config
-    directory, known = find_directory(Path(parent), config, fresh)
+    directory, known = find_directory(Path(parent), config, fresh, demonstration.directory)
     if known and _is_shown(directory, config, demonstration):
         say(f"{directory} holds this demo already (--fresh for a new one).\n")
         say((directory / TABLE).read_text(encoding="utf-8"))
         return _list_files(directory, demonstration, say)
     (directory / TABLE).unlink(missing_ok=True)  # of a policy that is trained further now
-    begins = f"Training the {config.machine} with {config.algorithm.upper()} in"
+    title = machine_by_name(config.machine).title
+    begins = f"Training the {title} with {config.algorithm.upper()} in"
     what = "Going on in" if known else begins
     say(f"{what} {directory}: {demonstration.task_in_words(config)}")
     trained = train(
@@ -62,7 +63,7 @@ def demo(
         directory,
         resume=known,
         stop=lambda: stop() or monotonic() - begun > limit,
-        after=PRODUCTS,
+        after=demonstration.after,
     )
     so_far = f"{trained.timesteps:,} of {config.timesteps:,} steps ({trained.percent} %)"
     if stop() or not trained.policy.exists():
@@ -77,15 +78,20 @@ def demo(
     return _list_files(directory, demonstration, say)
 
 
-def _demonstration(config: Configuration | None) -> Demonstration:
-    """That of a configuration's machine, or of the first machine that has one."""
+def _demonstration(name: str | None, config: Configuration | None) -> Demonstration:
+    """That of a machine by its name or its configuration, or of the first machine that has one."""
     if config is not None:
-        found = machine_by_name(config.machine).demonstration()
-    else:
-        every = (machine.demonstration() for machine in machines())
-        found = next((one for one in every if one is not None), None)
+        if name not in (None, config.machine):
+            raise ValueError(
+                f"machine = {shown(name)} with a configuration of the {config.machine}; "
+                "accepted: one of them, or both of one machine"
+            )
+        name = config.machine
+    asked = machines() if name is None else (machine_by_name(name),)
+    found = next((one for machine in asked if (one := machine.demonstration())), None)
     if found is None:
-        raise ValueError("config is of a machine without a demo; accepted: one of a machine with")
+        known = ", ".join(one.name for one in machines() if one.demonstration()) or "none here"
+        raise ValueError(f"machine = {shown(name)} has no demo; accepted: {known}")
     return found
 
 
@@ -103,11 +109,13 @@ def _list_files(directory: Path, demonstration: Demonstration, say: Callable[[st
     return directory
 
 
-def find_directory(parent: Path, config: Configuration, fresh: bool) -> tuple[Path, bool]:
+def find_directory(
+    parent: Path, config: Configuration, fresh: bool, name: str = "demo"
+) -> tuple[Path, bool]:
     """Where the demo runs, and whether a run of this configuration is there already."""
     index = 1
     while True:
-        path = parent / ("demo" if index == 1 else f"demo-{index}")
+        path = parent / (name if index == 1 else f"{name}-{index}")
         if not path.exists() or (path.is_dir() and not any(path.iterdir())):
             return path, False
         if not fresh and _is_run_of(path, config):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trained import Trained
 
@@ -18,6 +19,10 @@ TABLE = "table.txt"
 class Demonstration(ABC):
     """One machine's demo: what is trained, and how the policy is compared and shown."""
 
+    directory: ClassVar[str] = "demo"
+    """Name of the run's directory; -2, -3, ... follow it where another run has it."""
+    after: ClassVar[float] = 6.0
+    """About how long table and pictures take, in durations of the first evaluation."""
     files: ClassVar[Mapping[str, str]]
     """What is left in the run's directory to look at, and what each is; TABLE aside."""
 
@@ -35,6 +40,15 @@ class Demonstration(ABC):
 
         The text is `text_of` the lines. say: also called with what goes on.
         """
+
+    def write_tables(self, trained: Trained, table: Evaluation) -> None:
+        """Write table.csv and table.json into the run's directory."""
+        about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
+        about |= {"finished": trained.finished}
+        table.write_csv(trained.directory / "table.csv")
+        table.write_json(
+            trained.directory / "table.json", {"config": trained.config.digest, "training": about}
+        )
 
     def text_of(self, trained: Trained, lines: Iterable[str]) -> str:
         """The lines, and that the training is not finished where it is not."""

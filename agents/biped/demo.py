@@ -70,12 +70,7 @@ class BipedDemonstration(Demonstration):
         title += "" if trained.finished else f"; {trained.name}"
         plot_comparison(played, task.rest, directory / "comparison.png", title)
         write_products(trained, played[trained.name])
-        moving.write_csv(directory / "table.csv")
-        about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
-        about |= {"finished": trained.finished}
-        moving.write_json(
-            directory / "table.json", {"config": trained.config.digest, "training": about}
-        )
+        self.write_tables(trained, moving)
         return text
 
 

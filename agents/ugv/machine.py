@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.training.trained import Trained
@@ -151,6 +152,12 @@ class UGVMachine(Machine):
         self, played: Rollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
     ) -> Path:
         """See Machine."""
-        from stickslip.agents.ugv.products import plot_drive
+        from stickslip.agents.ugv.plots import plot_drive
 
         return plot_drive(played, env, params, path, title)
+
+    def demonstration(self) -> Demonstration:
+        """See Machine."""
+        from stickslip.agents.ugv.demo import UGVDemonstration
+
+        return UGVDemonstration()

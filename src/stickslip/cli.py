@@ -190,6 +190,16 @@ def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
 
 
 def _add_demo(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    from stickslip.agents.registry import machines
+
+    names = [machine.name for machine in machines()]
+    parser.add_argument(
+        "machine",
+        nargs="?",
+        choices=names,
+        default=names[0],
+        help="whose demo (default: %(default)s)",
+    )
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -280,7 +290,7 @@ COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
     "train": (_add_train, _train, "train a policy with PPO or SAC"),
     "evaluate": (_add_evaluate, _evaluate, "compare policies and baselines in a table"),
     "view": (_add_view, _view, "an animation of a policy or baseline at work"),
-    "demo": (_add_demo, _demo, "train a walker for a slippery floor and compare it"),
+    "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
     "optimise": (_add_optimise, _optimise, "the leg angles to drive a UGV over a track with"),
     "reproduce": (
         _add_reproduce,
