@@ -191,7 +191,8 @@ def _jit_step(env: FunctionalEnv, key, state, action, params):
     return pure_step(env, key, state, action, params)
 
 
-def _pure_step(env: FunctionalEnv, key, state, action, params):
+def bare_step(env: FunctionalEnv, key, state, action, params):
+    """`FunctionalEnv.step` without checks, for use inside what is fused already."""
     action = jnp.clip(jnp.asarray(action), -1.0, 1.0)
     obs, after, reward, terminated, truncated, info = env.step_env(state, action, params)
     info = info | {"final_obs": obs, "autoreset": jnp.zeros_like(terminated)}
@@ -213,9 +214,6 @@ def _choose(condition, one, other):
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
 
 
-def pure_step(env: FunctionalEnv, key, state, action, params):
-    """`FunctionalEnv.step` without checks, for use inside a trace; as one kernel (see fused)."""
-    return _fused_step(env, key, state, action, params)
-
-
-_fused_step = fused(_pure_step, fixed=1)
+pure_step = fused(bare_step, fixed=1)
+"""`FunctionalEnv.step` without checks, for use inside a trace: `pure_step(env, key, state, action,
+params)`, one kernel of a processor (see `fused`)."""

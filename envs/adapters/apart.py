@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.fused import fused
 from stickslip.envs.adapters.codec import Codec
-from stickslip.envs.adapters.shared import Shared, split, table_of
-from stickslip.envs.functional import pure_step
+from stickslip.envs.adapters.shared import Shared, row_of, split
+from stickslip.envs.functional import bare_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array
@@ -81,11 +82,11 @@ class Apart:
 
         self._program = _Program(self.env, Shared(params), entries, many(own), many((data, state)))
         action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
-        step = jax.eval_shape(partial(pure_step, self.env), key, state, action, other)
+        step = jax.eval_shape(partial(bare_step, self.env), key, state, action, other)
         self.signature = signature_of((obs, *step[2:]))
         """Shapes and types of what a step returns."""
-        self.carry: dict[str, Array] | None = None
-        self._own: dict[str, Array] | None = None
+        self.carry: Array | None = None
+        self._own: Array | None = None
         self.members = np.zeros(num_envs, bool)
 
     def begin(self, chains: np.ndarray, mask: np.ndarray, params: Any) -> tuple[Any, np.ndarray]:
@@ -98,7 +99,7 @@ class Apart:
         return self.carry, np.array(obs)
 
     def step(self, actions: np.ndarray) -> np.ndarray:
-        """One control step: the rows of `table_of`."""
+        """One control step: the rows of `row_of`."""
         self.carry, table = _go_on(self._program, self.carry, self._own, actions)
         return np.array(table)
 
@@ -114,7 +115,7 @@ def signature_of(tree: Any) -> Any:
 
 
 @partial(jax.jit, static_argnums=0)
-def unpack(codec: Codec, packed: dict[str, Array]) -> Any:
+def unpack(codec: Codec, packed: Array) -> Any:
     """The tree that the codec packed."""
     return codec.unpack(packed)
 
@@ -127,19 +128,20 @@ def _begin(program: _Program, chains, own, mask, before):
     )
     carry, own = program.carry.pack((after, states)), program.own.pack(own)
     if before is not None:  # packed with the environments last
-        carry, own = jax.tree.map(partial(jnp.where, mask), (carry, own), before)
+        carry, own = jnp.where(mask, carry, before[0]), jnp.where(mask, own, before[1])
     return carry, own, obs
 
 
 @partial(jax.jit, static_argnums=0)
 def _go_on(program: _Program, carry, own, actions):
-    chains, states = program.carry.unpack(carry)
+    return jax.vmap(partial(_go_on_one, program), (-1, -1, 0), (-1, 0))(carry, own, actions)
 
-    def step(state, action, own):
-        return pure_step(program.env, None, state, action, program.params(own))
 
-    obs, states, reward, terminated, truncated, info = jax.vmap(step)(
-        states, actions, program.own.unpack(own)
-    )
-    table = table_of(obs, reward, terminated, truncated, info)
-    return program.carry.pack((chains, states)), table
+@partial(fused, fixed=1)
+def _go_on_one(program: _Program, carry, own, action):
+    """One environment's step; carry, own: its packed columns. The row of `row_of`, too."""
+    codec = program.carry.of_one
+    chain, state = codec.unpack(carry)
+    params = program.params(program.own.of_one.unpack(own))
+    step = bare_step(program.env, None, state, action, params)
+    return codec.pack((chain, step[1])), row_of(step[0], *step[2:])

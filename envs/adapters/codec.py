@@ -1,8 +1,8 @@
-"""A pytree of many small arrays as a few large ones: a compiled call costs per array."""
+"""A pytree of many small arrays as one array of words: a compiled call costs per array."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax
@@ -14,8 +14,9 @@ import numpy as np
 class Codec:
     """The layout of one pytree, from `Codec.of` its abstract values; static and hashable.
 
-    `pack` gives one array [total size, *batch] for each dtype among the leaves, `unpack` the tree.
-    batch: the shape that all leaves begin with.
+    `pack` gives one array [words, *batch] of unsigned integers that hold the leaves' bits, `unpack`
+    the tree. A word is as wide as the widest leaf's numbers, 4 bytes at least. batch: the shape
+    that all leaves begin with.
     """
 
     structure: Any
@@ -30,21 +31,46 @@ class Codec:
         shapes = tuple(tuple(leaf.shape[len(batch) :]) for leaf in leaves)
         return cls(structure, shapes, tuple(str(leaf.dtype) for leaf in leaves), batch)
 
-    def pack(self, tree: Any) -> dict[str, jax.Array]:
-        """Leaves of one dtype end to end, batch axes last."""
-        rows: dict[str, list[jax.Array]] = {}
-        for leaf, dtype in zip(jax.tree.leaves(tree), self.dtypes, strict=True):
-            flat = jnp.reshape(leaf, (*self.batch, -1))
-            rows.setdefault(dtype, []).append(jnp.moveaxis(flat, -1, 0))
-        return {dtype: jnp.concatenate(parts) for dtype, parts in rows.items()}
+    @property
+    def of_one(self) -> Codec:
+        """Of one member of the batch."""
+        return replace(self, batch=())
 
-    def unpack(self, packed: dict[str, jax.Array]) -> Any:
-        """The tree that `pack` was given."""
-        place = dict.fromkeys(packed, 0)
-        leaves = []
+    @property
+    def word(self) -> np.dtype[Any]:
+        """The type of the words."""
+        widest = max((np.dtype(dtype).itemsize for dtype in self.dtypes), default=4)
+        return np.dtype(f"uint{8 * max(4, widest)}")
+
+    def pack(self, tree: Any) -> jax.Array:
+        """Leaves end to end, batch axes last."""
+        rows = []
+        for leaf in jax.tree.leaves(tree):
+            flat = jnp.reshape(as_words(leaf, self.word), (*self.batch, -1))
+            rows.append(jnp.moveaxis(flat, -1, 0))
+        return jnp.concatenate(rows)
+
+    def unpack(self, packed: jax.Array) -> Any:
+        """The tree that `pack` was given; rows after its own are not looked at."""
+        place, leaves = 0, []
         for shape, dtype in zip(self.shapes, self.dtypes, strict=True):
             size = int(np.prod(shape))
-            part = packed[dtype][place[dtype] : place[dtype] + size]
-            place[dtype] += size
-            leaves.append(jnp.reshape(jnp.moveaxis(part, 0, -1), (*self.batch, *shape)))
+            part = jnp.moveaxis(packed[place : place + size], 0, -1)
+            place += size
+            leaves.append(jnp.reshape(_from_words(part, dtype), (*self.batch, *shape)))
         return jax.tree.unflatten(self.structure, leaves)
+
+
+def as_words(leaf: jax.Array, word: np.dtype[Any]) -> jax.Array:
+    """The bits of numbers as unsigned integers, filled up with zeros."""
+    if leaf.dtype == bool:
+        return leaf.astype(word)
+    own = jnp.dtype(f"uint{8 * leaf.dtype.itemsize}")
+    return jax.lax.bitcast_convert_type(leaf, own).astype(word)
+
+
+def _from_words(words: jax.Array, dtype: str) -> jax.Array:
+    if dtype == "bool":
+        return words != 0
+    own = jnp.dtype(f"uint{8 * jnp.dtype(dtype).itemsize}")
+    return jax.lax.bitcast_convert_type(words.astype(own), jnp.dtype(dtype))

@@ -81,7 +81,7 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         results = self._envs.step(action[None])
         terminated, truncated = bool(results.terminated[0]), bool(results.truncated[0])
         self._over = terminated or truncated
-        self._info = {name: column[0].item() for name, column in results.info.items()}
+        self._info = results.info_of(0)
         if self.render_mode == "human":
             self.render()
         obs = results.obs[0].astype(np.float32)

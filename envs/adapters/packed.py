@@ -1,12 +1,11 @@
 """A batch of functional environments behind plain NumPy arrays: what every adapter stands on.
 
-One compiled call a step; its results come back in one array, which costs one copy instead of one
-for each entry of info.
+One compiled call a step, of one array to one array: a call costs for each of them.
 """
 
 from __future__ import annotations
 
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -14,13 +13,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
+from stickslip.dynamics.fused import fused
 from stickslip.envs.adapters.apart import Apart, kind_of, signature_of, unpack
-from stickslip.envs.adapters.codec import Codec
-from stickslip.envs.adapters.shared import Shared, chosen, split, table_of
-from stickslip.envs.functional import pure_step
+from stickslip.envs.adapters.codec import Codec, as_words
+from stickslip.envs.adapters.shared import Shared, chosen, row_of, split
+from stickslip.envs.functional import bare_step
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from jaxtyping import Array
 
@@ -33,16 +33,45 @@ COPIES = 4
 """States and results of one step that exist at once, at least."""
 
 
-class Results(NamedTuple):
-    """One step of a batch of n environments; `info` has a column [n] for each entry."""
+class Results:
+    """One step of a batch of n environments, from the rows of `row_of` [n, numbers].
 
-    obs: np.ndarray
-    final_obs: np.ndarray
-    reward: np.ndarray
-    terminated: np.ndarray
-    truncated: np.ndarray
-    autoreset: np.ndarray
-    info: dict[str, np.ndarray]
+    reward, terminated, truncated, autoreset: [n]; what else there is, when it is asked for.
+    """
+
+    def __init__(self, table: np.ndarray, width: int, entries: dict[str, np.dtype[Any]]):
+        """width: numbers of an observation; entries: of info, with their types."""
+        self._table, self._width, self._entries = table, width, entries
+        self.reward = table[:, 2 * width]
+        flags = table[:, 2 * width + 1 : 2 * width + 4] != 0
+        self.terminated, self.truncated, self.autoreset = flags.T
+
+    @property
+    def obs(self) -> np.ndarray:
+        """[n, obs]"""
+        return self._table[:, : self._width].copy()
+
+    @property
+    def final_obs(self) -> np.ndarray:
+        """[n, obs]"""
+        return self._table[:, self._width : 2 * self._width]
+
+    @property
+    def info(self) -> dict[str, np.ndarray]:
+        """A column [n] for each entry."""
+        columns = self._table.T[2 * self._width + 4 :]
+        return {
+            name: column.astype(kind, copy=False)
+            for column, (name, kind) in zip(columns, self._entries.items(), strict=True)
+        }
+
+    def info_of(self, index: int) -> dict[str, Any]:
+        """Info of one environment, in Python's numbers."""
+        numbers = self._table[index, 2 * self._width + 4 :].tolist()
+        return {
+            name: number if kind.kind == "f" else bool(number) if kind.kind == "b" else int(number)
+            for number, (name, kind) in zip(numbers, self._entries.items(), strict=True)
+        }
 
 
 class _Layout(NamedTuple):
@@ -53,6 +82,8 @@ class _Layout(NamedTuple):
     """None: every environment has parameters of its own, passed at each call."""
     carry: Codec
     """Of the key chains (as plain numbers) and the states."""
+    numbers: int
+    """Of a row of `row_of`; they follow the carry, so that a step gives back a single array."""
 
     def batched(self, params: Any) -> tuple[Any, int | None]:
         """The parameters and their axis for vmap."""
@@ -75,7 +106,7 @@ class PackedEnvs:
         one = jax.tree.map(lambda leaf: leaf[0], params) if mapped else params
         obs, state = jax.eval_shape(env.reset_env, key, one)
         action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
-        step = jax.eval_shape(partial(pure_step, env), key, state, action, one)
+        step = jax.eval_shape(partial(bare_step, env), key, state, action, one)
         info, self._signature = step[5], signature_of((obs, *step[2:]))
         data = jax.eval_shape(jax.random.key_data, key)
         many = jax.tree.map(
@@ -85,14 +116,16 @@ class PackedEnvs:
         each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
         require_memory(f"num_envs = {shown(num_envs)}", "environments", num_envs, COPIES * each)
         shared = None if mapped else Shared(params)
-        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)))
+        names = sorted(set(info) - {"final_obs", "autoreset"})
+        self._entries = {name: np.dtype(info[name].dtype) for name in names}
+        self._width = obs.shape[0]
+        numbers = 2 * self._width + 4 + len(names)
+        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)), numbers)
+        self._step = _step_of(self._layout)
         self._params = params if mapped else None
-        self._carry: dict[str, Array] | None = None
+        self._carry: Array | None = None
         self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
         self._pending = np.zeros(num_envs, bool)
-        self._names = sorted(set(info) - {"final_obs", "autoreset"})
-        self._kinds = [np.dtype(info[name].dtype) for name in self._names]
-        self._width = obs.shape[0]
         self._groups: dict[Any, Apart] = {}
         self._apart = np.zeros(num_envs, bool)
         self._ended = np.zeros(num_envs, bool)
@@ -142,7 +175,9 @@ class PackedEnvs:
         self._leave(mask)
         if self._steps_alike(params):
             whole = self._carry is None or mask.all()
-            self._carry = carry if whole else _merged(mask, carry, self._carry)
+            room = jnp.zeros((self._layout.numbers, self.num_envs), carry.dtype)
+            carry = jnp.concatenate([carry, room])
+            self._carry = carry if whole else jnp.where(mask, carry, self._carry)
         else:
             group.members |= mask
             self._apart |= mask
@@ -152,28 +187,13 @@ class PackedEnvs:
 
     def step(self, actions: np.ndarray) -> Results:
         """One control step of every environment; actions [n, act], checked already."""
-        table, width = self._stepped(actions), self._width
-        flags = table[:, 2 * width + 1 : 2 * width + 4] != 0
-        info = {
-            name: table[:, 2 * width + 4 + column].astype(kind, copy=False)
-            for column, (name, kind) in enumerate(zip(self._names, self._kinds, strict=True))
-        }
-        return Results(
-            obs=table[:, :width].copy(),
-            final_obs=table[:, width : 2 * width],
-            reward=table[:, 2 * width],
-            terminated=flags[:, 0],
-            truncated=flags[:, 1],
-            autoreset=flags[:, 2],
-            info=info,
-        )
+        return Results(self._stepped(actions), self._width, self._entries)
 
     def _stepped(self, actions: np.ndarray) -> np.ndarray:
-        """The rows of `table_of`."""
+        """The rows of `row_of`."""
         if not self._apart.any():
             return self._stepped_together(actions)
-        columns = 2 * self._width + 4 + len(self._names)
-        table = np.zeros((self.num_envs, columns), self.dtype)
+        table = np.zeros((self.num_envs, self._layout.numbers), self.dtype)
         if not self._apart.all():
             table = self._stepped_together(actions)
         for group in self._groups.values():
@@ -183,9 +203,11 @@ class PackedEnvs:
         return table
 
     def _stepped_together(self, actions: np.ndarray) -> np.ndarray:
-        """The rows of `table_of`, in the batch's own step."""
-        self._carry, table = _step(self._layout, self._carry, actions, self._params)
-        return np.array(table)
+        """The rows of `row_of`, in the batch's own step."""
+        self._carry = self._step(self._carry, actions, self._params)
+        words = np.array(np.asarray(self._carry)[-self._layout.numbers :])
+        own = np.dtype(f"uint{8 * self.dtype.itemsize}")
+        return words.astype(own, copy=False).view(self.dtype).T
 
     def _reset_apart(self, table: np.ndarray) -> None:
         """What autoreset does, for environments apart: they go on with the batch's parameters."""
@@ -278,23 +300,30 @@ def _reset(layout: _Layout, chains, params, mask, before):
     if before is not None:
         old = layout.carry.unpack(before)
         carry = chosen(mask, carry, (chains, old[1]))
-    return layout.carry.pack(carry), obs
+    packed = layout.carry.pack(carry)
+    room = jnp.zeros((layout.numbers, packed.shape[1]), packed.dtype)
+    return jnp.concatenate([packed, room]), obs
 
 
-@partial(jax.jit, static_argnums=0)
-def _step(layout: _Layout, carry, actions, params):
-    params, axis = layout.batched(params)
-    chains, states = layout.carry.unpack(carry)
-    after, subkeys = split(chains)
-    obs, states, reward, terminated, truncated, info = jax.vmap(
-        partial(pure_step, layout.env), (0, 0, 0, axis)
-    )(subkeys, states, actions, params)
-    chains = chosen(info["autoreset"], after, chains)
-    table = table_of(obs, reward, terminated, truncated, info)
-    return layout.carry.pack((chains, states)), table
+@lru_cache(maxsize=64)
+def _step_of(layout: _Layout) -> Callable[..., Array]:
+    """The compiled step of a layout: carry, actions and own parameters, or None, to the carry."""
+
+    def step(carry, actions, params):
+        axis = None if params is None else 0
+        return jax.vmap(partial(_step_one, layout), (-1, 0, axis), -1)(carry, actions, params)
+
+    return jax.jit(step)
 
 
-@jax.jit
-def _merged(mask, one, other):
-    """Rows of one packed tree where the mask is true, of the other elsewhere."""
-    return jax.tree.map(partial(jnp.where, mask), one, other)  # the environments are last
+@partial(fused, fixed=1)
+def _step_one(layout: _Layout, carry, action, params):
+    """One environment's step; carry: its packed column, its row of `row_of` at the end."""
+    codec, shared = layout.carry.of_one, layout.shared
+    params = params if shared is None else shared.params()
+    chain, state = codec.unpack(carry)
+    after, subkey = jax.random.split(jax.random.wrap_key_data(chain))
+    step = bare_step(layout.env, subkey, state, action, params)
+    chain = jnp.where(step[5]["autoreset"], jax.random.key_data(after), chain)
+    row = as_words(row_of(step[0], *step[2:]), codec.word)
+    return jnp.concatenate([codec.pack((chain, step[1])), row])

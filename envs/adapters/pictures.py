@@ -36,7 +36,7 @@ class Pictures:
         infos: list[dict[str, Any]] = [{} for _ in self._renderers]
         if results is not None:
             for i in map(int, np.flatnonzero(~results.autoreset)):
-                infos[i] = {name: col[i].item() for name, col in results.info.items()}
+                infos[i] = results.info_of(i)
         return tuple(self._draw(index, info) for index, info in enumerate(infos))
 
     def _draw(self, index: int, info: dict[str, Any]) -> np.ndarray:

@@ -107,7 +107,7 @@ class SB3VecEnv(Compiled, VecEnv):
         dones = results.terminated | results.truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(dones):
-            last = {name: column[i].item() for name, column in results.info.items()}
+            last = results.info_of(int(i))
             infos[i] = last | {
                 "terminal_observation": results.final_obs[i].astype(np.float32),
                 "TimeLimit.truncated": bool(results.truncated[i] and not results.terminated[i]),

@@ -50,10 +50,10 @@ def chosen(mask, one, other):
     return jax.tree.map(choose, one, other)
 
 
-def table_of(obs, reward, terminated, truncated, info):
-    """What a step of a batch returns, as one array of a row for each environment: observation,
-    final observation, reward, the flags terminated, truncated and autoreset, info by its names."""
+def row_of(obs, reward, terminated, truncated, info):
+    """What a step returns, as one array: observation, final observation, reward, the flags
+    terminated, truncated and autoreset, info by its names."""
     rest = sorted(set(info) - {"final_obs", "autoreset"})
-    columns = [reward, terminated, truncated, info["autoreset"], *(info[name] for name in rest)]
-    columns = [column.astype(obs.dtype)[:, None] for column in columns]
-    return jnp.concatenate([obs, info["final_obs"], *columns], axis=1)
+    numbers = [reward, terminated, truncated, info["autoreset"], *(info[name] for name in rest)]
+    numbers = jnp.stack([number.astype(obs.dtype) for number in numbers])
+    return jnp.concatenate([obs, info["final_obs"], numbers])
