@@ -77,7 +77,7 @@ def demo(
     return _list_files(directory, demonstration, say)
 
 
-def _demonstration(config: Configuration | None) -> Demonstration:
+def _demonstration(config: Configuration | None) -> Demonstration[Configuration]:
     """That of a configuration's machine, or of the first machine that has one."""
     if config is not None:
         found = machine_by_name(config.machine).demonstration()
@@ -89,7 +89,9 @@ def _demonstration(config: Configuration | None) -> Demonstration:
     return found
 
 
-def _is_shown(directory: Path, config: Configuration, demonstration: Demonstration) -> bool:
+def _is_shown(
+    directory: Path, config: Configuration, demonstration: Demonstration[Configuration]
+) -> bool:
     """Whether a finished demo's products are all there."""
     checkpoints = list_checkpoints(directory / "checkpoints")
     whole = all((directory / name).exists() for name in (TABLE, *demonstration.files))

@@ -3,40 +3,41 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Generic
+
+from stickslip.agents.training.configuration import Config
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trained import Trained
 
 TABLE = "table.txt"
 """The file of a finished demo that is written last: it says that the rest is there."""
 
 
-class Demonstration(ABC):
+class Demonstration(ABC, Generic[Config]):
     """One machine's demo: what is trained, and how the policy is compared and shown."""
 
     files: ClassVar[Mapping[str, str]]
     """What is left in the run's directory to look at, and what each is; TABLE aside."""
 
     @abstractmethod
-    def config(self) -> Configuration:
+    def config(self) -> Config:
         """What is trained."""
 
     @abstractmethod
-    def task_in_words(self, config: Configuration) -> str:
+    def task_in_words(self, config: Config) -> str:
         """What is to be learnt, in a line or two."""
 
     @abstractmethod
-    def show(self, trained: Trained, say: Callable[[str], None]) -> str:
+    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
         """Compare the policy with the baselines, say so, write `files` and return what was said.
 
         The text is `text_of` the lines. say: also called with what goes on.
         """
 
-    def text_of(self, trained: Trained, lines: Iterable[str]) -> str:
+    def text_of(self, trained: Trained[Config], lines: Iterable[str]) -> str:
         """The lines, and that the training is not finished where it is not."""
         text = "\n".join(lines) + "\n"
         if trained.finished:

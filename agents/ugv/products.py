@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -22,16 +22,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.training.trained import Trained
+    from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
 
 
-def write_products(trained: Trained, played: Rollout | None = None) -> list[Path]:
+def write_products(
+    trained: Trained[UGVTrainConfig], played: Rollout[UGVEnvState] | None = None
+) -> list[Path]:
     """Write learning.png, episode.png and drive.gif into the run's directory; their paths.
 
     played: the policy's first test episode, if it is there already.
     """
-    config: Any = trained.config
+    config = trained.config
     task = make_ugv_task(config)
     if played is None:
         played = rollout(task.env, load_policy(trained.policy), task.test, 0)
@@ -44,15 +48,14 @@ def write_products(trained: Trained, played: Rollout | None = None) -> list[Path
 
 
 def plot_drive(
-    played: Rollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
+    played: Rollout[UGVEnvState], env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
 ) -> Path:
     """One episode over the way: ground, leg angles, torque, grip and cost, as a PNG."""
     played = played.trimmed()
-    state: Any = jax.tree.map(
+    at, cost = jax.tree.map(
         lambda first, rest: np.concatenate([np.asarray(first)[None], rest]),
         *((one.station, one.cost) for one in (played.start_state, played.state)),
     )
-    at, cost = state
     track = ground(played.start_state.drawn, params)[0].track
     figure, axes = make_sheet(5, 1, (9, 9), title)
     fine = np.linspace(float(params.track.start), float(params.end), 400)

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from stable_baselines3.common.vec_env import VecEnv
 
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.state_file import ModelState
+
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """What a replay buffer holds."""
@@ -48,7 +51,7 @@ class Course:
         return first + (last - first) * min(max(self.share, 0.0), 1.0)
 
 
-def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
+def make_model(config: LearningConfiguration, envs: VecEnv, course: Course) -> PPO | SAC:
     """A fresh model whose learning rate follows the course."""
     torch.set_num_threads(config.threads)
     network = {"net_arch": [config.hidden] * config.layers}
@@ -87,7 +90,7 @@ def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
     return model
 
 
-def set_noise(model: PPO | SAC, config: Any, course: Course) -> float:
+def set_noise(model: PPO | SAC, config: LearningConfiguration, course: Course) -> float:
     """Set the exploration that the course prescribes, and return it (NaN for SAC, which learns it).
 
     Learnt, it vanishes within the first half million steps: standing still is then a safe local
@@ -115,9 +118,9 @@ def begin_stretch(model: PPO | SAC, seed: int, timesteps: int) -> None:
     model._last_obs = None  # so that learn() resets the environments
 
 
-def take_state(model: PPO | SAC) -> dict[str, Any]:
+def take_state(model: PPO | SAC) -> ModelState:
     """Parameters, optimiser states and (SAC) the replay buffer: arrays in plain containers."""
-    state: dict[str, Any] = {
+    state: ModelState = {
         "algorithm": type(model).__name__,
         "parameters": _as_arrays(model.get_parameters()),
         "updates": int(model._n_updates),
