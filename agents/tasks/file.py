@@ -19,8 +19,6 @@ from stickslip.dynamics.checks import require_kind
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from jaxtyping import PyTree
-
     from stickslip.agents.foreign.reading import Json
 
 
@@ -101,7 +99,7 @@ def rebuilt_task(
         return task
 
 
-def same_numbers(one: PyTree, other: PyTree) -> bool:
+def same_numbers(one: object, other: object) -> bool:
     """Whether two trees hold the same numbers, up to rounding to float32."""
     if jax.tree.structure(one) != jax.tree.structure(other):
         return False

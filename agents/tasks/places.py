@@ -19,8 +19,6 @@ from stickslip.dynamics.checks import nearest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from jaxtyping import PyTree
-
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
     from stickslip.agents.policy.mlp import MLPPolicy
@@ -177,7 +175,7 @@ def _place_for(
     return None
 
 
-def _equal(one: PyTree, other: PyTree) -> bool:
+def _equal(one: object, other: object) -> bool:
     if jax.tree.structure(one) != jax.tree.structure(other):
         return False
     pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)

@@ -2,35 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+Tree = TypeVar("Tree")
+
 
 @dataclass(frozen=True)
-class Codec:
+class Codec(Generic[Tree]):
     """The layout of one pytree, from `Codec.of` its abstract values; static and hashable.
 
     `pack` gives one array [total size, *batch] for each dtype among the leaves, `unpack` the tree.
     batch: the shape that all leaves begin with.
     """
 
-    structure: Any
+    structure: Hashable
     shapes: tuple[tuple[int, ...], ...]
     dtypes: tuple[str, ...]
     batch: tuple[int, ...]
 
     @classmethod
-    def of(cls, tree: Any, batch: tuple[int, ...] = ()) -> Codec:
+    def of(cls, tree: Tree, batch: tuple[int, ...] = ()) -> Codec[Tree]:
         """The layout of `tree`, whose leaves (arrays or abstract arrays) begin with `batch`."""
         leaves, structure = jax.tree.flatten(tree)
         shapes = tuple(tuple(leaf.shape[len(batch) :]) for leaf in leaves)
         return cls(structure, shapes, tuple(str(leaf.dtype) for leaf in leaves), batch)
 
-    def pack(self, tree: Any) -> dict[str, jax.Array]:
+    def pack(self, tree: Tree) -> dict[str, jax.Array]:
         """Leaves of one dtype end to end, batch axes last."""
         rows: dict[str, list[jax.Array]] = {}
         for leaf, dtype in zip(jax.tree.leaves(tree), self.dtypes, strict=True):
@@ -38,7 +41,7 @@ class Codec:
             rows.setdefault(dtype, []).append(jnp.moveaxis(flat, -1, 0))
         return {dtype: jnp.concatenate(parts) for dtype, parts in rows.items()}
 
-    def unpack(self, packed: dict[str, jax.Array]) -> Any:
+    def unpack(self, packed: dict[str, jax.Array]) -> Tree:
         """The tree that `pack` was given."""
         place = dict.fromkeys(packed, 0)
         leaves = []
