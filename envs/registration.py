@@ -14,12 +14,8 @@ if TYPE_CHECKING:
 
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
-    from stickslip.envs.biped.env import BipedEnv
-    from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.ugv.env import UGVEnv
-    from stickslip.envs.ugv.params import UGVEnvParams
 
-    Kind: TypeAlias = type[BipedEnv] | type[UGVEnv]
+    Kind: TypeAlias = type[envs.BipedEnv] | type[envs.UGVEnv]
 
 Options: TypeAlias = dict[str, Any]
 """Of the environment and of its `make_params`, by name."""
@@ -82,7 +78,7 @@ def _vector(
 
 def split_options(
     kind: Kind, options: Options
-) -> tuple[BipedEnv | UGVEnv, BipedEnvParams | UGVEnvParams]:
+) -> tuple[envs.BipedEnv | envs.UGVEnv, envs.BipedEnvParams | envs.UGVEnvParams]:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
     from dataclasses import fields
