@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.optim.posture.criteria import Criterion
+
+T = TypeVar("T")
 
 
 @register_derived
@@ -338,5 +340,5 @@ def _odometer(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) -> O
     return _cast(Odometer.along(track, first, last), dtype)
 
 
-def _cast(tree: Any, dtype: DTypeLike) -> Any:
+def _cast(tree: T, dtype: DTypeLike) -> T:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), tree)

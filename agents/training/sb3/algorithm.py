@@ -15,6 +15,7 @@ from stable_baselines3.common.utils import set_random_seed
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stable_baselines3.common.buffers import ReplayBuffer
     from stable_baselines3.common.vec_env import VecEnv
 
     from stickslip.agents.training.groups import LearningConfiguration
@@ -63,7 +64,7 @@ def make_model(config: LearningConfiguration, envs: VecEnv, course: Course) -> P
         "device": "cpu",
     }
     if config.algorithm == "sac":
-        model: Any = SAC(
+        model = SAC(
             "MlpPolicy",
             envs,
             buffer_size=config.sac.buffer_size,
@@ -154,16 +155,20 @@ def is_finite(model: PPO | SAC) -> bool:
     return all(bool(torch.isfinite(p).all()) for p in model.policy.parameters())
 
 
-def _buffer(model: SAC) -> Any:
+def _buffer(model: SAC) -> ReplayBuffer:
+    if model.replay_buffer is None:
+        raise ValueError("a model without its replay buffer; accepted: one that is set up")
     return model.replay_buffer
 
 
-def _entropy(model: SAC) -> Any:
+def _entropy(model: SAC) -> torch.Tensor:
     """Logarithm of the entropy's weight, which SAC learns here."""
+    if model.log_ent_coef is None:
+        raise ValueError("the entropy's weight is fixed; accepted: one that is learnt")
     return model.log_ent_coef
 
 
-def _fill(buffer: Any, state: dict[str, Any]) -> None:
+def _fill(buffer: ReplayBuffer, state: dict[str, Any]) -> None:
     for name in BUFFER:
         rows, target = state["buffer"][name], getattr(buffer, name)
         if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):
