@@ -8,7 +8,7 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
@@ -33,13 +33,14 @@ from stickslip.dynamics.checks import require_integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
+    from types import FrameType
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.machine import Machine
+    from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.tasks.places import Named, Place
 
 
-def train_command(given: Mapping[str, Any]) -> bool:
+def train_command(given: Options) -> bool:
     """`stickslip train`: whether training came to its end."""
     machine, out = machine_by_name(given["machine"]), given["out"]
     changed = flags_given(given, machine.configuration)
@@ -74,7 +75,7 @@ def train_command(given: Mapping[str, Any]) -> bool:
     return True
 
 
-def demo_command(given: Mapping[str, Any]) -> bool:
+def demo_command(given: Options) -> bool:
     """`stickslip demo`: whether it came to its end."""
     from stickslip.agents.demo import demo
 
@@ -89,7 +90,7 @@ def demo_command(given: Mapping[str, Any]) -> bool:
         return not stop()
 
 
-def evaluate_command(given: Mapping[str, Any]) -> None:
+def evaluate_command(given: Options) -> None:
     """`stickslip evaluate`: print the tasks and the table, and write the table if asked."""
     require_integer("episodes", given["episodes"], high=MOST_EPISODES)
     targets = []
@@ -116,7 +117,7 @@ def evaluate_command(given: Mapping[str, Any]) -> None:
 
 
 def evaluation(
-    machine: Machine,
+    machine: AnyMachine,
     named: Mapping[str, Named],
     places: Sequence[Place],
     episodes: int,
@@ -137,7 +138,7 @@ def evaluation(
     return joined(parts, order=list(named))
 
 
-def view_command(given: Mapping[str, Any]) -> None:
+def view_command(given: Options) -> None:
     """`stickslip view`: print the task, write an animation (and a plot), or show a window."""
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
@@ -171,7 +172,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
     """Inside, the first Ctrl-C makes the function given return true; the second interrupts."""
     asked: list[int] = []
 
-    def ask(number: int, frame: Any) -> None:
+    def ask(number: int, frame: FrameType | None) -> None:
         if asked:
             raise KeyboardInterrupt
         asked.append(number)

@@ -78,7 +78,7 @@ def demo(
     return _list_files(directory, demonstration, say)
 
 
-def _demonstration(name: str | None, config: Configuration | None) -> Demonstration:
+def _demonstration(name: str | None, config: Configuration | None) -> Demonstration[Configuration]:
     """That of a machine by its name or its configuration, or of the first machine that has one."""
     if config is not None:
         if name not in (None, config.machine):
@@ -95,7 +95,9 @@ def _demonstration(name: str | None, config: Configuration | None) -> Demonstrat
     return found
 
 
-def _is_shown(directory: Path, config: Configuration, demonstration: Demonstration) -> bool:
+def _is_shown(
+    directory: Path, config: Configuration, demonstration: Demonstration[Configuration]
+) -> bool:
     """Whether a finished demo's products are all there."""
     checkpoints = list_checkpoints(directory / "checkpoints")
     whole = all((directory / name).exists() for name in (TABLE, *demonstration.files))

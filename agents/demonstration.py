@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Generic
+
+from stickslip.agents.training.configuration import Config
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trained import Trained
 
 TABLE = "table.txt"
 """The file of a finished demo that is written last: it says that the rest is there."""
 
 
-class Demonstration(ABC):
+class Demonstration(ABC, Generic[Config]):
     """One machine's demo: what is trained, and how the policy is compared and shown."""
 
     directory: ClassVar[str] = "demo"
@@ -27,21 +28,21 @@ class Demonstration(ABC):
     """What is left in the run's directory to look at, and what each is; TABLE aside."""
 
     @abstractmethod
-    def config(self) -> Configuration:
+    def config(self) -> Config:
         """What is trained."""
 
     @abstractmethod
-    def task_in_words(self, config: Configuration) -> str:
+    def task_in_words(self, config: Config) -> str:
         """What is to be learnt, in a line or two."""
 
     @abstractmethod
-    def show(self, trained: Trained, say: Callable[[str], None]) -> str:
+    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
         """Compare the policy with the baselines, say so, write `files` and return what was said.
 
         The text is `text_of` the lines. say: also called with what goes on.
         """
 
-    def write_tables(self, trained: Trained, table: Evaluation) -> None:
+    def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
         """Write table.csv and table.json into the run's directory."""
         about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
         about |= {"finished": trained.finished}
@@ -50,7 +51,7 @@ class Demonstration(ABC):
             trained.directory / "table.json", {"config": trained.config.digest, "training": about}
         )
 
-    def text_of(self, trained: Trained, lines: Iterable[str]) -> str:
+    def text_of(self, trained: Trained[Config], lines: Iterable[str]) -> str:
         """The lines, and that the training is not finished where it is not."""
         text = "\n".join(lines) + "\n"
         if trained.finished:

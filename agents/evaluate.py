@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.run import evaluate_in
 from stickslip.agents.registry import machine_of_env
@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.protocol import Params, Player, State
+    from stickslip.envs.functional import FunctionalEnv
 
 
 def evaluate(
-    env: Any,
-    controllers: Mapping[str, Any],
-    scenes: Mapping[str, Any],
+    env: FunctionalEnv[State, Params],
+    controllers: Mapping[str, Player[State, Params]],
+    scenes: Mapping[str, Params],
     *,
     episodes: int = 32,
     seeds: Sequence[int] | None = None,

@@ -8,20 +8,30 @@ work with.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, Self, TypeAlias, TypeVar
+
+from stickslip.agents.protocol import Env, Params
+from stickslip.agents.training.configuration import Config, Configuration
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     import numpy as np
 
     from stickslip.agents.demonstration import Demonstration
-    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
-    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.training.trained import Trained
+
+Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
+Params_co = TypeVar("Params_co", bound="Timed", covariant=True)
+
+Options: TypeAlias = Mapping[str, Any]
+"""Parsed flags by name, each of its Option's kind; None for one that is not given."""
 
 
 @dataclass(frozen=True)
@@ -40,22 +50,22 @@ class Option:
         return "--" + self.name.replace("_", "-")
 
 
-class Task(Protocol):
+class Task(Protocol[Env_co, Params_co]):
     """A task in parts, which options change before an environment's parameters are made of it.
 
     options: the options by name, None where one is not given.
     """
 
     @property
-    def env(self) -> Any:
+    def env(self) -> Env_co:
         """The environment's static choices."""
         ...
 
-    def params(self) -> Any:
+    def params(self) -> Params_co:
         """The environment's parameters; ValueError where the parts will not do."""
         ...
 
-    def with_options(self, options: Mapping[str, Any], scene: str | None) -> Any:
+    def with_options(self, options: Options, scene: str | None) -> Self:
         """The task with what the options ask for instead."""
         ...
 
@@ -68,26 +78,26 @@ class Task(Protocol):
         ...
 
 
-class TrainingTask(Protocol):
+class TrainingTask(Protocol[Env_co, Params_co]):
     """What a configuration asks of the environment."""
 
     @property
-    def env(self) -> Any:
+    def env(self) -> Env_co:
         """The environment's static choices."""
         ...
 
     @property
-    def training(self) -> Any:
+    def training(self) -> Params_co:
         """The parameters of training episodes."""
         ...
 
     @property
-    def tested(self) -> Any:
+    def tested(self) -> Params_co:
         """The parameters that a policy is trained for, which its file tells of."""
         ...
 
 
-class Machine(ABC):
+class Machine(ABC, Generic[Env, Params, Config]):
     """One machine, registered by name (see stickslip.agents.registry).
 
     StandardMachine has what does for most machines: see there for how little one must say.
@@ -131,7 +141,7 @@ class Machine(ABC):
         """The flags that change a task in `evaluate`, or in `view`."""
         return ()
 
-    def require_options(self, options: Mapping[str, Any]) -> None:
+    def require_options(self, options: Options) -> None:
         """Raise ValueError for options that contradict each other; "scenes" is among them."""
         del options
 
@@ -142,48 +152,50 @@ class Machine(ABC):
     # Tasks.
 
     @abstractmethod
-    def describe(self, env: Any, params: Any) -> dict[str, Any]:
+    def describe(self, env: Env, params: Params) -> dict[str, Json]:
         """An environment and its parameters as JSON values, for a policy's file: for people, and
         for `read_task`; under "environment" the name of its class."""
 
     @abstractmethod
-    def read_task(self, metadata: Mapping[str, Any]) -> Task | None:
+    def read_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params] | None:
         """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
 
     @abstractmethod
-    def standard_task(self, metadata: Mapping[str, Any]) -> Task:
+    def standard_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params]:
         """The one for a policy whose file holds none, and for baselines alone ({})."""
 
-    def params_of(self, task: Any, options: Mapping[str, Any], viewed: bool) -> Any:
+    def params_of(self, task: Task[Env, Params], options: Options, viewed: bool) -> Params:
         """The environment's parameters, for `evaluate` or for `view`."""
         return task.params()
 
-    def sightless(self, env: Any) -> Any:
+    def sightless(self, env: Env) -> Env:
         """The environment without what only changes what is observed."""
         return env
 
     @abstractmethod
-    def baseline(self, name: str, env: Any) -> Any:
+    def baseline(self, name: str, env: Env) -> AnyPlayer:
         """A baseline for an environment. ValueError for an unknown name."""
 
     # Evaluation.
 
     @abstractmethod
-    def measures(self, env: Any) -> Measures:
+    def measures(self, env: Env) -> Measures[Any, Params, Any]:
         """What is kept of an environment's episodes, and the columns of its tables."""
 
-    def unit_of(self, env: Any) -> str:
+    def unit_of(self, env: Env) -> str:
         """What a table's columns depend on; environments of one table have the same."""
         return ""
 
     # Training.
 
     @abstractmethod
-    def training_task(self, config: Any) -> TrainingTask:
+    def training_task(self, config: Config) -> TrainingTask[Env, Params]:
         """What to train on. ValueError for numbers that do not go together."""
 
     @abstractmethod
-    def evaluate_policy(self, task: Any, policy: Any, config: Any) -> dict[str, float]:
+    def evaluate_policy(
+        self, task: TrainingTask[Env, Params], policy: Policy, config: Config
+    ) -> dict[str, float]:
         """A row of evaluations.csv: `evaluated`."""
 
     @abstractmethod
@@ -202,7 +214,9 @@ class Machine(ABC):
     # Pictures.
 
     @abstractmethod
-    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+    def write_products(
+        self, trained: Trained[Config], played: AnyRollout | None = None
+    ) -> list[Path]:
         """Write learning.png, episode.png and `film` into a run's directory, and return the paths.
 
         played: the policy's episode, if it is there already.
@@ -210,14 +224,20 @@ class Machine(ABC):
 
     @abstractmethod
     def plot_episode(
-        self, played: Rollout, env: Any, params: Any, path: str | Path, title: str
+        self, played: AnyRollout, env: Env, params: Params, path: str | Path, title: str
     ) -> Path:
         """An episode over time as a PNG."""
 
-    def params_to_view(self, params: Any, seconds: float) -> Any:
+    def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""
         return params
 
-    def demonstration(self) -> Demonstration | None:
+    def demonstration(self) -> Demonstration[Config] | None:
         """What `stickslip demo` does with it, if anything."""
         return None
+
+
+AnyMachine: TypeAlias = Machine[Any, Any, Any]
+"""Whichever machine."""
+AnyTask: TypeAlias = Task[Any, Any]
+"""A task of whichever machine."""

@@ -2,16 +2,63 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Protocol,
+    Self,
+    TypeAlias,
+    TypeVar,
+    runtime_checkable,
+)
 
 if TYPE_CHECKING:
+    from dataclasses import Field
+
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.numeric import Number
+    from stickslip.envs.functional import FunctionalEnv
+
+    AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
+    """Some machine's environment."""
+
 Memory = TypeVar("Memory")
+Env = TypeVar("Env", bound="AnyEnv")
+State = TypeVar("State")
+Params = TypeVar("Params", bound="Timed")
+Env_contra = TypeVar("Env_contra", contravariant=True)
+State_co = TypeVar("State_co", covariant=True)
+State_contra = TypeVar("State_contra", contravariant=True)
+Params_contra = TypeVar("Params_contra", bound="Timed", contravariant=True)
+
+
+class Timed(Protocol):
+    """What the parameters of every environment hold."""
+
+    @property
+    def control_period(self) -> Number:
+        """Of a step [s]."""
+        ...
+
+    @property
+    def time_limit(self) -> Number:
+        """Of an episode [s]."""
+        ...
+
+
+class TimedFields(Timed, Protocol):
+    """The same as a dataclass."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+
+Values = TypeVar("Values", bound=TimedFields)
 
 
 @runtime_checkable
-class Controller(Protocol[Memory]):
+class Controller(Protocol[Memory, State_contra, Params_contra]):
     """Pure functions on a frozen pytree dataclass; both work under jit, vmap and scan.
 
     A controller's numbers are leaves, so they may be arrays, traced or batched. What it remembers
@@ -20,7 +67,7 @@ class Controller(Protocol[Memory]):
     the observation. env_params, env_state: the environment's, of whichever machine.
     """
 
-    def init(self, env_params: Any, env_state: Any) -> Memory:
+    def init(self, env_params: Params_contra, env_state: State_contra) -> Memory:
         """The memory at the start of an episode."""
         ...
 
@@ -28,20 +75,43 @@ class Controller(Protocol[Memory]):
         self,
         memory: Memory,
         obs: Float[Array, " obs"],
-        env_state: Any,
-        env_params: Any,
+        env_state: State_contra,
+        env_params: Params_contra,
     ) -> tuple[Memory, Float[Array, " act"]]:
         """The new memory and the action, numbers in [-1, 1], for one control step."""
         ...
 
-    def validate(self) -> Any:
+    def validate(self) -> Self:
         """Return self, or raise ValueError naming the field and what is accepted."""
         ...
+
+
+@runtime_checkable
+class Planner(Protocol[Env_contra, State_contra, Params_contra]):
+    """What knows an episode beforehand and computes a controller for all of it."""
+
+    def path(
+        self, env: Env_contra, params: Params_contra, state: State_contra
+    ) -> Controller[Any, State_contra, Params_contra]:
+        """What is to be done in the episode that begins in `state`."""
+        ...
+
+    def validate(self) -> Self:
+        """Return self, or raise ValueError naming the field and what is accepted."""
+        ...
+
+
+Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
+"""Who plays episodes of an environment with such states and parameters."""
+AnyPlayer: TypeAlias = Player[Any, Any]
+"""Of some machine's environment."""
+Policy: TypeAlias = Controller[None, object, Timed]
+"""A controller that reads the observation alone and remembers nothing."""
 
 
 class Memoryless:
     """Base of the controllers that remember nothing, of any machine."""
 
-    def init(self, env_params: Any, env_state: Any) -> None:
+    def init(self, env_params: object, env_state: object) -> None:
         """Nothing to remember."""
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.foreign.reading import RefusedError
 from stickslip.agents.training.configuration import UNNAMED, Configuration, content_of
@@ -11,12 +11,14 @@ from stickslip.dynamics.plain_checks import nearest, require_choice, shown
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.machine import Machine
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.protocol import AnyEnv
 
-_MACHINES: dict[str, Machine] = {}
+_MACHINES: dict[str, AnyMachine] = {}
 
 
-def register(machine: Machine) -> None:
+def register(machine: AnyMachine) -> None:
     """Make a machine known to training, evaluation, policy files and the command line.
 
     ValueError where its name, its environment or a baseline's name is another machine's; a machine
@@ -40,29 +42,29 @@ def unregister(name: str) -> None:
     del _MACHINES[name]
 
 
-def machines() -> tuple[Machine, ...]:
+def machines() -> tuple[AnyMachine, ...]:
     """All machines in order of their registration; the first one is meant where none is named."""
     return tuple(_MACHINES.values())
 
 
-def machine_by_name(name: str) -> Machine:
+def machine_by_name(name: str) -> AnyMachine:
     """The machine of a name. ValueError for an unknown one."""
     require_choice("machine", name, tuple(_MACHINES))
     return _MACHINES[name]
 
 
-def machine_among(arguments: Sequence[str]) -> Machine:
+def machine_among(arguments: Sequence[str]) -> AnyMachine:
     """The machine that the arguments of `stickslip train` name, before they are parsed."""
     named = next((name for name in arguments if name in _MACHINES), None)
     return machines()[0] if named is None else _MACHINES[named]
 
 
-def machine_of_config(config: Configuration) -> Machine:
+def machine_of_config(config: Configuration) -> AnyMachine:
     """The machine that a configuration is of."""
     return machine_by_name(config.machine)
 
 
-def machine_of_env(env: Any) -> Machine:
+def machine_of_env(env: AnyEnv) -> AnyMachine:
     """The machine of an environment. ValueError for an environment of none."""
     found = machine_of_environment(type(env).__name__)
     if found is None:
@@ -71,12 +73,12 @@ def machine_of_env(env: Any) -> Machine:
     return found
 
 
-def machine_of_environment(environment: Any) -> Machine | None:
+def machine_of_environment(environment: Json) -> AnyMachine | None:
     """The machine whose environment's class has that name, if there is one."""
     return next((one for one in machines() if one.environment == environment), None)
 
 
-def machine_of_baseline(name: str) -> Machine | None:
+def machine_of_baseline(name: str) -> AnyMachine | None:
     """The machine that has a baseline of that name, if there is one."""
     return next((one for one in machines() if name in one.baselines), None)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.machine import Machine
+from stickslip.agents.protocol import Env, Values
+from stickslip.agents.training.configuration import Config
 from stickslip.dynamics.plain_checks import require_choice, shown
 
 if TYPE_CHECKING:
@@ -14,14 +16,17 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.evaluation.standard import StandardEpisodes
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import TrainingTask
+    from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.tasks.standard import StandardTask
     from stickslip.agents.training.trained import Trained
-    from stickslip.envs.functional import FunctionalEnv
 
 
-class StandardMachine(Machine):
+class StandardMachine(Machine[Env, Values, Config]):
     """A machine whose task is its environment and its parameters.
 
     To be said: the names of Machine without a value here, `env`, `with_scene` where there are
@@ -37,54 +42,56 @@ class StandardMachine(Machine):
     frames: ClassVar[float] = 25.0
 
     @abstractmethod
-    def env(self) -> FunctionalEnv[Any, Any]:
+    def env(self) -> Env:
         """The environment of the standard task, whose parameters are its `default_params`."""
 
-    def with_scene(self, params: Any, scene: str) -> Any:
+    def with_scene(self, params: Values, scene: str) -> Values:
         """The parameters in a scene of `scenes`."""
         raise NotImplementedError(f"{type(self).__name__}.with_scene, which its scenes need")
 
-    def in_scene(self, params: Any, scene: str) -> Any:
+    def in_scene(self, params: Values, scene: str) -> Values:
         """The parameters in a scene. ValueError for an unknown one."""
         if not self.scenes:
             raise ValueError(f"scene {shown(scene)}; accepted: none, the {self.title} has none")
         require_choice("scene", scene, self.scenes)
         return self.with_scene(params, scene)
 
-    def describe(self, env: Any, params: Any) -> dict[str, Any]:
+    def describe(self, env: Env, params: Values) -> dict[str, Json]:
         """See Machine."""
         from stickslip.agents.tasks.file import task_entry
 
         return {"environment": type(env).__name__, **task_entry(env=env, values=params)}
 
-    def read_task(self, metadata: Mapping[str, Any]) -> StandardTask | None:
+    def read_task(self, metadata: Mapping[str, Json]) -> StandardTask[Env, Values] | None:
         """See Machine."""
         from stickslip.agents.tasks.standard import read_task
 
         return read_task(metadata, self.env(), self.in_scene)
 
-    def standard_task(self, metadata: Mapping[str, Any]) -> StandardTask:
+    def standard_task(self, metadata: Mapping[str, Json]) -> StandardTask[Env, Values]:
         """See Machine."""
         from stickslip.agents.tasks.standard import StandardTask
 
         env = self.env()
         return StandardTask(env, env.default_params, self.in_scene)
 
-    def baseline(self, name: str, env: Any) -> Any:
+    def baseline(self, name: str, env: Env) -> AnyPlayer:
         """See Machine."""
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
-    def measures(self, env: Any) -> Measures:
+    def measures(self, env: Env) -> Measures[object, Values, StandardEpisodes]:
         """See Machine."""
         from stickslip.agents.evaluation.standard import MEASURES
 
         return MEASURES
 
-    def training_task(self, config: Any) -> StandardTask:
+    def training_task(self, config: Config) -> StandardTask[Env, Values]:
         """See Machine."""
         return self.standard_task({})
 
-    def evaluate_policy(self, task: Any, policy: Any, config: Any) -> dict[str, float]:
+    def evaluate_policy(
+        self, task: TrainingTask[Env, Values], policy: Policy, config: Config
+    ) -> dict[str, float]:
         """See Machine."""
         from stickslip.agents.evaluation.standard import evaluate_policy
 
@@ -106,14 +113,16 @@ class StandardMachine(Machine):
         """See Machine."""
         return "  ".join(f"{name.replace('_', ' ')} {row[name]:8.3f}" for name in self.evaluated)
 
-    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+    def write_products(
+        self, trained: Trained[Config], played: AnyRollout | None = None
+    ) -> list[Path]:
         """See Machine."""
         from stickslip.agents.pictures.standard import write_products
 
         return write_products(self, self.training_task(trained.config), trained, played)
 
     def plot_episode(
-        self, played: Rollout, env: Any, params: Any, path: str | Path, title: str
+        self, played: AnyRollout, env: Env, params: Values, path: str | Path, title: str
     ) -> Path:
         """See Machine."""
         from stickslip.agents.pictures.standard import plot_episode

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.policy.file import policy_path
 from stickslip.envs.rendering.film.animation import require_format
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
+
+    from stickslip.agents.evaluation.rollout import AnyRollout
+    from stickslip.agents.machine import Options
+    from stickslip.agents.protocol import AnyEnv, Timed
 
 
 class ViewFiles(NamedTuple):
@@ -31,7 +35,7 @@ class ViewFiles(NamedTuple):
         return self.plots if self.window else [*self.plots, self.film]
 
 
-def view_files(given: Mapping[str, Any], place: str) -> ViewFiles:
+def view_files(given: Options, place: str) -> ViewFiles:
     """What the flags ask for; place: the task's label.
 
     ValueError for seconds out of range, files of another kind, and ones that are not to be
@@ -54,7 +58,7 @@ def _for_a_file(label: str) -> str:
     return re.sub(r"[^\w.+-]+", "-", Path(label).stem if Path(label).is_file() else label)
 
 
-def show_window(env: Any, played: Any, params: Any, title: str, fps: float) -> None:
+def show_window(env: AnyEnv, played: AnyRollout, params: Timed, title: str, fps: float) -> None:
     """Show an episode once, at the speed of life, until its end or until the window is closed."""
     from stickslip.agents.pictures.film import pictures
     from stickslip.envs.rendering import Window

@@ -8,6 +8,7 @@ together before.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -28,20 +29,20 @@ def register_derived(cls: Class) -> Class:
     children = [name for name in names if name not in static]
     keys = [jax.tree_util.GetAttrKey(name) for name in children]
 
-    def flatten(tree):
+    def flatten(tree: object) -> tuple[list[Any], list[Any]]:
         return [getattr(tree, name) for name in children], [getattr(tree, name) for name in static]
 
-    def flatten_with_keys(tree):
+    def flatten_with_keys(tree: object):
         parts, rest = flatten(tree)
         return list(zip(keys, parts, strict=True)), tuple(rest)
 
-    def unflatten(rest, parts):
+    def unflatten(rest: tuple[Any, ...], parts: Iterable[Any]):
         tree = object.__new__(cls)
         settle(tree, **dict(zip(static, rest, strict=True)))
         settle(tree, **dict(zip(children, parts, strict=True)))
         return tree
 
-    def flatten_only(tree):
+    def flatten_only(tree: object):
         parts, rest = flatten(tree)
         return parts, tuple(rest)
 

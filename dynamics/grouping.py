@@ -224,7 +224,8 @@ def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Any
 def _marked(leaf: Array) -> Array:
     if jnp.issubdtype(leaf.dtype, jax.dtypes.extended):  # random keys
         return leaf
-    return set_xla_metadata(leaf, **APART)
+    marked: Any = set_xla_metadata(leaf, **APART)
+    return marked
 
 
 def _inside(param: Any) -> Any:

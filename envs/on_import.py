@@ -6,7 +6,9 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
 
 
 class _Watch:
@@ -15,7 +17,12 @@ class _Watch:
     def __init__(self, package: str, act: Callable[[], None]):
         self.package, self.act = package, act
 
-    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
+    def find_spec(
+        self,
+        name: str,
+        path: Sequence[str] | None = None,
+        target: ModuleType | None = None,
+    ) -> ModuleSpec | None:
         """What the other finders find, with a loader that runs `act` after the package."""
         if name != self.package:
             return None
@@ -25,7 +32,7 @@ class _Watch:
         loader: Any = None if spec is None else spec.loader
         if hasattr(loader, "exec_module"):
 
-            def load_and_act(module: Any) -> None:
+            def load_and_act(module: ModuleType) -> None:
                 del loader.exec_module  # the loader's own is behind it
                 loader.exec_module(module)
                 if self in sys.meta_path:

@@ -5,13 +5,20 @@ Registering needs the ids only: the environments are imported when the first one
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
 
 if TYPE_CHECKING:
+    from gymnasium.vector import AutoresetMode
+
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
+
+    Kind: TypeAlias = type[envs.BipedEnv] | type[envs.UGVEnv]
+
+Options: TypeAlias = dict[str, Any]
+"""Of the environment and of its `make_params`, by name."""
 
 BIPED_ID = "stickslip/Biped-v0"
 UGV_ID = "stickslip/UGV-v0"
@@ -26,7 +33,7 @@ def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
 def make_biped_vec(
     num_envs: int = 1,
     *,
-    autoreset_mode: Any = "next_step",
+    autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
     **options: Any,
 ) -> GymVectorEnv:
@@ -43,7 +50,7 @@ def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
 def make_ugv_vec(
     num_envs: int = 1,
     *,
-    autoreset_mode: Any = "next_step",
+    autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
     **options: Any,
 ) -> GymVectorEnv:
@@ -51,13 +58,17 @@ def make_ugv_vec(
     return _vector(envs.UGVEnv, options, num_envs, autoreset_mode, render_mode)
 
 
-def _single(kind: Any, options: dict[str, Any], render_mode: str | None) -> GymEnv:
+def _single(kind: Kind, options: Options, render_mode: str | None) -> GymEnv:
     """One environment, without autoreset unless asked for."""
     return envs.GymEnv(*split_options(kind, {"autoreset": "disabled"} | options), render_mode)
 
 
 def _vector(
-    kind: Any, options: dict[str, Any], num_envs: int, autoreset_mode: Any, render_mode: str | None
+    kind: Kind,
+    options: Options,
+    num_envs: int,
+    autoreset_mode: str | AutoresetMode,
+    render_mode: str | None,
 ) -> GymVectorEnv:
     """Several environments; how they reset is autoreset_mode alone, else ValueError."""
     if "autoreset" in options:
@@ -65,7 +76,9 @@ def _vector(
     return envs.GymVectorEnv(*split_options(kind, options), num_envs, autoreset_mode, render_mode)
 
 
-def split_options(kind: Any, options: dict[str, Any]) -> tuple[Any, Any]:
+def split_options(
+    kind: Kind, options: Options
+) -> tuple[envs.BipedEnv | envs.UGVEnv, envs.BipedEnvParams | envs.UGVEnvParams]:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
     from dataclasses import fields

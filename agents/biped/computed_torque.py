@@ -17,7 +17,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
+    from jax.typing import ArrayLike, DTypeLike
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped import BipedState
@@ -129,13 +129,15 @@ class ComputedTorque:
         per_torque = driven.friction_force - idle.friction_force
         return tuple(idle.friction_force + per_torque * torque for torque in (lowest, highest))
 
-    def _floor(self, dtype) -> Scene:
+    def _floor(self, dtype: DTypeLike) -> Scene:
         """The floor that predictions are made on: it holds a foot at rest, and drags on a slide."""
         holds, drags = jnp.full((), HOLDS, dtype), jnp.asarray(self.friction, dtype)
         return Scene.uniform(holds, drags, outputs="state")
 
 
-def _timed(memory: Schedule, robot: BipedModel, env_state: BipedEnvState, period):
+def _timed(
+    memory: Schedule, robot: BipedModel, env_state: BipedEnvState, period: Float[Array, ""]
+) -> tuple[Schedule, Float[Array, ""]]:
     """The schedule brought up to date, and the momentum P w to cruise at [kg m/s].
 
     The centre of mass's way is measured in periods at the commanded speed. A schedule that is off
@@ -160,18 +162,24 @@ def _timed(memory: Schedule, robot: BipedModel, env_state: BipedEnvState, period
 
 
 def _torque_to_reach(
-    target, guess, slope, robot: BipedModel, floor: Scene, biped: BipedState, period
-):
+    target: Float[Array, ""],
+    guess: Float[Array, ""],
+    slope: Float[Array, ""],
+    robot: BipedModel,
+    floor: Scene,
+    biped: BipedState,
+    period: Float[Array, ""],
+) -> Float[Array, ""]:
     """The torque [N m] that, held for one period, ends it with P w = target [kg m/s].
 
     guess [N m] and slope [kg/s / N m], of P w over the torque, start the search.
     """
 
-    def miss(torque):
+    def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
         after, _ = step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))
         return robot.inertia.at(after.phase).P * after.crank_rate - target
 
-    def correct(_, search):
+    def correct(_: int, search: tuple[Array, ...]) -> tuple[Array, ...]:
         torque, missed, run, slope = search
         now = miss(torque)
         moved = jnp.abs(run) > SMALLEST_RUN

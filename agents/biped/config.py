@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.scenes import SCENE, SCENES
-from stickslip.agents.training.configuration import Configuration, entry, group
+from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.groups import (
+    LearningConfiguration,
     PPOSettings,
     SACSettings,
     require_room,
@@ -15,12 +16,15 @@ from stickslip.agents.training.groups import (
     shared,
 )
 
+if TYPE_CHECKING:
+    from stickslip.agents.foreign.reading import Json
+
 ALGORITHMS = ("ppo", "sac")
 
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
 
-DEFAULTS: dict[str, dict[str, Any]] = {
+DEFAULTS: dict[str, dict[str, Json]] = {
     "ppo": {},
     "sac": {
         "timesteps": 300_000,
@@ -36,7 +40,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 
 
 @dataclass(frozen=True)
-class TrainConfig(Configuration):
+class TrainConfig(LearningConfiguration):
     """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
@@ -112,7 +116,7 @@ class TrainConfig(Configuration):
     }
 
     @classmethod
-    def _defaults(cls, algorithm: str) -> dict[str, Any]:
+    def _defaults(cls, algorithm: str) -> dict[str, Json]:
         return DEFAULTS.get(algorithm, {})
 
     def _check_together(self) -> None:

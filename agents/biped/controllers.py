@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
     from stickslip.envs.biped.env import BipedEnvState
     from stickslip.envs.biped.params import BipedEnvParams
+
+
+BipedController: TypeAlias = "Controller[Any, BipedEnvState, BipedEnvParams]"
 
 
 @jax.tree_util.register_dataclass
@@ -125,13 +128,13 @@ class CrankSpeedPI:
         return after, action_of(torque, env_params, env_state)
 
 
-CONTROLLERS: dict[str, Any] = dict(
+CONTROLLERS: dict[str, type[ConstantTorque | CrankSpeedPI | ComputedTorque]] = dict(
     zip(BIPED_BASELINES, (ConstantTorque, CrankSpeedPI, ComputedTorque), strict=True)
 )
 """The baselines by the names that the command line knows."""
 
 
-def controller_by_name(name: str, **settings: Any) -> Controller[Any]:
+def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     """A baseline with some settings changed. ValueError for an unknown name or setting."""
     require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import jax
 
@@ -20,11 +20,14 @@ from stickslip.agents.policy import load_policy
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.training import Task
+    from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.training.trained import Trained
+    from stickslip.envs.biped.state import BipedEnvState
 
 
-class BipedDemonstration(Demonstration):
+class BipedDemonstration(Demonstration[TrainConfig]):
     """mu_s = 0.06, mu_k = 0.05, 3 rad/s: the defaults."""
 
     files: ClassVar = {
@@ -40,7 +43,7 @@ class BipedDemonstration(Demonstration):
         """See Demonstration."""
         return TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, commanded_rate=3.0)
 
-    def task_in_words(self, config: Any) -> str:
+    def task_in_words(self, config: TrainConfig) -> str:
         """See Demonstration."""
         return (
             f"static friction {config.mu_static}, kinetic {config.mu_kinetic}, commanded "
@@ -48,10 +51,12 @@ class BipedDemonstration(Demonstration):
             "(at a constant 3 rad/s the foot holds from a friction of 0.08 up)."
         )
 
-    def show(self, trained: Trained, say: Callable[[str], None]) -> str:
+    def show(self, trained: Trained[TrainConfig], say: Callable[[str], None]) -> str:
         """See Demonstration."""
         task, directory = make_task(trained.config), trained.directory
-        controllers: dict[str, Any] = {name: kind() for name, kind in CONTROLLERS.items()}
+        controllers: dict[str, BipedController] = {
+            name: kind() for name, kind in CONTROLLERS.items()
+        }
         controllers[trained.name] = load_policy(trained.policy)
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already
         moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
@@ -74,7 +79,7 @@ class BipedDemonstration(Demonstration):
         return text
 
 
-def _line(name: str, played: Any, task: Task) -> str:
+def _line(name: str, played: Rollout[BipedEnvState], task: Task) -> str:
     """An episode from rest in a line."""
     last = jax.tree.map(lambda leaf: float(leaf[-1]), played.state.totals)
     seconds = int(played.length) * float(task.rest.control_period)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,9 +15,12 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Columns
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
 
 MIN_DISTANCE = 0.1
 """Mean distance per episode below which nothing is said per metre (NaN) [m]."""
@@ -26,30 +29,30 @@ MIN_DISTANCE = 0.1
 class Episodes(NamedTuple):
     """What is kept of each episode; every entry [episodes]."""
 
-    reward: np.ndarray
+    reward: Array | np.ndarray
     """Sum of rewards."""
-    duration: np.ndarray
+    duration: Array | np.ndarray
     """Control steps times control period [s]."""
-    turned: np.ndarray
+    turned: Array | np.ndarray
     """Crank angle [rad]."""
-    walked: np.ndarray
+    walked: Array | np.ndarray
     """Way of the hip, forwards positive [m]."""
-    slid: np.ndarray
+    slid: Array | np.ndarray
     """Way of the feet over the floor, either direction [m]."""
-    energy: np.ndarray
+    energy: Array | np.ndarray
     """Positive motor work and copper loss [J]."""
-    weight: Any
+    weight: Array | np.ndarray
     """[N]"""
-    status: Any
+    status: Array | np.ndarray
     """Status of the last step."""
 
     @property
-    def fell(self) -> np.ndarray:
+    def fell(self) -> Array | np.ndarray:
         """Ended by a status outside the model (topple, lift-off, runaway, ...)."""
         return (self.status > Status.SLIP_ONSET) & (self.status != Status.STEP_COMPLETE)
 
 
-COLUMNS: Columns = {
+COLUMNS: Columns[Episodes] = {
     "return": (Column("return", "-", 2), lambda e: mean_interval(e.reward)),
     "mean_speed": (Column("speed", "m/s", 3), lambda e: mean_interval(e.walked / e.duration)),
     "mean_crank_rate": (
@@ -75,7 +78,7 @@ COLUMNS: Columns = {
 }
 
 
-def keep_of(played: Rollout, params: BipedEnvParams) -> Episodes:
+def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
     """What is kept of an episode."""
     last = jax.tree.map(lambda leaf: leaf[-1], played.state)
     robot = drawn_robot(last.drawn, params)

@@ -42,7 +42,7 @@ class Histories(NamedTuple):
     """The momentum at the commanded mean speed, m x speed [kg m/s]."""
 
 
-def histories(played: Rollout, params: BipedEnvParams) -> Histories:
+def histories(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Histories:
     """The course of one episode (not a batch)."""
     played = played.trimmed()
     states, info = played.state, played.info

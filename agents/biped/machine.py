@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.names import BIPED_BASELINES, FILM, FRAMES
@@ -15,20 +15,25 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from stickslip.agents.biped.controllers import BipedController
+    from stickslip.agents.biped.evaluate import Episodes
     from stickslip.agents.biped.task import BipedTask
-    from stickslip.agents.biped.training import Task
+    from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
-    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
-    from stickslip.agents.protocol import Controller
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import Options, Task, TrainingTask
+    from stickslip.agents.protocol import Policy
     from stickslip.agents.training.trained import Trained
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
 
 STARTS = ("moving", "rest")
 
 
-class BipedMachine(Machine):
+class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     """PASIBOT: its scenes are floors."""
 
     name = title = "biped"
@@ -88,7 +93,7 @@ class BipedMachine(Machine):
             ),
         )
 
-    def require_options(self, options: Mapping[str, Any]) -> None:
+    def require_options(self, options: Options) -> None:
         """See Machine."""
         if options["mu_static"] is not None and options["scenes"]:
             raise ValueError(
@@ -101,29 +106,31 @@ class BipedMachine(Machine):
                 "mu_static alone or neither"
             )
 
-    def describe(self, env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+    def describe(self, env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
         """See Machine."""
         from stickslip.agents.biped import task
 
         return task.describe_environment(env, params)
 
-    def read_task(self, metadata: Mapping[str, Any]) -> BipedTask | None:
+    def read_task(self, metadata: Mapping[str, Json]) -> BipedTask | None:
         """See Machine."""
         from stickslip.agents.biped import task
 
         return task.read_task(metadata)
 
-    def standard_task(self, metadata: Mapping[str, Any]) -> BipedTask:
+    def standard_task(self, metadata: Mapping[str, Json]) -> BipedTask:
         """See Machine."""
         from stickslip.agents.biped import task
 
         return task.standard_task(metadata)
 
     def params_of(
-        self, task: BipedTask, options: Mapping[str, Any], viewed: bool
+        self, task: Task[BipedEnv, BipedEnvParams], options: Options, viewed: bool
     ) -> BipedEnvParams:
         """See Machine."""
-        return task.begun(options["start"], "rest" if viewed else "moving")
+        from stickslip.agents.biped.task import begun
+
+        return begun(task.params(), options["start"], "rest" if viewed else "moving")
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""
@@ -131,25 +138,30 @@ class BipedMachine(Machine):
 
         return replace(env, see_friction=False, see_patch=False)
 
-    def baseline(self, name: str, env: BipedEnv) -> Controller:
+    def baseline(self, name: str, env: BipedEnv) -> BipedController:
         """See Machine; a baseline suits every environment."""
         from stickslip.agents.biped.controllers import controller_by_name
 
         return controller_by_name(name)
 
-    def measures(self, env: BipedEnv) -> Measures:
+    def measures(self, env: BipedEnv) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
         """See Machine."""
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES
 
-    def training_task(self, config: TrainConfig) -> Task:
+    def training_task(self, config: TrainConfig) -> BipedTraining:
         """See Machine."""
         from stickslip.agents.biped.training import make_task
 
         return make_task(config)
 
-    def evaluate_policy(self, task: Task, policy: Any, config: TrainConfig) -> dict[str, float]:
+    def evaluate_policy(
+        self,
+        task: TrainingTask[BipedEnv, BipedEnvParams],
+        policy: Policy,
+        config: TrainConfig,
+    ) -> dict[str, float]:
         """The standard reward over whole episodes from anywhere, deterministic."""
         from stickslip.agents.biped.training import evaluate_policy
 
@@ -175,14 +187,21 @@ class BipedMachine(Machine):
             f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
         )
 
-    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+    def write_products(
+        self, trained: Trained[TrainConfig], played: AnyRollout | None = None
+    ) -> list[Path]:
         """See Machine."""
         from stickslip.agents.biped.products import write_products
 
         return write_products(trained, played)
 
     def plot_episode(
-        self, played: Rollout, env: Any, params: BipedEnvParams, path: str | Path, title: str
+        self,
+        played: AnyRollout,
+        env: BipedEnv,
+        params: BipedEnvParams,
+        path: str | Path,
+        title: str,
     ) -> Path:
         """See Machine."""
         from stickslip.agents.biped.plots import plot_episode

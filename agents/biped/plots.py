@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -15,8 +15,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
 
 LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#1E2A36")
 STYLES = ("-", "--", "-.", ":")
@@ -24,8 +28,19 @@ CEILING = 1.6
 """Friction use beyond this is cut off in plots."""
 
 
+class Look(TypedDict):
+    """How a controller's lines are drawn."""
+
+    color: str
+    ls: str
+    lw: float
+
+
 def plot_episode(
-    played: Rollout, params: BipedEnvParams, path: str | Path, title: str | None = None
+    played: Rollout[BipedEnvState],
+    params: BipedEnvParams,
+    path: str | Path,
+    title: str | None = None,
 ) -> Path:
     """One episode over time: torque, crank rate, P w, friction use, way slid; return the path.
 
@@ -56,7 +71,7 @@ def plot_episode(
 
 
 def plot_comparison(
-    played: Mapping[str, Rollout],
+    played: Mapping[str, Rollout[BipedEnvState]],
     params: BipedEnvParams,
     path: str | Path,
     title: str | None = None,
@@ -74,11 +89,11 @@ def plot_comparison(
     _friction(use, every, params)
     _name(slid, "slid [mm]", "since the start, either direction; linear below 1 mm; x: fell")
     for index, (name, course) in enumerate(courses.items()):
-        look: dict[str, Any] = {
-            "color": LINES[index % len(LINES)],
-            "ls": STYLES[index // len(LINES) % len(STYLES)],
-            "lw": 1.3,
-        }
+        look = Look(
+            color=LINES[index % len(LINES)],
+            ls=STYLES[index // len(LINES) % len(STYLES)],
+            lw=1.3,
+        )
         rate.plot(course.time, course.crank_rate, label=name, **look)
         momentum.plot(course.time, course.momentum, **look)
         use.plot(course.time, np.minimum(course.friction_use, CEILING), **look)
@@ -90,24 +105,24 @@ def plot_comparison(
     return _save(figure, axes, every, path)
 
 
-def _sheet(rows: int, title: str) -> tuple[Any, np.ndarray]:
+def _sheet(rows: int, title: str) -> tuple[Figure, list[Axes]]:
     return make_sheet(rows, 1, (11, 1.75 * rows + 0.9), title)
 
 
-def _name(axis: Any, label: str, note: str) -> None:
+def _name(axis: Axes, label: str, note: str) -> None:
     """What is drawn and its unit, over the panel; the note beside it."""
     axis.set_title(label, loc="left", fontsize=10, color=theme.INK, pad=3)
     axis.set_title(note, loc="right", fontsize=8.5, color=theme.MUTED, pad=3)
 
 
-def _step(axis: Any, course: Histories, values: np.ndarray, colour: str) -> None:
+def _step(axis: Axes, course: Histories, values: np.ndarray, colour: str) -> None:
     """A value held during each step, drawn from the step's start."""
     starts = np.concatenate([[0.0], course.time])
     held = np.append(values, values[-1:])
     axis.plot(starts, held, color=colour, lw=1.2, drawstyle="steps-post")
 
 
-def _momentum(axis: Any, courses: list[Histories]) -> None:
+def _momentum(axis: Axes, courses: list[Histories]) -> None:
     axis.axhline(courses[0].cruise, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
     _name(
         axis,
@@ -116,7 +131,7 @@ def _momentum(axis: Any, courses: list[Histories]) -> None:
     )
 
 
-def _friction(axis: Any, courses: list[Histories], params: BipedEnvParams) -> None:
+def _friction(axis: Axes, courses: list[Histories], params: BipedEnvParams) -> None:
     grip = isinstance(params.scene.floor, Grip)
     label = "|f| / N [-]" if grip else "friction use |f| / (μs N) [-]"
     axis.axhline(1.0, color=theme.SLIDES, lw=1.0, ls=(0, (4, 3)))
@@ -125,7 +140,7 @@ def _friction(axis: Any, courses: list[Histories], params: BipedEnvParams) -> No
     axis.set_ylim(0, min(max(1.1, 1.1 * highest), CEILING))
 
 
-def _settle(axes: Any, courses: list[Histories]) -> None:
+def _settle(axes: list[Axes], courses: list[Histories]) -> None:
     """Limits that a controller out of hand does not spoil for the others."""
     rate, momentum, _, slid = axes
     for axis, usual in ((rate, courses[0].commanded_rate), (momentum, courses[0].cruise)):
@@ -145,7 +160,7 @@ def _from_zero(highest: float) -> tuple[float, float]:
     return -0.04 * top, top
 
 
-def _shade(axis: Any, course: Histories) -> None:
+def _shade(axis: Axes, course: Histories) -> None:
     """The steps in which the foot slid."""
     edges = np.diff(np.concatenate([[0], course.sliding.astype(int), [0]]))
     times = np.concatenate([[0.0], course.time])
@@ -153,7 +168,7 @@ def _shade(axis: Any, course: Histories) -> None:
         axis.axvspan(times[begin], times[end], color=theme.SLIDES, alpha=0.18, lw=0)
 
 
-def _save(figure: Any, axes: Any, courses: list[Histories], path: str | Path) -> Path:
+def _save(figure: Figure, axes: list[Axes], courses: list[Histories], path: str | Path) -> Path:
     name_below(axes[-1], "time [s]")
     axes[-1].set_xlim(0, max(float(course.time[-1]) for course in courses))
     return save_sheet(figure, path)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.biped.names import FILM, FRAMES
 from stickslip.agents.biped.plots import plot_episode
@@ -16,8 +16,11 @@ from stickslip.envs.rendering import theme
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.axes import Axes
+
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.training.trained import Trained
+    from stickslip.envs.biped.state import BipedEnvState
 
 FILM_TIME = 6.0
 """Seconds of walking in the animation."""
@@ -31,7 +34,9 @@ PANELS = (
 )
 
 
-def write_products(trained: Trained, played: Rollout | None = None) -> list[Path]:
+def write_products(
+    trained: Trained[TrainConfig], played: Rollout[BipedEnvState] | None = None
+) -> list[Path]:
     """Write learning.png, episode.png and walk.gif into the run's directory; return their paths.
 
     played: the policy's episode from rest, if it is there already.
@@ -59,7 +64,7 @@ def plot_learning(directory: Path, config: TrainConfig, torque_limit: float) -> 
     else:
         panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
 
-    def commanded(axes: Any) -> None:
+    def commanded(axes: list[Axes]) -> None:
         axes[1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
         axes[1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
 

@@ -19,6 +19,9 @@ from stickslip.envs.biped.params import NON_NEGATIVE, POSITIVE, BipedEnvParams, 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import Options
+
 NUMBERS = (*POSITIVE, *NON_NEGATIVE)
 """Of BipedEnvParams."""
 PARTS = ("env", "robot", "scene", "randomisation", "dtype", "numbers")
@@ -56,7 +59,7 @@ class BipedTask(NamedTuple):
             **self.numbers,
         )
 
-    def with_options(self, options: Mapping[str, Any], scene: str | None) -> BipedTask:
+    def with_options(self, options: Options, scene: str | None) -> BipedTask:
         """The task with what options ask for instead; what one of them sets is no longer drawn.
 
         options: mu_static, mu_kinetic, payload, commanded_rate, each None where it is not given.
@@ -75,17 +78,6 @@ class BipedTask(NamedTuple):
             drawn = replace(drawn, commanded_rate=None)
         changed = replace(self.scene, floor=floor, payload=load).validate()
         return self._replace(scene=changed, randomisation=drawn, numbers=numbers)
-
-    def begun(self, start: str | None, usual: str) -> BipedEnvParams:
-        """The parameters, begun as an option says, as the task draws it, or as usual."""
-        task, drawn = self, self.randomisation
-        if start is None:
-            own = drawn.phase is not None or drawn.crank_rate is not None
-            start = "" if own else usual
-        if start == "rest":
-            task = self._replace(randomisation=replace(drawn, phase=None, crank_rate=None))
-        params = task.params()
-        return from_anywhere(params) if start == "moving" else params
 
     def label(self, scene: str | None) -> str:
         """The floor in a word or two, and what else is not as in the standard task."""
@@ -117,7 +109,7 @@ class BipedTask(NamedTuple):
         return own and getattr(self.randomisation, name) is not None
 
 
-def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
     """The configuration of an environment as JSON values, for a policy's metadata.
 
     Static choices, floor, randomisation and every number, of the robot its mass, and the size of
@@ -127,7 +119,8 @@ def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any
     return {
         "environment": type(env).__name__,
         "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__, **plain(vars(scene.floor))},
+        "floor": {"kind": type(scene.floor).__name__}
+        | {name: plain(value) for name, value in vars(scene.floor).items()},
         "steps": scene.steps,
         "payload": plain(scene.payload),
         "randomisation": plain(vars(params.randomisation)),
@@ -138,7 +131,7 @@ def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any
     }
 
 
-def read_task(metadata: Mapping[str, Any]) -> BipedTask | None:
+def read_task(metadata: Mapping[str, Json]) -> BipedTask | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
     kinds = {"env": BipedEnv, "robot": BipedParams, "scene": Scene} | {
         "randomisation": Randomisation
@@ -146,7 +139,7 @@ def read_task(metadata: Mapping[str, Any]) -> BipedTask | None:
     return rebuilt_task(metadata, BipedTask, PARTS, kinds, NUMBERS)
 
 
-def standard_task(metadata: Mapping[str, Any]) -> BipedTask:
+def standard_task(metadata: Mapping[str, Json]) -> BipedTask:
     """The standard task, with the sights that a policy's file tells of."""
     choices = metadata.get("choices")
     known = choices if isinstance(choices, dict) else {}
@@ -167,6 +160,17 @@ def floor_words(scene: Scene) -> str:
         return f"smoothed mu {float(floor.mu_kinetic):g}"
     count = np.shape(floor.mu_static)[-1] if isinstance(floor, Patches) else 0
     return f"{count} patches"
+
+
+def begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvParams:
+    """A task begun as an option says, as it draws it itself, or as usual."""
+    drawn = params.randomisation
+    if start is None:
+        own = drawn.phase is not None or drawn.crank_rate is not None
+        start = "" if own else usual
+    if start == "rest":
+        return params.replace(randomisation=replace(drawn, phase=None, crank_rate=None))
+    return from_anywhere(params) if start == "moving" else params
 
 
 def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:

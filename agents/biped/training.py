@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.biped.controllers import BipedController
+    from stickslip.agents.machine import TrainingTask
 
 
 class Task(NamedTuple):
@@ -71,11 +73,16 @@ def make_scene(config: TrainConfig) -> Scene:
     return replace(scene, payload=config.payload).validate()
 
 
-def evaluate_policy(task: Task, policy: Any, config: TrainConfig, names: Sequence[str]) -> Any:
+def evaluate_policy(
+    task: TrainingTask[BipedEnv, BipedEnvParams],
+    policy: BipedController,
+    config: TrainConfig,
+    names: Sequence[str],
+) -> dict[str, float]:
     """The standard reward over whole episodes from anywhere, deterministic: metrics by name."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + config.evaluation_episodes)
     env = replace(task.env, autoreset="disabled")
-    played = play(env, policy, task.moving, seeds, MEASURES.keep)
+    played = play(env, policy, from_anywhere(task.tested), seeds, MEASURES.keep)
     return row_of_test(MEASURES.columns, names, played)
 
 

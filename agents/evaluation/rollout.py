@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
 from stickslip.dynamics.checks import require_integer, shown
-from stickslip.envs.functional import pure_step
+from stickslip.envs.functional import FunctionalEnv, pure_step
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
     from stickslip.agents.protocol import Controller
 
@@ -23,16 +24,16 @@ MOST_STEPS = 10**7
 """Of one episode."""
 
 
-class Rollout(NamedTuple):
+class Rollout(NamedTuple, Generic[State_co]):
     """An episode of at most n control steps; a step's row holds what it led to.
 
     After the episode's end the last row stands; `length` rows are real. `trimmed` cuts the rest.
     """
 
-    start_state: Any
+    start_state: State_co
     """The environment's state; `state` below, too."""
     start_obs: Float[Array, " obs"]
-    state: Any
+    state: State_co
     """After each step; every leaf [n]."""
     obs: Float[Array, "n obs"]
     """After each step, the one that ends the episode included."""
@@ -44,7 +45,7 @@ class Rollout(NamedTuple):
     """As the environment's step gives it, without final_obs and autoreset; every entry [n]."""
     length: Int[Array, ""]
 
-    def trimmed(self) -> Rollout:
+    def trimmed(self) -> Rollout[State_co]:
         """As NumPy arrays without the rows after the end. For one episode, not a batch."""
         here = jax.tree.map(np.asarray, self)
         end = int(here.length)
@@ -52,13 +53,17 @@ class Rollout(NamedTuple):
         return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
 
 
+AnyRollout: TypeAlias = Rollout[Any]
+"""An episode of some machine's environment."""
+
+
 def rollout(
-    env: Any,
-    controller: Controller[Any],
-    params: Any,
+    env: FunctionalEnv[State, Params],
+    controller: Controller[Any, State, Params],
+    params: Params,
     key: Array | int,
     steps: int | None = None,
-) -> Rollout:
+) -> Rollout[State]:
     """One episode of an environment with a time limit (BipedEnv, UGVEnv).
 
     key: a JAX random key given to the reset, or a seed as every adapter takes it.
@@ -69,7 +74,12 @@ def rollout(
     if isinstance(key, int | np.integer):
         key = episode_key(int(key))
     count = horizon(params) if steps is None else require_integer("steps", steps, high=MOST_STEPS)
-    return _rollout(replace(env, autoreset="disabled"), count, controller, params, key)
+    return _rollout(without_resets(env), count, controller, params, key)
+
+
+def without_resets(env: Env) -> Env:
+    """The environment that leaves resetting to the caller."""
+    return replace(env, autoreset="disabled")  # pyright: ignore[reportArgumentType], a dataclass
 
 
 def episode_key(seed: Array | int) -> Array:
@@ -77,19 +87,21 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
-def first_state(env: Any, params: Any, seed: int) -> Any:
+def first_state(env: FunctionalEnv[State, Params], params: Params, seed: int) -> State:
     """The state in which a seed's first episode begins."""
     return env.reset(episode_key(seed), params)[1]
 
 
-def planned(env: Any, controller: Any, params: Any, seed: int) -> Any:
+def planned(
+    env: FunctionalEnv[State, Params], controller: Player[State, Params], params: Params, seed: int
+) -> Controller[Any, State, Params]:
     """A planner's path for a seed's first episode, to be played back; any other controller."""
-    if not hasattr(controller, "path"):
-        return controller
-    return controller.path(env, params, first_state(env, params, seed))
+    if isinstance(controller, Planner):
+        return controller.path(env, params, first_state(env, params, seed))
+    return controller
 
 
-def horizon(params: Any) -> int:
+def horizon(params: Timed) -> int:
     """Control steps to the time limit. params: concrete numbers."""
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
     count = float(np.max(steps))
@@ -102,12 +114,40 @@ def horizon(params: Any) -> int:
     return max(1, int(np.ceil(count - 0.5)))
 
 
+class _Step(NamedTuple, Generic[State]):
+    """What a control step led to; see Rollout."""
+
+    state: State
+    obs: Float[Array, " obs"]
+    action: Float[Array, " act"]
+    reward: Float[Array, ""]
+    terminated: Bool[Array, ""]
+    truncated: Bool[Array, ""]
+    info: dict[str, Array]
+
+
+class _Carry(NamedTuple, Generic[State, Memory]):
+    """From step to step."""
+
+    last: _Step[State]
+    memory: Memory
+    length: Int[Array, ""]
+
+
 @partial(jax.jit, static_argnums=(0, 1))
-def _rollout(env, count: int, controller, params, key) -> Rollout:
+def _rollout(
+    env: FunctionalEnv[State, Params],
+    count: int,
+    controller: Controller[Memory, State, Params],
+    params: Params,
+    key: PRNGKeyArray,
+) -> Rollout[State]:
     start_obs, start = env.reset_env(key, params)
     unused = jax.random.key(0)  # a step draws nothing when it does not reset
 
-    def outcome(obs, state, memory):
+    def outcome(
+        obs: Float[Array, " obs"], state: State, memory: Memory
+    ) -> tuple[Memory, _Step[State]]:
         memory, action = controller.act(memory, obs, state, params)
         if jnp.shape(action) != (size := (len(env.action_names),)):
             raise ValueError(
@@ -118,22 +158,22 @@ def _rollout(env, count: int, controller, params, key) -> Rollout:
             env, unused, state, action, params
         )
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
-        return memory, (state, obs, action, reward, terminated, truncated, info)
+        return memory, _Step(state, obs, action, reward, terminated, truncated, info)
 
     memory = controller.init(params, start)
     shapes = jax.eval_shape(lambda: outcome(start_obs, start, memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
-    def body(carry, _):
-        (last, memory, length) = carry
-        over = last[0].over
-        new_memory, row = outcome(last[1], last[0], memory)
+    def body(carry: _Carry[State, Memory], _: None) -> tuple[_Carry[State, Memory], _Step[State]]:
+        last, memory, length = carry
+        over = env.is_over(last.state)
+        new_memory, row = outcome(last.obs, last.state, memory)
         row, memory = jax.tree.map(
             lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
         )
-        return (row, memory, length + (~over).astype(length.dtype)), row
+        return _Carry(row, memory, length + (~over).astype(length.dtype)), row
 
-    first = (start, start_obs, *blank[2:])
+    first = blank._replace(state=start, obs=start_obs)
     nothing = jnp.zeros((), jnp.int32)
-    (_, _, length), rows = jax.lax.scan(body, (first, memory, nothing), None, length=count)
-    return Rollout(start, start_obs, *rows, length)  # pyright: ignore[reportCallIssue]
+    end, rows = jax.lax.scan(body, _Carry(first, memory, nothing), None, length=count)
+    return Rollout(start, start_obs, *rows, length=end.length)

@@ -2,31 +2,54 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.rollout import episode_key, first_state, horizon, rollout
-from stickslip.agents.evaluation.table import Columns, Evaluation, Row
+from stickslip.agents.evaluation.rollout import (
+    Rollout,
+    episode_key,
+    first_state,
+    horizon,
+    rollout,
+    without_resets,
+)
+from stickslip.agents.evaluation.table import Columns, Evaluation, Kept, Row
+from stickslip.agents.protocol import Params, Params_contra, Planner, State, State_contra
 from stickslip.dynamics.checks import require_integer, require_memory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping
 
-    from stickslip.agents.evaluation.rollout import Rollout
+    from jaxtyping import PRNGKeyArray
 
+    from stickslip.agents.evaluation.statistics import Interval
+    from stickslip.agents.protocol import Controller, Player, Timed
+    from stickslip.envs.functional import FunctionalEnv
+
+Say: TypeAlias = Callable[[str], None]
+Keep: TypeAlias = Callable[[Rollout[State], Params], Kept]
 A_STEP = 300
 """Bytes that a step of an episode takes while episodes are played side by side."""
 MOST_EPISODES = 65536
 """Of each controller in each scene."""
 
 
+class How(TypedDict, total=False):
+    """Which episodes are played, and whom to tell."""
+
+    episodes: int
+    seeds: Sequence[int] | None
+    progress: Say | None
+
+
 @dataclass(frozen=True)
-class Measures:
+class Measures(Generic[State_contra, Params_contra, Kept]):
     """What is kept of an episode, and the metrics that are made of it.
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
@@ -35,24 +58,26 @@ class Measures:
     what it returns is applied to all that is played there. None for nothing to add.
     """
 
-    keep: Callable[[Rollout, Any], Any]
-    columns: Columns
-    complete: Callable[..., Callable[[Any], Any]] | None = None
+    keep: Keep[State_contra, Params_contra, Kept]
+    columns: Columns[Kept]
+    complete: Callable[[str, Params_contra, Sequence[int], Say], Callable[[Kept], Kept]] | None = (
+        None
+    )
 
-    def of(self, played: Any) -> dict[str, Any]:
+    def of(self, played: Kept) -> dict[str, Interval]:
         """Every metric of the episodes played."""
         return {name: metric(played) for name, (_, metric) in self.columns.items()}
 
 
 def evaluate_in(
-    env: Any,
-    controllers: Mapping[str, Any],
-    scenes: Mapping[str, Any],
-    measures: Measures,
+    env: FunctionalEnv[State, Params],
+    controllers: Mapping[str, Player[State, Params]],
+    scenes: Mapping[str, Params],
+    measures: Measures[State, Params, Any],
     *,
     episodes: int = 32,
     seeds: Sequence[int] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Evaluation:
     """`stickslip.agents.evaluate` with given measures.
 
@@ -60,7 +85,7 @@ def evaluate_in(
     """
     say = progress or (lambda line: None)
     seeds = seeds_of(episodes, seeds, controllers=controllers, scenes=scenes)
-    env = replace(env, autoreset="disabled")
+    env = without_resets(env)
     rows = []
     for scene, params in scenes.items():
         used = seeds if is_random(params) else seeds[:1]
@@ -92,22 +117,22 @@ def seeds_of(
 
 
 def play(
-    env: Any,
-    controller: Any,
-    params: Any,
+    env: FunctionalEnv[State, Params],
+    controller: Player[State, Params],
+    params: Params,
     seeds: Sequence[int],
-    keep: Callable[[Rollout, Any], Any],
-) -> Any:
+    keep: Keep[State, Params, Kept],
+) -> Kept:
     """What is kept of the seeds' episodes, as NumPy arrays. A planner plans each of them."""
     count = horizon(params)
     require_room(len(seeds), count)
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
-    if not hasattr(controller, "path"):
-        played = _play(env, count, keep, None, controller, params, keys)
-    else:
+    if isinstance(controller, Planner):
         paths = [controller.path(env, params, first_state(env, params, seed)) for seed in seeds]
         stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths)
         played = _play(env, count, keep, 0, stacked, params, keys)
+    else:
+        played = _play(env, count, keep, None, controller, params, keys)
     return jax.tree.map(np.asarray, played)
 
 
@@ -116,14 +141,22 @@ def require_room(episodes: int, steps: int) -> None:
     require_memory(f"episodes = {episodes}", f"episodes of {steps} steps", episodes, steps * A_STEP)
 
 
-def is_random(params: Any) -> bool:
+def is_random(params: Timed) -> bool:
     """Whether a reset draws anything; where nothing tells, it does."""
-    return not hasattr(params, "randomisation") or bool(jax.tree.leaves(params.randomisation))
+    return bool(jax.tree.leaves(getattr(params, "randomisation", True)))
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _play(env, count: int, keep, axis: int | None, controller, params, keys) -> Any:
-    def one(controller, key):
+def _play(
+    env: FunctionalEnv[State, Params],
+    count: int,
+    keep: Keep[State, Params, Kept],
+    axis: int | None,
+    controller: Controller[Any, State, Params],
+    params: Params,
+    keys: PRNGKeyArray,
+) -> Kept:
+    def one(controller: Controller[Any, State, Params], key: PRNGKeyArray) -> Kept:
         return keep(rollout(env, controller, params, key, count), params)
 
     return jax.vmap(one, (axis, 0))(controller, keys)

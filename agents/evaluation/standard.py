@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.columns import Column
+from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import Measures, play
 from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval
 from stickslip.agents.evaluation.table import Columns, row_of_test
@@ -17,17 +17,22 @@ from stickslip.agents.training.trainer import TEST_SEEDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.machine import TrainingTask
+    from stickslip.agents.protocol import Params, Player, State, Timed
+    from stickslip.envs.functional import FunctionalEnv
 
 
 class StandardEpisodes(NamedTuple):
     """What is kept of each episode; every entry [episodes]."""
 
-    reward: Any
+    reward: Array | np.ndarray
     """Sum of rewards."""
-    duration: Any
+    duration: Array | np.ndarray
     """Control steps times control period [s]."""
-    terminated: Any
+    terminated: Array | np.ndarray
     """Ended otherwise than by the time limit."""
 
     @property
@@ -36,7 +41,7 @@ class StandardEpisodes(NamedTuple):
         return np.asarray(self.terminated)
 
 
-def keep_of(played: Rollout, params: Any) -> StandardEpisodes:
+def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
     """What is kept of an episode."""
     real = jnp.arange(len(played.reward)) < played.length
     return StandardEpisodes(
@@ -46,7 +51,7 @@ def keep_of(played: Rollout, params: Any) -> StandardEpisodes:
     )
 
 
-COLUMNS: Columns = {
+COLUMNS: Columns[StandardEpisodes] = {
     "return": (Column("return", "-", 2), lambda played: mean_interval(played.reward)),
     "duration": (Column("length", "s", 1), lambda played: mean_interval(played.duration)),
     "failures": (
@@ -57,8 +62,13 @@ COLUMNS: Columns = {
 MEASURES = Measures(keep_of, COLUMNS)
 
 
-def evaluate_policy(task: Any, policy: Any, episodes: int, names: Sequence[str]) -> Any:
+def evaluate_policy(
+    task: TrainingTask[FunctionalEnv[State, Params], Params],
+    policy: Player[State, Params],
+    episodes: int,
+    names: Sequence[str],
+) -> dict[str, float]:
     """Metrics by name of a policy on a training task, over episodes that training never sees."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + episodes)
-    env = replace(task.env, autoreset="disabled")
-    return row_of_test(COLUMNS, names, play(env, policy, task.tested, seeds, keep_of))
+    played = play(without_resets(task.env), policy, task.tested, seeds, keep_of)
+    return row_of_test(COLUMNS, names, played)

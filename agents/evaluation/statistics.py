@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 CONFIDENCE = 0.95
 UNKNOWN = float("nan")
@@ -18,13 +21,13 @@ class Interval(NamedTuple):
     high: float = UNKNOWN
 
 
-def mean_interval(values: np.ndarray) -> Interval:
+def mean_interval(values: ArrayLike) -> Interval:
     """Mean of independent episodes with Student's t interval; none from a single episode."""
     values = np.asarray(values, float)
     return _student(float(values.mean()), values - values.mean())
 
 
-def ratio_interval(above: np.ndarray, below: np.ndarray, least: float) -> Interval:
+def ratio_interval(above: ArrayLike, below: ArrayLike, least: float) -> Interval:
     """Sum over sum, undefined (NaN) unless the mean of `below` is at least `least`.
 
     The interval is Student's t on the linearised residuals (above - ratio x below) / mean(below),
@@ -38,7 +41,7 @@ def ratio_interval(above: np.ndarray, below: np.ndarray, least: float) -> Interv
     return _student(ratio, (above - ratio * below) / below.mean())
 
 
-def fraction_interval(happened: np.ndarray) -> Interval:
+def fraction_interval(happened: ArrayLike) -> Interval:
     """Share of episodes in which something happened, with Wilson's score interval."""
     happened = np.asarray(happened, bool)
     share = float(happened.mean())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stickslip.agents.evaluation.columns import Column
 from stickslip.agents.evaluation.statistics import Interval
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 INTERVALS = ("return",)
 """Metrics of a test during training whose interval is written, too."""
-Columns = Mapping[str, tuple[Column, Callable[[Any], Interval]]]
+Kept = TypeVar("Kept")
+Columns: TypeAlias = Mapping[str, tuple[Column, Callable[[Kept], Interval]]]
 """Metrics by name: how each is shown, and how it comes from a machine's episodes."""
 
 
@@ -50,7 +51,7 @@ class Evaluation:
 
     rows: tuple[Row, ...]
     seeds: tuple[int, ...]
-    columns: Columns
+    columns: Columns[Any]
 
     def row(self, scene: str, controller: str) -> Row:
         """The row of that scene and controller; ValueError if there is none."""
@@ -123,9 +124,9 @@ def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
 
 
 def row_of_test(
-    columns: Columns,
+    columns: Columns[Kept],
     names: Sequence[str],
-    played: Any,
+    played: Kept,
 ) -> dict[str, float]:
     """The named metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
     row = {}

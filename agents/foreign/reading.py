@@ -14,7 +14,7 @@ import re
 import stat
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from stickslip.dynamics.plain_checks import require_known, shown
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     from stickslip.agents.foreign.rules import Rule
 
+Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | bool | None"
+"""The value of a JSON text."""
 LARGEST_TEXT = 4 * 2**20
 """Bytes of a JSON text."""
 LARGEST_TABLE = 64 * 2**20
@@ -88,7 +90,7 @@ def read_text(path: str | Path, largest: int = LARGEST_TEXT) -> str:
         raise RefusedError("cannot be read (no UTF-8 text)") from error
 
 
-def parse_json(text: str, what: str) -> Any:
+def parse_json(text: str, what: str) -> Json:
     """The value of a JSON text by the letter: finite numbers, whole characters, bounded size.
 
     Size and depth are looked at before anything is built. what: for the message of a RefusedError.
@@ -119,16 +121,22 @@ def depth_of(raw: bytes) -> int:
     return int(np.max(np.cumsum(opened), initial=0))
 
 
-def require_head(content: Any, form: str, version: int, kind: str) -> dict[str, Any]:
+def require_head(content: Json, form: str, version: int, kind: str) -> dict[str, Json]:
     """The other entries of an object that says of which format and version it is."""
+    whole = require_format(content, form, version, kind)
+    return {name: value for name, value in whole.items() if name not in ("format", "version")}
+
+
+def require_format(content: Json, form: str, version: int, kind: str) -> dict[str, Json]:
+    """The object, if it says that it is of this format and version."""
     if not isinstance(content, dict) or content.get("format") != form:
         raise RefusedError(f"it does not say that it is {kind}")
     if (found := content.get("version")) != version or isinstance(found, bool):
         raise RefusedError(f"its version is {shown(found)}, this is version {version}")
-    return {name: value for name, value in content.items() if name not in ("format", "version")}
+    return content
 
 
-def require_entries(content: Mapping[str, Any], rules: Mapping[str, Rule]) -> dict[str, Any]:
+def require_entries(content: Mapping[str, Json], rules: Mapping[str, Rule]) -> dict[str, Any]:
     """The entries: all of the rules' names and no others, each as its rule has it."""
     try:
         require_known(content, rules)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias, TypedDict
 
 from stickslip.dynamics.plain_checks import require_choice, require_kind
 
@@ -12,11 +12,25 @@ MOST = 2**53
 """Whole numbers are at most this, where a rule says no less: each of them is a float, too."""
 
 
+Kind: TypeAlias = type[bool] | type[int] | type[float] | type[str] | Literal["range"]
+"""Of a value; "range": two numbers, low <= high."""
+
+
+class Limits(TypedDict, total=False):
+    """Of what a rule accepts; see Rule."""
+
+    low: float
+    high: float
+    strict: bool
+    optional: bool
+    choices: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Rule:
-    """What a field accepts. kind: int, float, bool, str or "range" (two numbers, low <= high)."""
+    """What a field accepts."""
 
-    kind: Any
+    kind: Kind
     about: str
     low: float = -math.inf
     high: float = math.inf
@@ -38,7 +52,7 @@ class Rule:
         words = f"two numbers low <= high, {words}" if self.kind == "range" else words
         return f"{words}, or nothing" if self.optional else words
 
-    def require(self, name: str, value: Any) -> Any:
+    def require(self, name: str, value: object) -> Any:
         """The value as a field holds it, or ValueError naming the field, the value and what is
         accepted."""
         if value is None and self.optional:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 
@@ -17,13 +17,16 @@ if TYPE_CHECKING:
     import numpy as np
     from jaxtyping import Array
 
-    from stickslip.agents.protocol import Controller
+    from stickslip.agents.protocol import Controller, Params, State
+    from stickslip.envs.functional import FunctionalEnv
+
+    T = TypeVar("T")
 
 
 def film(
-    env: Any,
-    controller: Controller,
-    params: Any,
+    env: FunctionalEnv[State, Params],
+    controller: Controller[Any, State, Params],
+    params: Params,
     key: Array | int,
     path: str | Path,
     *,
@@ -41,9 +44,9 @@ def film(
 
 
 def write_film(
-    env: Any,
-    played: Rollout,
-    params: Any,
+    env: FunctionalEnv[State, Params],
+    played: Rollout[State],
+    params: Params,
     path: Path,
     frames: float,
     seconds: float | None = None,
@@ -61,14 +64,18 @@ def write_film(
 
 
 def pictures(
-    env: Any, played: Rollout, params: Any, fps: float, progress: bool = False
+    env: FunctionalEnv[State, Params],
+    played: Rollout[State],
+    params: Params,
+    fps: float,
+    progress: bool = False,
 ) -> Iterator[np.ndarray]:
     """The pictures of one episode: its start, then one every 1 / fps [s], and its end."""
     played = played.trimmed()
     rate = 1 / float(params.control_period)
     if not 0 < fps <= rate * (1 + 1e-6):
         raise ValueError(f"fps = {fps}; accepted: 0 < fps <= {rate:g}, the control rate")
-    renderer: Any = env.renderer(params)
+    renderer = env.renderer(params)
     last = int(played.length) - 1
     yield renderer.draw(env.picture(played.start_state, {}, params))
     shown = 0
@@ -82,5 +89,5 @@ def pictures(
             bar.advance()
 
 
-def _row(tree: Any, index: int) -> Any:
+def _row(tree: T, index: int) -> T:
     return jax.tree.map(lambda leaf: leaf[index], tree)

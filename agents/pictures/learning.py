@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,10 +15,18 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stickslip.agents.training.configuration import Configuration
 
 LIMITS = ("low", "high")
 COLUMNS = 3
 TRAINING, TEST = "#8FA3B5", "#D55E00"
+
+
+Curves: TypeAlias = dict[str, list[float]]
+"""A run's table by columns."""
 
 
 class Panel(NamedTuple):
@@ -36,10 +44,10 @@ class Panel(NamedTuple):
 
 def plot_panels(
     directory: str | Path,
-    config: Any,
+    config: Configuration,
     panels: Sequence[Panel],
     machine: str,
-    add: Callable[[Any], None] = lambda axes: None,
+    add: Callable[[list[Axes]], None] = lambda axes: None,
 ) -> Path:
     """Write learning.png into a run's directory from its metrics and evaluations; return its path.
 
@@ -69,7 +77,7 @@ def plot_panels(
     return save_sheet(figure, directory / "learning.png")
 
 
-def _draw(axis: Any, panel: Panel, metrics: dict, tests: dict, scale: float) -> None:
+def _draw(axis: Axes, panel: Panel, metrics: Curves, tests: Curves, scale: float) -> None:
     axis.set_title(panel.title, loc="left", fontsize=10, color=theme.INK, pad=4)
     if panel.log:
         axis.set_yscale("log")
@@ -92,7 +100,7 @@ def _draw(axis: Any, panel: Panel, metrics: dict, tests: dict, scale: float) -> 
             axis.set_ylim(0, panel.ceiling * values[-1])
 
 
-def _explain(figure: Any) -> None:
+def _explain(figure: Figure) -> None:
     """What the colours stand for."""
     lines = require("matplotlib.lines")
     handles = [lines.Line2D([], [], color=TRAINING), lines.Line2D([], [], color=TEST, lw=1.7)]

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
@@ -14,17 +12,20 @@ from stickslip.records.files import write_whole
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 
 def make_sheet(
     rows: int, columns: int, size: tuple[float, float], title: str
-) -> tuple[Any, np.ndarray]:
-    """A figure of `size` [inches] with a title, and its axes [rows * columns], which share x."""
+) -> tuple[Figure, list[Axes]]:
+    """A figure of `size` [inches] with a title, and its rows * columns axes, which share x."""
     figure = require("matplotlib.figure").Figure(
         figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"
     )
     require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
-    axes = figure.subplots(rows, columns, sharex=True).ravel()
+    axes = figure.subplots(rows, columns, sharex=True).ravel().tolist()
     for axis in axes:
         axis.set_facecolor(theme.PANEL)
         axis.set_axisbelow(True)
@@ -35,12 +36,12 @@ def make_sheet(
     return figure, axes
 
 
-def name_below(axis: Any, words: str) -> None:
+def name_below(axis: Axes, words: str) -> None:
     """What the horizontal axis counts, and its unit."""
     axis.set_xlabel(words, fontsize=9.5, color=theme.MUTED)
 
 
-def save_sheet(figure: Any, path: str | Path) -> Path:
+def save_sheet(figure: Figure, path: str | Path) -> Path:
     """Write the figure as PNG, replacing the file there; return the path."""
     file = io.BytesIO()
     figure.savefig(file, format="png")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.evaluation.rollout import Rollout, rollout
+from stickslip.agents.evaluation.rollout import AnyRollout, rollout
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.learning import Panel, plot_panels
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
@@ -16,12 +16,16 @@ from stickslip.envs.rendering import theme
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stickslip.agents.machine import Machine, TrainingTask
+    from stickslip.agents.machine import Config, Env, Machine, Params, TrainingTask
+    from stickslip.agents.protocol import AnyEnv, Timed
     from stickslip.agents.training.trained import Trained
 
 
 def write_products(
-    machine: Machine, task: TrainingTask, trained: Trained, played: Rollout | None
+    machine: Machine[Env, Params, Config],
+    task: TrainingTask[Env, Params],
+    trained: Trained[Config],
+    played: AnyRollout | None,
 ) -> list[Path]:
     """See Machine: learning curves, the policy's first episode over time, and as an animation."""
     if played is None:
@@ -38,7 +42,9 @@ def write_products(
     ]
 
 
-def plot_episode(played: Rollout, env: Any, params: Any, path: str | Path, title: str) -> Path:
+def plot_episode(
+    played: AnyRollout, env: AnyEnv, params: Timed, path: str | Path, title: str
+) -> Path:
     """Actions, reward and the numbers of the info over time, as a PNG."""
     played = played.trimmed()
     rows = {name: played.action[:, i] for i, name in enumerate(env.action_names)}

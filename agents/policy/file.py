@@ -19,7 +19,7 @@ from stickslip.agents.foreign.reading import (
     parse_json,
     read_bytes,
     refusing,
-    require_head,
+    require_format,
 )
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.dynamics.checks import require_number, shown
@@ -27,6 +27,8 @@ from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from stickslip.agents.foreign.reading import Json
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
@@ -39,7 +41,7 @@ DEEPEST = 64
 def save_policy(
     policy: MLPPolicy,
     path: str | Path,
-    metadata: Mapping[str, Any] | None = None,
+    metadata: Mapping[str, Json] | None = None,
     *,
     overwrite: bool = False,
 ) -> Path:
@@ -92,7 +94,7 @@ def load_policy(path: str | Path) -> MLPPolicy:
     return read_policy(path)[0]
 
 
-def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Any]]:
+def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
     try:
         with refusing("its contents"):
@@ -102,7 +104,7 @@ def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Any]]:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
-def read_metadata(path: str | Path) -> dict[str, Any]:
+def read_metadata(path: str | Path) -> dict[str, Json]:
     """What a policy file says of itself and of its making. ValueError as in `load_policy`."""
     try:
         with refusing("its contents"):
@@ -117,17 +119,16 @@ def policy_path(name: str) -> Path:
     return path / "policy.npz" if path.is_dir() else path
 
 
-def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:
     arrays = arrays_in(raw)
     text = arrays.pop("metadata", None)
     if text is None or text.shape != () or text.dtype.kind != "U":
         raise RefusedError(f"no metadata among its entries ({_named(arrays)})")
     content = parse_json(str(text), "its metadata")
-    require_head(content, FORMAT, VERSION, "a policy")
-    return arrays, content
+    return arrays, require_format(content, FORMAT, VERSION, "a policy")
 
 
-def _policy(arrays: dict[str, np.ndarray], metadata: dict[str, Any]) -> MLPPolicy:
+def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPolicy:
     sizes = metadata.get("layer_sizes")
     if not isinstance(sizes, list) or not 2 <= len(sizes) <= DEEPEST + 1:
         raise RefusedError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")

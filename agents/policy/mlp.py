@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -84,8 +84,8 @@ class MLPPolicy(Memoryless):
         self,
         memory: None,
         obs: Float[Array, " obs"],
-        env_state: Any = None,
-        env_params: Any = None,
+        env_state: object = None,
+        env_params: object = None,
     ) -> tuple[None, Float[Array, " act"]]:
         """See Controller. Observations may have leading batch axes here."""
         return memory, self(obs)

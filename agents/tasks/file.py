@@ -19,11 +19,13 @@ from stickslip.dynamics.checks import require_kind
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
+    from stickslip.agents.foreign.reading import Json
+
 
 class HasParams(Protocol):
     """What knows its environment's parameters."""
 
-    def params(self) -> Any:
+    def params(self) -> object:
         """Built anew; ValueError where they will not do."""
         ...
 
@@ -35,7 +37,7 @@ LONGEST = LARGEST_TEXT - 2**16
 """Characters of a task; what is longer is left out of the file, which then says so."""
 
 
-def plain(value: Any) -> Any:
+def plain(value: Any) -> Json:
     """JSON values from arrays, tuples and dataclasses' contents, for people to read."""
     if isinstance(value, dict):
         return {name: plain(entry) for name, entry in value.items()}
@@ -46,10 +48,10 @@ def plain(value: Any) -> Any:
     return value
 
 
-def task_entry(**parts: Any) -> dict[str, Any]:
+def task_entry(**parts: object) -> dict[str, Json]:
     """The entry of a description that holds a task's parts, or says why it does not."""
     try:
-        content = {name: to_json(part) for name, part in parts.items()}
+        content: Json = {name: to_json(part) for name, part in parts.items()}
     except ValueError as error:
         return {TASK: None, "task_missing": str(error)}
     if (length := len(json.dumps(content))) > LONGEST:
@@ -57,7 +59,7 @@ def task_entry(**parts: Any) -> dict[str, Any]:
     return {TASK: content}
 
 
-def read_parts(metadata: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any] | None:
+def read_parts(metadata: Mapping[str, Json], names: tuple[str, ...]) -> dict[str, Any] | None:
     """The parts of a description's task; None where it has none, as files of old.
 
     RefusedError for one that is damaged.
@@ -72,7 +74,7 @@ def read_parts(metadata: Mapping[str, Any], names: tuple[str, ...]) -> dict[str,
 
 
 def rebuilt_task(
-    metadata: Mapping[str, Any],
+    metadata: Mapping[str, Json],
     build: Callable[..., Task],
     names: tuple[str, ...],
     kinds: Mapping[str, type],
@@ -97,7 +99,7 @@ def rebuilt_task(
         return task
 
 
-def same_numbers(one: Any, other: Any) -> bool:
+def same_numbers(one: object, other: object) -> bool:
     """Whether two trees hold the same numbers, up to rounding to float32."""
     if jax.tree.structure(one) != jax.tree.structure(other):
         return False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
@@ -19,14 +19,17 @@ from stickslip.dynamics.checks import nearest
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.machine import Machine, Option
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
+    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
 
 
 class Named(NamedTuple):
     """A policy with what its file says, or a baseline (None, {})."""
 
-    policy: Any
-    metadata: dict[str, Any]
+    policy: MLPPolicy | None
+    metadata: dict[str, Json]
 
 
 @dataclass
@@ -35,8 +38,8 @@ class Place:
 
     label: str
     details: str
-    params: Any
-    who: dict[str, Any] = field(default_factory=dict)
+    params: Timed
+    who: dict[str, AnyEnv] = field(default_factory=dict)
     """The environment of each, which shows it what it was trained on."""
     origins: list[str] = field(default_factory=list)
 
@@ -45,7 +48,7 @@ class Place:
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
 
 
-def read_named(who: Sequence[str], machine: Machine) -> dict[str, Named]:
+def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
     """Policies and baselines by name. ValueError for anything else, or another machine's policy."""
     found: dict[str, Named] = {}
     for name in who:
@@ -69,7 +72,7 @@ def read_named(who: Sequence[str], machine: Machine) -> dict[str, Named]:
     return found
 
 
-def machine_of(who: Sequence[str]) -> Machine:
+def machine_of(who: Sequence[str]) -> AnyMachine:
     """The machine of the first name that is a baseline or a readable policy, else the first one."""
     for name in who:
         machine, path = machine_of_baseline(name), policy_path(name)
@@ -82,7 +85,7 @@ def machine_of(who: Sequence[str]) -> Machine:
 
 
 def places_of(
-    named: Mapping[str, Named], options: Mapping[str, Any], machine: Machine, viewed: bool = False
+    named: Mapping[str, Named], options: Options, machine: AnyMachine, viewed: bool = False
 ) -> list[Place]:
     """The tasks: each policy's own with the options' changes, equal ones once, for every scene.
 
@@ -112,16 +115,16 @@ def places_of(
     return [_settled(place, named, places) for place in places]
 
 
-def every_option() -> dict[str, tuple[Option, Machine]]:
+def every_option() -> dict[str, tuple[Option, AnyMachine]]:
     """The options of all machines by name; of one that several have, the first one's."""
-    found: dict[str, tuple[Option, Machine]] = {}
+    found: dict[str, tuple[Option, AnyMachine]] = {}
     for machine in machines():
         for option in machine.options():
             found.setdefault(option.name, (option, machine))
     return found
 
 
-def require_own(options: Mapping[str, Any], machine: Machine) -> None:
+def require_own(options: Options, machine: AnyMachine) -> None:
     """Raise ValueError for options of another machine."""
     own = {option.name for option in machine.options()}
     for name, (option, other) in every_option().items():
@@ -132,7 +135,7 @@ def require_own(options: Mapping[str, Any], machine: Machine) -> None:
             )
 
 
-def require_one_table(places: Sequence[Place], machine: Machine) -> None:
+def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
     """Raise ValueError for places that cannot stand in one table."""
     units = {machine.unit_of(env) for place in places for env in place.who.values()}
     if len(units) > 1:
@@ -142,12 +145,12 @@ def require_one_table(places: Sequence[Place], machine: Machine) -> None:
         )
 
 
-def controller_of(one: Named, name: str, env: Any, machine: Machine) -> Any:
+def controller_of(one: Named, name: str, env: AnyEnv, machine: AnyMachine) -> AnyPlayer:
     """The policy or baseline of a name."""
     return machine.baseline(name, env) if one.policy is None else one.policy
 
 
-def _own(name: str, one: Named, machine: Machine) -> tuple[Any, str]:
+def _own(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:
     try:
         task = machine.read_task(one.metadata)
     except ValueError as error:
@@ -161,7 +164,9 @@ def _own(name: str, one: Named, machine: Machine) -> tuple[Any, str]:
     return machine.standard_task(one.metadata), f"the standard task: {name} holds none{reason}"
 
 
-def _place_for(places: list[Place], params: Any, env: Any, machine: Machine) -> Place | None:
+def _place_for(
+    places: list[Place], params: Timed, env: AnyEnv, machine: AnyMachine
+) -> Place | None:
     """The place with exactly these parameters and an environment that computes the same."""
     for place in places:
         first = next(iter(place.who.values()))
@@ -170,7 +175,7 @@ def _place_for(places: list[Place], params: Any, env: Any, machine: Machine) -> 
     return None
 
 
-def _equal(one: Any, other: Any) -> bool:
+def _equal(one: object, other: object) -> bool:
     if jax.tree.structure(one) != jax.tree.structure(other):
         return False
     pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)
@@ -191,7 +196,7 @@ def _settled(place: Place, named: Mapping[str, Named], places: list[Place]) -> P
     return replace(place, who=who)
 
 
-def _changes(options: Mapping[str, Any], scene: str | None) -> str:
+def _changes(options: Options, scene: str | None) -> str:
     """The options that changed the task, in words."""
     words = [] if scene is None else [f"--scene {scene}"]
     for name, (option, _) in every_option().items():

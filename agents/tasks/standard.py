@@ -3,41 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import numpy as np
 
 from stickslip.agents.foreign.reading import RefusedError, refusing
+from stickslip.agents.protocol import Env, Values
 from stickslip.agents.tasks.file import plain, read_parts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import Options
 
 
-class StandardTask(NamedTuple):
+class StandardTask(NamedTuple, Generic[Env, Values]):
     """Options change the fields of their names. with_scene: (values, scene) -> values."""
 
-    env: FunctionalEnv[Any, Any]
-    values: Any
-    with_scene: Callable[[Any, str], Any]
+    env: Env
+    values: Values
+    with_scene: Callable[[Values, str], Values]
 
     @property
-    def training(self) -> Any:
+    def training(self) -> Values:
         """Training is on the task itself."""
         return self.values
 
     @property
-    def tested(self) -> Any:
+    def tested(self) -> Values:
         """So are evaluations."""
         return self.values
 
-    def params(self) -> Any:
+    def params(self) -> Values:
         """The environment's parameters."""
         return self.values
 
-    def with_options(self, options: Mapping[str, Any], scene: str | None) -> StandardTask:
+    def with_options(self, options: Options, scene: str | None) -> StandardTask[Env, Values]:
         """See Task."""
         values = self.values if scene is None else self.with_scene(self.values, scene)
         names = {one.name for one in fields(values)} & options.keys()
@@ -60,10 +62,10 @@ class StandardTask(NamedTuple):
 
 
 def read_task(
-    metadata: Mapping[str, Any],
-    env: FunctionalEnv[Any, Any],
-    with_scene: Callable[[Any, str], Any],
-) -> StandardTask | None:
+    metadata: Mapping[str, Json],
+    env: Env,
+    with_scene: Callable[[Values, str], Values],
+) -> StandardTask[Env, Values] | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
     parts = read_parts(metadata, ("env", "values"))
     if parts is None:

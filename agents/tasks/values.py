@@ -12,7 +12,7 @@ import math
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +20,9 @@ import numpy as np
 
 from stickslip.agents.registry import machines
 from stickslip.dynamics.checks import require_known, shown
+
+if TYPE_CHECKING:
+    from stickslip.agents.foreign.reading import Json
 
 CALLED = "Function"
 """The shape of a track that holds a function of the user's, which no file can keep."""
@@ -30,7 +33,7 @@ MOST = 10**5
 """Whole numbers in a task are at most this: counts of pieces, points and steps."""
 
 
-def to_json(value: Any) -> Any:
+def to_json(value: object) -> Json:
     """JSON values. ValueError for what cannot be kept: a user's own class or function."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -83,7 +86,7 @@ def _kinds(names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _array_to_json(value: Any) -> dict[str, Any]:
+def _array_to_json(value: jax.Array | np.ndarray | np.generic) -> dict[str, Json]:
     array = np.asarray(value)
     if array.dtype.name not in TYPES:
         raise ValueError(f"numbers of type {array.dtype} cannot be kept; accepted: {TYPES}")

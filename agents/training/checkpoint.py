@@ -12,7 +12,7 @@ import json
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.foreign.reading import (
     RefusedError,
@@ -30,6 +30,8 @@ from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, wri
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+
+    from stickslip.agents.training.state_file import ModelState
 
 FORMAT, VERSION = "stickslip checkpoint", 2
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
@@ -58,7 +60,7 @@ def folder_name(timesteps: int) -> str:
 
 
 def write_checkpoint(
-    directory: Path, state: TrainState, model: dict[str, Any], save: Callable[[Path], Any]
+    directory: Path, state: TrainState, model: ModelState, save: Callable[[Path], object]
 ) -> Path:
     """Write a checkpoint under a temporary name, then rename it; return its folder.
 
@@ -130,7 +132,7 @@ def read_state(folder: Path) -> TrainState:
         raise ValueError(_refused(folder, STATE, error)) from error
 
 
-def read_model(folder: Path) -> dict[str, Any]:
+def read_model(folder: Path) -> ModelState:
     """The tensors of a checkpoint. ValueError if they are missing, cut short or anything else."""
     try:
         largest = int(min(memory_limit(), 2**62))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import Field as DataclassField
 from dataclasses import asdict, field, fields, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar, Unpack
 
 from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.foreign.rules import Rule
@@ -16,6 +17,12 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
 
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.foreign.rules import Kind, Limits
+
+T = TypeVar("T")
+S = TypeVar("S", bound="Settings")
+Config = TypeVar("Config", bound="Configuration")
 FORMAT, VERSION = "stickslip training", 2
 FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
@@ -23,12 +30,12 @@ UNNAMED = "biped"
 """The machine of a configuration that names none."""
 
 
-def entry(default: Any, kind: Any, about: str, **rule: Any) -> Any:
+def entry(default: T, kind: Kind, about: str, **rule: Unpack[Limits]) -> T:
     """A field of a configuration."""
     return field(default=default, metadata={"rule": Rule(kind, about, **rule)})
 
 
-def group(kind: type[Settings], **defaults: Any) -> Any:
+def group(kind: type[S], **defaults: Any) -> S:
     """A field of a configuration that holds several, whose names are unlike all others.
 
     defaults: where they differ from the fields' own. Nothing is built before a configuration is.
@@ -46,13 +53,13 @@ class Field(NamedTuple):
     group: str | None = None
 
 
-def every_field(kind: Any) -> list[Field]:
+def every_field(kind: type[Configuration]) -> list[Field]:
     """All fields of a configuration, those in its groups among them.
 
     What the rule of one in a group is about begins with the group's name.
     """
     found: list[Field] = []
-    for one in fields(kind):
+    for one in _fields(kind):
         if "group" not in one.metadata:
             found.append(Field(one.name, one.default, one.metadata))
             continue
@@ -63,7 +70,7 @@ def every_field(kind: Any) -> list[Field]:
     return found
 
 
-def rule_of(one: Any) -> Rule:
+def rule_of(one: Field | DataclassField[Any]) -> Rule:
     """What a field accepts."""
     return one.metadata["rule"]
 
@@ -118,7 +125,7 @@ class Configuration(Settings):
             )
 
     @classmethod
-    def of(cls, /, **given: Any):
+    def of(cls, /, **given: Any) -> Self:
         """The algorithm's defaults with some fields changed, those in groups by their own names.
 
         ValueError for an unknown field, for two fields that both say the same thing, and for one of
@@ -144,12 +151,12 @@ class Configuration(Settings):
         return cls._grouped(cls._defaults(str(algorithm)) | given)
 
     @classmethod
-    def _defaults(cls, algorithm: str) -> dict[str, Any]:
+    def _defaults(cls, algorithm: str) -> dict[str, Json]:
         """Where an algorithm's defaults differ from the fields' own."""
         return {}
 
     @classmethod
-    def _grouped(cls, given: Mapping[str, Any]):
+    def _grouped(cls, given: Mapping[str, Any]) -> Self:
         """From values by the fields' names, whichever groups they are in."""
         left, groups = dict(given), {}
         for one in _fields(cls):
@@ -164,12 +171,12 @@ class Configuration(Settings):
         return self._json(VERSION, asdict(self))  # pyright: ignore[reportArgumentType]
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
-        head: dict[str, Any] = {"format": FORMAT, "version": version}
+        head: dict[str, Json] = {"format": FORMAT, "version": version}
         head |= {} if self.machine == UNNAMED else {"machine": self.machine}
         return json.dumps(head | content, indent=2) + "\n"
 
     @classmethod
-    def from_json(cls, text: str):
+    def from_json(cls, text: str) -> Self:
         """The configuration in a JSON text, or ValueError saying what is wrong with it."""
         content = content_of(text)
         if (machine := content.pop("machine", UNNAMED)) != cls.machine:
@@ -184,7 +191,7 @@ class Configuration(Settings):
         return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
 
 
-def content_of(text: str) -> dict[str, Any]:
+def content_of(text: str) -> dict[str, Json]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
     content = parse_json(text, "it")
     earlier = isinstance(content, dict) and content.get("version") == FLAT
@@ -196,7 +203,7 @@ def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> Non
     """One flag for each field, in groups; only those given appear in the parsed arguments."""
     import argparse
 
-    under: Any = parser
+    under: argparse._ActionsContainer = parser
     for one in every_field(kind):
         if one.name in kind.GROUPS:
             under = parser.add_argument_group(kind.GROUPS[one.name])
@@ -212,7 +219,7 @@ def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> Non
         under.add_argument("--" + one.name.replace("_", "-"), **options)
 
 
-def _help_of(one: Any, kind: type[Configuration]) -> str:
+def _help_of(one: Field, kind: type[Configuration]) -> str:
     """What a field is, what it may be where that is a name, and its defaults."""
     rule = rule_of(one)
     choices = f": {', '.join(rule.choices)}" if rule.choices else ""
@@ -229,16 +236,16 @@ def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str
     return {one.name: given[one.name] for one in every_field(kind) if one.name in given}
 
 
-def from_flags(given: Mapping[str, Any], kind: type[Configuration]) -> Any:
+def from_flags(given: Mapping[str, Any], kind: type[Config]) -> Config:
     """The configuration that parsed arguments ask for."""
     return kind.of(**flags_given(given, kind))
 
 
-def _flat(content: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
+def _flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:
     """The entries of groups in the place of the groups. ValueError for what is no group of these,
     and for an entry that stands in and beside one."""
     names = {one.name: one.metadata["group"] for one in _fields(kind) if "group" in one.metadata}
-    found: dict[str, Any] = {}
+    found: dict[str, Json] = {}
     for name, value in content.items():
         entries = {name: value}
         if name in names:
@@ -252,5 +259,5 @@ def _flat(content: Mapping[str, Any], kind: type[Configuration]) -> dict[str, An
     return found
 
 
-def _fields(kind: Any) -> Any:
-    return fields(kind)
+def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:
+    return fields(kind)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses

@@ -10,7 +10,7 @@ import sys
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.foreign.reading import RefusedError, read_text, refusing
 from stickslip.agents.registry import machines, read_configuration
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from stickslip.agents.training.checkpoint import TrainState
+    from stickslip.agents.training.configuration import Configuration
 
 CONFIG, VERSIONS = "config.json", "versions.json"
 FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
@@ -58,7 +59,7 @@ class Run(NamedTuple):
     """A run that may be written to. latest: the checkpoint to go on from, None at the beginning."""
 
     path: Path
-    config: Any
+    config: Configuration
     latest: Path | None
     state: TrainState | None
 
@@ -69,7 +70,7 @@ class Run(NamedTuple):
 
 
 def open_run(
-    path: Path, config: Any | None, *, resume: bool = False, overwrite: bool = False
+    path: Path, config: Configuration | None, *, resume: bool = False, overwrite: bool = False
 ) -> Run:
     """Make the directory, or take up the one that is there.
 
@@ -96,7 +97,7 @@ def open_run(
     return Run(path, config, None, None)
 
 
-def read_config(path: Path) -> Any:
+def read_config(path: Path) -> Configuration:
     """The configuration of the run in a directory. ValueError if there is none."""
     try:
         text = read_text(path / CONFIG)
@@ -148,7 +149,7 @@ def only_writer(path: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def _resumed(path: Path, config: Any | None) -> Run:
+def _resumed(path: Path, config: Configuration | None) -> Run:
     found = read_config(path)
     if config is not None and config != found:
         raise ValueError(

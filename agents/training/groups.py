@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 from stickslip.agents.foreign.reading import LARGEST_TEXT
 from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.training.configuration import Settings, entry
+from stickslip.agents.training.configuration import Configuration, Settings, entry
 from stickslip.dynamics.plain_checks import require_memory
 
+T = TypeVar("T")
 MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
 SHARED = {
@@ -32,7 +33,7 @@ SHARED = {
 """Fields that mean the same whatever is trained."""
 
 
-def shared(name: str, default: Any) -> Any:
+def shared(name: str, default: T) -> T:
     """The field of that name, with a machine's own default."""
     return field(default=default, metadata={"rule": SHARED[name]})
 
@@ -65,7 +66,23 @@ class SACSettings(Settings):
     soft_update: float = entry(0.005, float, "tau of the target network", low=0, high=1)
 
 
-def require_whole_batches(config: Any) -> None:
+class LearningConfiguration(Configuration):
+    """A configuration of what Stable-Baselines3 trains; its dataclasses give each its default."""
+
+    num_envs: int
+    learning_rate: float
+    final_learning_rate: float
+    discount: float
+    batch_size: int
+    hidden: int
+    layers: int
+    threads: int
+    ppo: PPOSettings
+    sac: SACSettings
+    """Where "sac" is among the algorithms."""
+
+
+def require_whole_batches(config: LearningConfiguration) -> None:
     """Raise ValueError unless PPO's batches divide a rollout of the configuration."""
     rollout = config.num_envs * config.ppo.rollout_steps
     if config.batch_size > rollout or rollout % config.batch_size:
@@ -75,7 +92,7 @@ def require_whole_batches(config: Any) -> None:
         )
 
 
-def require_room(config: Any, observation: int) -> None:
+def require_room(config: LearningConfiguration, observation: int) -> None:
     """Raise ValueError for networks that no policy file holds, and for samples that no memory does.
 
     observation: about how many numbers an observation has.

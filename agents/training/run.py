@@ -35,14 +35,14 @@ from stickslip.agents.training.directory import Run, only_writer, open_run, read
 from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trained import Trained
-from stickslip.agents.training.trainer import Trainer, Update, trainer_of
+from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.machine import Machine
-    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.training.configuration import Config
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed whatever learns."""
@@ -51,7 +51,7 @@ COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
 
 
 def train(
-    config: Configuration | None,
+    config: Config | None,
     directory: str | Path,
     *,
     resume: bool = False,
@@ -59,7 +59,7 @@ def train(
     bar: bool | None = None,
     stop: Callable[[], bool] = lambda: False,
     after: float = 0.0,
-) -> Trained:
+) -> Trained[Config]:
     """Train in a directory and return what came of it. Needs the extra `train`.
 
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
@@ -117,7 +117,7 @@ class _Training:
             Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
         )
 
-    def train(self) -> Trained:
+    def train(self) -> Trained[Any]:
         """Stretch after stretch to the end."""
         self._tidy()
         total, interval = self.config.timesteps, self.config.checkpoint_interval
@@ -216,19 +216,19 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[0]), best[1]
 
 
-def metric_columns(machine: Machine, trainer: Trainer) -> tuple[str, ...]:
+def metric_columns(machine: AnyMachine, trainer: AnyTrainer) -> tuple[str, ...]:
     """Columns of metrics.csv after the number of steps."""
     return (*COLUMNS, *machine.episode, *trainer.losses)
 
 
-def _take_up(trainer: Trainer, checkpoint: Path) -> None:
+def _take_up(trainer: AnyTrainer, checkpoint: Path) -> None:
     """Go on from a checkpoint. ValueError naming it where it is of something else."""
-    state: dict[str, Any] = read_model(checkpoint)
+    state = read_model(checkpoint)
     try:
         trainer.put_state(state)
     except ValueError as error:
         raise ValueError(f"{checkpoint}: {error}; accepted: this run's own") from error
 
 
-def _evaluation_columns(machine: Machine) -> tuple[str, ...]:
+def _evaluation_columns(machine: AnyMachine) -> tuple[str, ...]:
     return (*machine.evaluated, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))

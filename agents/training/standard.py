@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stickslip.agents.training.configuration import Configuration, group
-from stickslip.agents.training.groups import PPOSettings, require_whole_batches, shared
+from stickslip.agents.training.configuration import group
+from stickslip.agents.training.groups import (
+    LearningConfiguration,
+    PPOSettings,
+    require_whole_batches,
+    shared,
+)
 
 
 @dataclass(frozen=True)
-class StandardConfig(Configuration):
+class StandardConfig(LearningConfiguration):
     """Training with PPO. A machine's own configuration is a frozen dataclass on top, which says
     `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
     """

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -16,10 +16,18 @@ from stickslip.agents.foreign.arrays import arrays_in
 from stickslip.agents.foreign.reading import RefusedError, parse_json, refusing
 from stickslip.dynamics.checks import shown
 
+if TYPE_CHECKING:
+    from stickslip.agents.foreign.reading import Json
+
+Container: TypeAlias = "dict[str, Plain] | dict[int, Plain] | list[Plain] | tuple[Plain, ...]"
+Plain: TypeAlias = "Container | np.ndarray | str | float | bool | None"
+"""Arrays in plain containers."""
+ModelState: TypeAlias = "dict[str, Plain]"
+"""All that learning goes on from."""
 STRUCTURE = "structure"
 
 
-def pack(content: dict[str, Any]) -> bytes:
+def pack(content: ModelState) -> bytes:
     """The file's bytes. ValueError for what it cannot keep."""
     found: list[np.ndarray] = []
     text = json.dumps(_plain(content, found), allow_nan=False)
@@ -29,7 +37,7 @@ def pack(content: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def unpack(raw: bytes, largest: int) -> dict[str, Any]:
+def unpack(raw: bytes, largest: int) -> ModelState:
     """What `pack` packed. ValueError, without a path, for anything else.
 
     largest: bytes that the file and its contents may have.
@@ -45,13 +53,13 @@ def unpack(raw: bytes, largest: int) -> dict[str, Any]:
         return content
 
 
-def _plain(value: Any, arrays: list[np.ndarray]) -> Any:
+def _plain(value: Plain, arrays: list[np.ndarray]) -> Json:
     """JSON values: what holds others, and arrays, as a list that begins with its kind."""
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return ["tensor", len(arrays) - 1, list(value.shape)]
     if isinstance(value, dict):
-        pairs = [[_plain(key, arrays), _plain(one, arrays)] for key, one in value.items()]
+        pairs: Json = [[_plain(key, arrays), _plain(one, arrays)] for key, one in value.items()]
         return ["dict", pairs]
     if isinstance(value, list | tuple):
         kind = "list" if isinstance(value, list) else "tuple"

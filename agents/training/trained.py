@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from stickslip.agents.training.configuration import Configuration
 
-class Trained(NamedTuple):
+Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
+
+
+class Trained(NamedTuple, Generic[Config_co]):
     """What came of a call of `train`."""
 
     directory: Path
     policy: Path
     """The policy of the best evaluation."""
-    config: Any
+    config: Config_co
     """The machine's configuration."""
     timesteps: int
     seconds: float

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
+
+from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.configuration import Config
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.state_file import ModelState
+    from stickslip.envs.functional import FunctionalEnv
 
 TRAINERS = {"sb3": "stickslip.agents.training.sb3.trainer:SB3Trainer"}
 """Module and class by name; what they import is needed only where they are used."""
@@ -38,7 +44,7 @@ class Update(NamedTuple):
     """By the names of `losses`; what is not known may be missing."""
 
 
-class Trainer(ABC):
+class Trainer(ABC, Generic[Config, State, Params]):
     """Something that learns a policy.
 
     What it does from one `begin_stretch` to the next depends on nothing but its state, the seed
@@ -47,9 +53,9 @@ class Trainer(ABC):
 
     def __init__(
         self,
-        config: Any,
-        env: Any,
-        params: Any,
+        config: Config,
+        env: FunctionalEnv[State, Params],
+        params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
     ):
@@ -78,12 +84,12 @@ class Trainer(ABC):
         """Learn until there were at least `goal` steps in all, or until it is stopped."""
 
     @abstractmethod
-    def take_state(self) -> dict[str, Any]:
+    def take_state(self) -> ModelState:
         """All that learning goes on from: NumPy arrays, numbers and texts in dictionaries, lists
         and tuples."""
 
     @abstractmethod
-    def put_state(self, state: dict[str, Any]) -> None:
+    def put_state(self, state: ModelState) -> None:
         """Undo `take_state`. ValueError if the state does not fit the configuration."""
 
     @abstractmethod
@@ -99,7 +105,11 @@ class Trainer(ABC):
         """Let go of what it holds."""
 
 
-def trainer_of(config: Any) -> type[Trainer]:
+AnyTrainer: TypeAlias = Trainer[Any, Any, Any]
+"""Of whatever learns, on whichever machine."""
+
+
+def trainer_of(config: Configuration) -> type[AnyTrainer]:
     """The trainer that a configuration asks for. ModuleNotFoundError where a package is missing."""
     module, _, name = TRAINERS["sb3"].partition(":")
     kind = getattr(import_module(module), name)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stickslip.agents.training.configuration import Configuration, entry, group
+from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.groups import (
     MOST_STEPS,
+    LearningConfiguration,
     PPOSettings,
     require_room,
     require_whole_batches,
@@ -21,7 +22,7 @@ OBSERVATION = 9
 
 
 @dataclass(frozen=True)
-class UGVTrainConfig(Configuration):
+class UGVTrainConfig(LearningConfiguration):
     """How a policy of the UGV is trained, with PPO. The defaults take minutes on two cores.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made

@@ -102,7 +102,9 @@ class FixedPosture:
         """See Controller."""
         return memory, towards(memory, env_state, env_params)
 
-    def _return_with(self, pair, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, ""]:
+    def _return_with(
+        self, pair: Float[Array, " 2"], state: UGVEnvState, params: UGVEnvParams
+    ) -> Float[Array, ""]:
         """The return of keeping a posture; of two that fail, the later failure is worth more."""
 
         def step(state: UGVEnvState) -> UGVEnvState:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Unpack
 
 import jax
 import jax.numpy as jnp
@@ -20,13 +20,17 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.run import How, Say
     from stickslip.agents.evaluation.table import Columns, Evaluation
+    from stickslip.agents.ugv.names import UGVPlayer
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
 
-Say = Callable[[str], None]
-Add = Callable[[Any], Any]
+Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
 CERTIFIED = Optimum()
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
@@ -35,21 +39,21 @@ NO_SCORE = 1e-6
 class UGVEpisodes(NamedTuple):
     """What is kept of each episode; every entry an array [episodes]."""
 
-    reward: Any
+    reward: Array | np.ndarray
     """Sum of rewards."""
-    cost: Any
+    cost: Array | np.ndarray
     """The criterion, in its unit."""
-    optimum: Any
+    optimum: Array | np.ndarray
     """The optimiser's value on the same track; NaN where it was not asked for or has none."""
-    distance: Any
+    distance: Array | np.ndarray
     """Driven [m]."""
-    wheel_energy: Any
+    wheel_energy: Array | np.ndarray
     """[J]"""
-    total_energy: Any
+    total_energy: Array | np.ndarray
     """[J]"""
-    demand: Any
+    demand: Array | np.ndarray
     """Greatest |F| / N of the stations after the first [-]."""
-    status: Any
+    status: Array | np.ndarray
     """Status of the last step."""
 
     @property
@@ -76,7 +80,7 @@ def _score(played: UGVEpisodes) -> Interval:
     return mean_interval(np.asarray(played.cost[known] / played.optimum[known], float))
 
 
-def ugv_columns(unit: str) -> Columns:
+def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
     """The columns of a table; unit: the criterion's."""
     return {
         "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
@@ -93,11 +97,10 @@ def ugv_columns(unit: str) -> Columns:
     }
 
 
-def keep_of(played: Rollout, params: UGVEnvParams) -> UGVEpisodes:
+def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
     """What is kept of an episode; the optimum is not known."""
-    last = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
-    state: Any = last[0]
-    at: Any = played.state.station
+    state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
+    at = played.state.station
     use = [
         jnp.abs(force) / normal
         for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
@@ -106,15 +109,17 @@ def keep_of(played: Rollout, params: UGVEnvParams) -> UGVEpisodes:
         reward=state.totals.reward,
         cost=state.cost,
         optimum=jnp.full_like(state.cost, jnp.nan),
-        distance=last[1]["episode_distance"],
+        distance=info["episode_distance"],
         wheel_energy=state.totals.wheel_energy,
         total_energy=state.totals.total_energy,
         demand=jnp.max(jnp.maximum(*use)),
-        status=last[1]["status"],
+        status=info["status"],
     )
 
 
-def ugv_measures(env: UGVEnv, optimum: Optimum | None = CERTIFIED) -> Measures:
+def ugv_measures(
+    env: UGVEnv, optimum: Optimum | None = CERTIFIED
+) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """What is measured of an environment's episodes, the criterion in its unit.
 
     optimum: computes the dynamic programme's value for each episode, to score against (best of all
@@ -132,11 +137,11 @@ def ugv_measures(env: UGVEnv, optimum: Optimum | None = CERTIFIED) -> Measures:
 
 def evaluate_ugv(
     env: UGVEnv,
-    controllers: Mapping[str, Any],
+    controllers: Mapping[str, UGVPlayer],
     tracks: Mapping[str, UGVEnvParams],
     *,
     optimum: Optimum | None = CERTIFIED,
-    **how: Any,
+    **how: Unpack[How],
 ) -> Evaluation:
     """`stickslip.agents.evaluate` with another optimum to score against, or with none.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.machine import Machine, Option
 from stickslip.agents.ugv.config import UGVTrainConfig
@@ -17,16 +17,22 @@ if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.demonstration import Demonstration
-    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import TrainingTask
+    from stickslip.agents.protocol import Policy
     from stickslip.agents.training.trained import Trained
+    from stickslip.agents.ugv.evaluate import UGVEpisodes
+    from stickslip.agents.ugv.names import UGVPlayer
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
 
 
-class UGVMachine(Machine):
+class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     """The vehicle on legs: its scenes are grounds."""
 
     name, title = "ugv", "UGV"
@@ -69,19 +75,19 @@ class UGVMachine(Machine):
         """See Machine."""
         return {"criteria of the UGV": CRITERIA_IN_WORDS}
 
-    def describe(self, env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+    def describe(self, env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
         """See Machine."""
         from stickslip.agents.ugv import task
 
         return task.describe_ugv(env, params)
 
-    def read_task(self, metadata: Mapping[str, Any]) -> UGVParts | None:
+    def read_task(self, metadata: Mapping[str, Json]) -> UGVParts | None:
         """See Machine."""
         from stickslip.agents.ugv import task
 
         return task.read_task(metadata)
 
-    def standard_task(self, metadata: Mapping[str, Any]) -> UGVParts:
+    def standard_task(self, metadata: Mapping[str, Json]) -> UGVParts:
         """See Machine."""
         from stickslip.agents.ugv import task
 
@@ -93,13 +99,13 @@ class UGVMachine(Machine):
 
         return replace(env, preview=0)
 
-    def baseline(self, name: str, env: UGVEnv) -> Any:
+    def baseline(self, name: str, env: UGVEnv) -> UGVPlayer:
         """See Machine."""
         from stickslip.agents.ugv.names import ugv_baseline
 
         return ugv_baseline(name, env)
 
-    def measures(self, env: UGVEnv) -> Measures:
+    def measures(self, env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
         """See Machine."""
         from stickslip.agents.ugv.evaluate import ugv_measures
 
@@ -116,7 +122,7 @@ class UGVMachine(Machine):
         return make_ugv_task(config)
 
     def evaluate_policy(
-        self, task: UGVTask, policy: Any, config: UGVTrainConfig
+        self, task: TrainingTask[UGVEnv, UGVEnvParams], policy: Policy, config: UGVTrainConfig
     ) -> dict[str, float]:
         """See Machine."""
         from stickslip.agents.ugv.training import evaluate_policy
@@ -142,14 +148,16 @@ class UGVMachine(Machine):
             f"failures {100 * row['failures']:3.0f} %"
         )
 
-    def write_products(self, trained: Trained, played: Rollout | None = None) -> list[Path]:
+    def write_products(
+        self, trained: Trained[UGVTrainConfig], played: AnyRollout | None = None
+    ) -> list[Path]:
         """See Machine."""
         from stickslip.agents.ugv.products import write_products
 
         return write_products(trained, played)
 
     def plot_episode(
-        self, played: Rollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
+        self, played: AnyRollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
     ) -> Path:
         """See Machine."""
         from stickslip.agents.ugv.plots import plot_drive

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.dynamics.plain_checks import require_choice
 
 if TYPE_CHECKING:
+    from stickslip.agents.protocol import Player
     from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
 
+UGVPlayer: TypeAlias = "Player[UGVEnvState, UGVEnvParams]"
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
 FILM, FRAMES = "drive.gif", 10.0
 """The animation of a finished run, and its pictures a second, at most one a step."""
 
 
-def ugv_baseline(name: str, env: UGVEnv) -> Any:
+def ugv_baseline(name: str, env: UGVEnv) -> UGVPlayer:
     """A baseline or planner for an environment. ValueError for an unknown name."""
     from stickslip.agents.ugv.controllers import FixedPosture, LevelBody
     from stickslip.agents.ugv.plans import Optimum, RecedingHorizon

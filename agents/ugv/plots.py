@@ -14,7 +14,7 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.ugv.draw import ground
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -126,7 +126,7 @@ def _draw_ground(axis: Axes, played: Rollout, params: UGVEnvParams) -> None:
     axis.plot(fine, track.height(jnp.asarray(fine)), color=theme.INK)
 
 
-def _save(figure: Figure, axes: np.ndarray, titles: tuple[str, ...], path: str | Path) -> Path:
+def _save(figure: Figure, axes: Sequence[Axes], titles: tuple[str, ...], path: str | Path) -> Path:
     for axis, words in zip(axes, titles, strict=True):
         axis.set_title(words, loc="left", fontsize=10, color=theme.INK, pad=4)
     name_below(axes[-1], "front wheel [m]")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures.film import write_film
@@ -16,18 +16,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.training.trained import Trained
+    from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
 
 
 def write_products(
-    trained: Trained, played: Rollout | None = None, params: UGVEnvParams | None = None
+    trained: Trained[UGVTrainConfig],
+    played: Rollout[UGVEnvState] | None = None,
+    params: UGVEnvParams | None = None,
 ) -> list[Path]:
     """Write learning.png, episode.png and drive.gif into the run's directory; their paths.
 
     played: the policy's first test episode, if it is there already, or one with other params.
     """
-    config: Any = trained.config
+    config = trained.config
     task = make_ugv_task(config)
     params = task.test if params is None else params
     if played is None:

@@ -21,6 +21,8 @@ from stickslip.envs.ugv.randomisation import UGVRandomisation
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.machine import Options
     from stickslip.envs.ugv.params import UGVEnvParams
 
 NUMBERS = (
@@ -79,7 +81,7 @@ class UGVParts(NamedTuple):
         kept = ("spacing", "start", "end", "start_angles")
         return params.replace(**{name: self.numbers[name] for name in kept})
 
-    def with_options(self, options: Mapping[str, Any], scene: str | None) -> UGVParts:
+    def with_options(self, options: Options, scene: str | None) -> UGVParts:
         """The task with what options ask for instead; what one of them sets is no longer drawn.
 
         options: friction, criterion, each None where it is not given. scene: a ground.
@@ -120,7 +122,7 @@ class UGVParts(NamedTuple):
         return ", ".join(words).replace("_", " ")
 
 
-def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
     """The configuration of an environment as JSON values, for a policy's metadata: for people, and
     in parts for `read_task`."""
     task, ranges = UGVParts.of(env, params), params.randomisation
@@ -137,7 +139,7 @@ def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
     }
 
 
-def read_task(metadata: Mapping[str, Any]) -> UGVParts | None:
+def read_task(metadata: Mapping[str, Json]) -> UGVParts | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
     kinds = {"env": UGVEnv, "vehicle": UGVParams, "track": Track} | {
         "randomisation": UGVRandomisation
@@ -145,7 +147,7 @@ def read_task(metadata: Mapping[str, Any]) -> UGVParts | None:
     return rebuilt_task(metadata, UGVParts, PARTS, kinds, NUMBERS)
 
 
-def standard_task(metadata: Mapping[str, Any]) -> UGVParts:
+def standard_task(metadata: Mapping[str, Json]) -> UGVParts:
     """The standard task, with what a policy's file tells of: criterion, preview, some numbers."""
     choices = metadata.get("choices")
     known = choices if isinstance(choices, dict) else {}

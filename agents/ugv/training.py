@@ -23,7 +23,9 @@ from stickslip.envs.ugv.randomisation import UGVRandomisation
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from stickslip.agents.machine import TrainingTask
     from stickslip.agents.ugv.config import UGVTrainConfig
+    from stickslip.agents.ugv.names import UGVPlayer
 
 GRID = 21
 """Angles of the optimiser's grid for the score during training."""
@@ -86,14 +88,17 @@ def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
 
 
 def evaluate_policy(
-    task: UGVTask, policy: Any, config: UGVTrainConfig, names: Sequence[str]
+    task: TrainingTask[UGVEnv, UGVEnvParams],
+    policy: UGVPlayer,
+    config: UGVTrainConfig,
+    names: Sequence[str],
 ) -> dict[str, float]:
     """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
     cost over the optimiser's on the same tracks: metrics by name."""
     env, measures = replace(task.env, autoreset="disabled"), ugv_measures(task.env)
-    drawn = bool(task.test.randomisation.track or task.test.randomisation.friction)
+    drawn = bool(task.tested.randomisation.track or task.tested.randomisation.friction)
     seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if drawn else 1))
-    played = play(env, policy, task.test, seeds, measures.keep)
+    played = play(env, policy, task.tested, seeds, measures.keep)
     played = played._replace(optimum=_optima(config, len(seeds)))
     return row_of_test(measures.columns, names, played)
 

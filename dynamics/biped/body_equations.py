@@ -66,7 +66,7 @@ def body_equations(params: BipedParams, motion: LinkMotion) -> BodyEquations:
 def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
     mass, inertia = body_masses(params)[:, None], jnp.asarray(params.inertia)[LINK_OF_BODY]
 
-    def of(centres, angles):
+    def of(centres: Float[Array, "24 2"], angles: Float[Array, " 24"]) -> Float[Array, "24 3"]:
         return jnp.concatenate([mass * centres, (inertia * angles)[:, None]], axis=1)
 
     zero, one = jnp.zeros_like(motion.centres), jnp.zeros_like(motion.centres) + 1

@@ -18,11 +18,12 @@ from stickslip.dynamics.scene import Grip, Scene, scene_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.numeric import Number
 
 TIME_STEP = "a finite time step > 0 [s]"
 
 
-def require_kinds(params, scene, state) -> Scene:
+def require_kinds(params: object, scene: object, state: object) -> Scene:
     """The scene, built where it is a name, or ValueError for arguments of another kind, and for
     text and lists inside of them."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"
@@ -34,7 +35,7 @@ def require_kinds(params, scene, state) -> Scene:
     return scene.validate()
 
 
-def require_scalars(params, **values) -> None:
+def require_scalars(params: BipedParams | BipedModel, **values: Number) -> None:
     """Raise ValueError for a batch where one robot or walk is meant."""
     crank = (params.params if isinstance(params, BipedModel) else params).crank
     for name, value in (values | {"params.crank": crank}).items():
@@ -44,7 +45,7 @@ def require_scalars(params, **values) -> None:
             )
 
 
-def require_room(duration: float, dt, scene: Scene, spec: Integrator) -> None:
+def require_room(duration: float, dt: Number, scene: Scene, spec: Integrator) -> None:
     """Raise ValueError for more steps than memory holds."""
     numbers = 24 + (68 if scene.outputs == "joints" else 0)
     numbers += 3 * spec.log_size if spec.record_events else 0

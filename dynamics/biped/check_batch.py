@@ -6,7 +6,7 @@ import time
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -17,12 +17,18 @@ from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.scene import Patches
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable
+    from collections.abc import Callable, Hashable, Sequence
 
     from stickslip.dynamics.biped.fidelity import Fidelity
+    from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.state import BipedState
     from stickslip.dynamics.scene import Scene
+
+    Leaves = Sequence[Any]
+    """Of a tree, in its order."""
+
+Grown = TypeVar("Grown")
 
 
 class WalkBatch(NamedTuple):
@@ -58,14 +64,14 @@ class Members(NamedTuple):
     tree: Any
     dtype: str
 
-    def every(self, walk: Callable[..., Any], options: Hashable) -> Any:
+    def every(self, walk: Callable[..., Grown], options: Hashable) -> Grown:
         """walk(options, model, scene, state, torques) of all members at once."""
         with precision(self.dtype):
             return jax.block_until_ready(
                 _every(walk, options, self.tree, self.axes, tuple(self.leaves))
             )
 
-    def one_by_one(self, walk: Callable[..., Any], options: Hashable) -> Any:
+    def one_by_one(self, walk: Callable[..., Grown], options: Hashable) -> Grown:
         """The same after each other: what one does not need is not computed."""
         with precision(self.dtype):
             return jax.block_until_ready(
@@ -80,8 +86,10 @@ class Members(NamedTuple):
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
-def _prepared(fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leaves):
-    def one(leaves):
+def _prepared(
+    fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leaves: Leaves
+) -> BipedModel:
+    def one(leaves: Leaves) -> BipedModel:
         params, load = jax.tree.unflatten(tree, leaves)
         return prepare(params, fidelity=fidelity, payload=load)
 
@@ -89,23 +97,35 @@ def _prepared(fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leave
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _every(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
-    def one(leaves):
+def _every(
+    walk: Callable[..., Grown],
+    options: Hashable,
+    tree: Any,
+    axes: tuple[int | None, ...],
+    leaves: Leaves,
+) -> Grown:
+    def one(leaves: Leaves) -> Grown:
         return walk(options, *jax.tree.unflatten(tree, leaves))
 
     return (jax.vmap(one, in_axes=(axes,)) if 0 in axes else one)(leaves)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _one_by_one(walk, options: Hashable, tree: Any, axes: tuple[int | None, ...], leaves):
-    def one(leaves):
+def _one_by_one(
+    walk: Callable[..., Grown],
+    options: Hashable,
+    tree: Any,
+    axes: tuple[int | None, ...],
+    leaves: Leaves,
+) -> Grown:
+    def one(leaves: Leaves) -> Grown:
         return walk(options, *jax.tree.unflatten(tree, leaves))
 
     if 0 not in axes:
         return one(leaves)
     shared = [None if axis == 0 else leaf for leaf, axis in zip(leaves, axes, strict=True)]
 
-    def member(own):
+    def member(own: Leaves) -> Grown:
         mine = iter(own)
         return one(
             [next(mine) if axis == 0 else leaf for leaf, axis in zip(shared, axes, strict=True)]
@@ -167,7 +187,9 @@ def _cast(part: Any, dtype: str) -> Any:
     return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf), dtype), part)
 
 
-def timed(members: Members, walk, options: Hashable, repeats: int) -> tuple[Any, float, float]:
+def timed(
+    members: Members, walk: Callable[..., Grown], options: Hashable, repeats: int
+) -> tuple[Grown, float, float]:
     """The walks of all members; median seconds of a warm run for each; seconds until warm."""
     begun = time.perf_counter()
     found = members.every(walk, options)

@@ -35,8 +35,12 @@ class Motion(NamedTuple):
 
 
 def ground_force(
-    model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1=None
-):
+    model: BipedModel | BipedParams,
+    inertia: Coefficients,
+    crank_rate: Float[Array, ""],
+    alpha: Float[Array, ""],
+    a1: Float[Array, ""] | None = None,
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate."""
     square = crank_rate**2
     normal = model.total_mass * model.gravity + inertia.Y * alpha + inertia.dY * square
@@ -44,13 +48,21 @@ def ground_force(
     return friction if a1 is None else friction + model.total_mass * a1, normal
 
 
-def motor_torque(model: BipedModel | BipedParams, inertia: Coefficients, crank_rate, alpha, a1):
+def motor_torque(
+    model: BipedModel | BipedParams,
+    inertia: Coefficients,
+    crank_rate: Float[Array, ""],
+    alpha: Float[Array, ""],
+    a1: Float[Array, ""],
+) -> Float[Array, ""]:
     """Torque that a motion needs (MODEL 1.4)."""
     accelerating = inertia.M * alpha + inertia.P_crank * a1
     return accelerating + inertia.dM * crank_rate**2 / 2 + model.gravity * inertia.Y_crank
 
 
-def sticking(model: BipedModel, inertia: Coefficients, crank_rate, torque) -> Motion:
+def sticking(
+    model: BipedModel, inertia: Coefficients, crank_rate: Float[Array, ""], torque: Float[Array, ""]
+) -> Motion:
     """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
     net_torque = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * inertia.Y_crank
     alpha = net_torque / inertia.M
@@ -60,7 +72,13 @@ def sticking(model: BipedModel, inertia: Coefficients, crank_rate, torque) -> Mo
 
 
 def moving(
-    model: BipedModel, inertia: Coefficients, crank_rate, torque, mode, mu_kinetic, slides=None
+    model: BipedModel,
+    inertia: Coefficients,
+    crank_rate: Float[Array, ""],
+    torque: Float[Array, ""],
+    mode: Float[Array, ""],
+    mu_kinetic: Float[Array, ""],
+    slides: Bool[Array, ""] | None = None,
 ) -> Motion:
     """The motion in a given mode: f = -mode mu_k N with both accelerations free, or sticking.
 
@@ -88,7 +106,13 @@ def moving(
 
 
 def prescribed(
-    model: BipedModel, inertia: Coefficients, crank_rate, alpha, mode, mu_kinetic, slides=None
+    model: BipedModel,
+    inertia: Coefficients,
+    crank_rate: Float[Array, ""],
+    alpha: Float[Array, ""],
+    mode: Float[Array, ""],
+    mu_kinetic: Float[Array, ""],
+    slides: Bool[Array, ""] | None = None,
 ) -> Motion:
     """A prescribed crank motion, its foot in a given mode: eq. (31) at rest, eq. (34) sliding.
 
@@ -102,7 +126,9 @@ def prescribed(
     return Motion(alpha, a1, friction, normal, jnp.ones_like(slides, bool), torque)
 
 
-def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:
+def mode_of(
+    still: Motion, foot_velocity: Float[Array, ""], mu_static: Float[Array, ""]
+) -> Float[Array, ""]:
     """Which mode holds: the velocity's direction, or at rest the friction cone's word (eq. 32).
 
     `still` is the sticking motion. A foot at rest whose friction would leave the cone slides
@@ -115,13 +141,17 @@ def mode_of(still: Motion, foot_velocity, mu_static) -> Float[Array, ""]:
     return jnp.where(foot_velocity != 0, jnp.sign(foot_velocity), at_rest)
 
 
-def ankle_moment(model: BipedModel, moment: GroundMoment, crank_rate, motion: Motion):
+def ankle_moment(
+    model: BipedModel, moment: GroundMoment, crank_rate: Float[Array, ""], motion: Motion
+) -> Float[Array, ""]:
     """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
     turning = moment.L * motion.crank_acceleration + moment.dL * crank_rate**2
     return turning + model.gravity * moment.X - motion.foot_acceleration * moment.Y
 
 
-def zero_moment_point(moment_of_ground, normal_force):
+def zero_moment_point(
+    moment_of_ground: Float[Array, ""], normal_force: Float[Array, ""]
+) -> Float[Array, ""]:
     """Where the ground's force acts, from the ankle forwards [m]; 0 where there is no force."""
     pressed = normal_force > 0
     return jnp.where(pressed, moment_of_ground / jnp.where(pressed, normal_force, 1.0), 0.0)

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jaxtyping import Array, Bool, Float
+
+    Samples = Sequence[Float[Array, ""]]
+    """At the start, the middle and the end of a trial step."""
 
 
 class Crossing(NamedTuple):
@@ -22,7 +27,9 @@ class Crossing(NamedTuple):
     """Whether the step's end is so near that a correction to `time` keeps the order."""
 
 
-def first_crossing(samples, end_slope, targeted, nearness: float) -> Crossing:
+def first_crossing(
+    samples: Samples, end_slope: Float[Array, ""], targeted: Bool[Array, ""], nearness: float
+) -> Crossing:
     """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
@@ -47,7 +54,7 @@ def first_crossing(samples, end_slope, targeted, nearness: float) -> Crossing:
     return Crossing(time, close)
 
 
-def parabola_slope(samples):
+def parabola_slope(samples: Samples) -> Float[Array, ""]:
     """Slope at the end, per trial step, of the parabola through three samples."""
     start, middle, end = samples
     return start - 4 * middle + 3 * end

@@ -45,7 +45,7 @@ class Problem(NamedTuple):
     drive: Drive
     duration: Array
 
-    def still(self, inertia: Coefficients, crank_rate) -> Motion:
+    def still(self, inertia: Coefficients, crank_rate: Float[Array, ""]) -> Motion:
         """The motion with the foot held at rest."""
         model, drive = self.model, self.drive
         if isinstance(drive, Torque):
@@ -54,7 +54,12 @@ class Problem(NamedTuple):
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
     def motion(
-        self, friction: Friction | None, mode, inertia: Coefficients, crank_rate, foot_velocity
+        self,
+        friction: Friction | None,
+        mode: Float[Array, ""],
+        inertia: Coefficients,
+        crank_rate: Float[Array, ""],
+        foot_velocity: Float[Array, ""],
     ) -> Motion:
         """The motion in a mode; on a smoothed floor the velocity takes the mode's place.
 

@@ -28,7 +28,7 @@ from stickslip.dynamics.scene import OUTPUTS, Scene, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int, Real
+    from jaxtyping import Array, Bool, Float, Int, Real
 
     from stickslip.dynamics.biped.params import BipedParams
 
@@ -193,9 +193,9 @@ class Instant(NamedTuple):
 def at_instant(
     problem: Problem,
     friction: Friction | None,
-    theta,
-    crank_rate,
-    foot_velocity,
+    theta: Float[Array, ""],
+    crank_rate: Float[Array, ""],
+    foot_velocity: Float[Array, ""],
     outputs: str = "forces",
 ) -> Instant:
     """Mode, motion and what `outputs` asks for; friction None: the foot cannot slip."""
@@ -224,7 +224,13 @@ def at_instant(
     return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
 
 
-def _status(model: BipedModel, motion: Motion, zmp, onset, numbers) -> Int[Array, ""]:
+def _status(
+    model: BipedModel,
+    motion: Motion,
+    zmp: Float[Array, ""] | None,
+    onset: Bool[Array, ""],
+    numbers: tuple[object, ...],
+) -> Int[Array, ""]:
     """The Status of one instant, the gravest word last. zmp None: topple is not looked at.
 
     numbers: all that was given and all that came out.
@@ -238,7 +244,7 @@ def _status(model: BipedModel, motion: Motion, zmp, onset, numbers) -> Int[Array
     return jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def _floats(tree, *values):
+def _floats(tree: object, *values: Number) -> list[Array]:
     """The values as arrays of the widest floating type among them and the tree."""
     dtype = float_type(tree, values)
     return [jnp.asarray(value, dtype) for value in values]

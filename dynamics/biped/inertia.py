@@ -83,10 +83,12 @@ def _momenta_and_slopes(params: BipedParams, theta: Number):
     return jax.jvp(lambda angle: _momenta(params, angle), (theta,), (jnp.ones_like(theta),))
 
 
-def _momenta(params: BipedParams, theta):
+def _momenta(
+    params: BipedParams, theta: Float[Array, ""]
+) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
     """Generalised momenta per unit crank rate: M, P, Y, L."""
 
-    def place(angle):
+    def place(angle: Float[Array, ""]):
         now = kinematics(params, angle)
         return now.centres, now.angles
 

@@ -87,7 +87,7 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     hip_turn = support.directions[0]  # e(theta10): the foot's direction seen from the hip
     centre = jnp.asarray(params.centre)
 
-    def to_ground(vectors):
+    def to_ground(vectors: Float[Array, "links 2"]) -> Float[Array, "links 2"]:
         c, s = hip_turn
         x, y = vectors[..., 0], vectors[..., 1]
         return jnp.stack([c * x + s * y, c * y - s * x], axis=-1)
@@ -135,11 +135,11 @@ def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
     the crank's own centre of mass off its axis, in crank lengths, since the arms change places.
     """
 
-    def other_foot(theta):
+    def other_foot(theta: Float[Array, ""]) -> Float[Array, " 3"]:
         now = kinematics(params, theta)
         return jnp.stack([*(now.pins.E[1] / params.crank), now.angles[13]])
 
-    def mismatch(theta):
+    def mismatch(theta: Float[Array, ""]) -> Float[Array, ""]:
         place, rate = jax.jvp(other_foot, (theta,), (jnp.ones_like(theta),))
         return jnp.max(jnp.abs(jnp.stack([place[1], place[2], *rate])))
 
@@ -207,7 +207,7 @@ def least_closure(params: Linkage, samples: int, fine: int = 64):
     """
     dtype = _dtype(params)
 
-    def margins(angles):
+    def margins(angles: Float[Array, " n"]) -> Float[Array, " n"]:
         return jax.vmap(lambda angle: _leg(params, angle).closure)(angles)
 
     spacing = 2 * np.pi / samples

@@ -61,7 +61,7 @@ def exact_motion(params: BipedParams, theta: Float[Array, ""]) -> LinkMotion:
     """Derivatives of the kinematics by forward-mode differentiation, to rounding."""
     one = jnp.ones_like(theta)
 
-    def slope(angle):
+    def slope(angle: Float[Array, ""]):
         return jax.jvp(lambda at: _places(params, at), (angle,), (one,))
 
     (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -35,9 +35,17 @@ from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.joint_inertia import DifferencedInertia
+
+    Derived = tuple[Inertia, Array, Array, Array, Array]
+    """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
+
+Asked = TypeVar("Asked")
 
 
 @jax.tree_util.register_dataclass
@@ -183,7 +191,7 @@ def prepare(
     return BipedModel(params, payload, fidelity)
 
 
-def _derive(spec, params: BipedParams):
+def _derive(spec: Fidelity, params: BipedParams) -> Derived:
     """What follows from a robot, member by member where the robots are a batch."""
     function = partial(_derive_one, spec)
     for _ in as_batch(params)[0]:
@@ -192,7 +200,7 @@ def _derive(spec, params: BipedParams):
 
 
 @partial(jax.jit, static_argnums=0)
-def _derive_one(spec, params: BipedParams):
+def _derive_one(spec: Fidelity, params: BipedParams) -> Derived:
     """One program for every robot, payload and unit payload of a fidelity and a type."""
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
     return (
@@ -217,7 +225,7 @@ class LoadedInertia:
     mass_factor: Float[Array, ""]
     payload: Float[Array, ""] | None
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.at(theta))
 
@@ -225,7 +233,7 @@ class LoadedInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.moment_at(theta))
 
-    def _sum(self, part):
+    def _sum(self, part: Callable[[Inertia], Asked]) -> Asked:
         """part: what is asked of inertia functions."""
         scaled = jax.tree.map(lambda value: self.mass_factor * value, part(self.empty))
         if self.unit is None:

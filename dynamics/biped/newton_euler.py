@@ -188,7 +188,12 @@ def _require_given(system: str, values: dict) -> None:
 
 
 def _by_matrix(
-    params: BipedParams, equations: BodyEquations, system: str, solver: str, rate, known
+    params: BipedParams,
+    equations: BodyEquations,
+    system: str,
+    solver: str,
+    rate: Float[Array, ""],
+    known,
 ) -> NewtonEuler:
     """By the system's whole matrix, as the chapter does."""
     square = rate**2
@@ -224,7 +229,7 @@ def _by_units(
     motion: LinkMotion,
     system: str,
     solver: str,
-    rate,
+    rate: Float[Array, ""],
     known,
 ) -> NewtonEuler:
     """By the legs: unit solutions close the accelerations that are unknown, if any are.
@@ -244,13 +249,19 @@ def _by_units(
     return NewtonEuler(forces, torque, friction, normal, zmp, moment, alpha, a1)
 
 
-def _accelerations(units: UnitSolutions, system: str, rate, gravity, known):
+def _accelerations(
+    units: UnitSolutions,
+    system: str,
+    rate: Float[Array, ""],
+    gravity: Float[Array, ""],
+    known,
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Crank and foot acceleration, by the torque's row and Coulomb's law."""
     signed = known["direction"] * known["mu_kinetic"]
     coulomb = units.ground[0] + signed * units.ground[1]  # 0 = coulomb @ (alpha, w^2, a1, g)
     alpha, a1 = known.get("crank_acceleration"), known["foot_acceleration"]
 
-    def rest(row):
+    def rest(row: Float[Array, " columns"]) -> Float[Array, ""]:
         return row[SQUARE] * rate**2 + row[GRAVITY] * gravity
 
     if system == "inverse_slip":

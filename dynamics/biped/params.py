@@ -245,7 +245,7 @@ def _usual() -> dict[str, np.ndarray]:
         return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
 
 
-def _checked(numbers: dict[str, Numeric], hip_centre, dtype: Any):
+def _checked(numbers: dict[str, Numeric], hip_centre: Sequence[Number], dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
     require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
     if len(hip_centre) != 2:

@@ -53,7 +53,7 @@ def amplification(
     velocity = jnp.asarray(state.foot_velocity)
     pushed = slips_freely | (velocity != 0)
 
-    def shifted(by):
+    def shifted(by: Float[Array, " 4"]):
         start = replace(
             state,
             phase=state.phase + by[0],
@@ -66,7 +66,7 @@ def amplification(
 
     nowhere = jnp.zeros(4, velocity.dtype)
 
-    def along(direction):
+    def along(direction: Float[Array, " 4"]):
         _, tangents, path = jax.jvp(shifted, (nowhere,), (direction,), has_aux=True)
         return tangents, path
 

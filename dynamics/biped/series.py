@@ -73,12 +73,13 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     to_slope = jnp.asarray(transform, dtype)
     to_value = jnp.asarray(half * integrate, dtype)
 
-    def coefficients(values, slopes):
+    def coefficients(
+        values: tuple[Float[Array, " nodes"], ...], slopes: tuple[Float[Array, " nodes"], ...]
+    ) -> tuple[Float[Array, "nodes k"], Float[Array, "nodes k"]]:
         """Of the values: integrated slopes, with the constant that fits the values' mean."""
-        values, slopes = jnp.stack(values, axis=1), jnp.stack(slopes, axis=1)
-        fitted = to_slope @ slopes
+        fitted = to_slope @ jnp.stack(slopes, axis=1)
         raised = to_value @ fitted
-        return raised.at[0].set((to_slope @ values)[0]), fitted
+        return raised.at[0].set((to_slope @ jnp.stack(values, axis=1))[0]), fitted
 
     value, slope = coefficients(
         (inertia.M, inertia.P, inertia.Y), (inertia.dM, inertia.dP, inertia.dY)
@@ -115,7 +116,7 @@ def _clenshaw(
     half = (SUPPORT_END - SUPPORT_START) / 2
     u = (theta - SUPPORT_START) / half - 1
 
-    def term(carry, row):
+    def term(carry: tuple[Float[Array, " k"], Float[Array, " k"]], row: Float[Array, " k"]):
         later, latest = carry
         return (row + 2 * u * later - latest, later), None
 

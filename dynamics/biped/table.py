@@ -98,7 +98,9 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
 
     counts = jnp.arange(1, table.degree + 1, dtype=dtype)
 
-    def powers(value, slope):
+    def powers(
+        value: Float[Array, "pieces nodes"], slope: Float[Array, "pieces nodes"]
+    ) -> Float[Array, "pieces powers"]:
         """Integrate the interpolated slope; the constant is the value at the piece's middle."""
         rising = slope[:, :-1] @ jnp.asarray(to_powers.T, dtype) * dtype.type(width / 2)
         return jnp.concatenate([value[:, -1:], rising / counts], -1)

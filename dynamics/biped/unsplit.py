@@ -28,7 +28,7 @@ from stickslip.dynamics.biped.walk import (
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Motion
     from stickslip.dynamics.biped.drive import Problem
@@ -48,7 +48,7 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
     """Run a call to its end in `substeps` equal steps; the same work whatever happens."""
     size = problem.duration / spec.substeps
 
-    def body(index, walk: Walk) -> Walk:
+    def body(index: Int[Array, ""], walk: Walk) -> Walk:
         after, running = size, walk.status <= Status.SLIP_ONSET
         if isinstance(spec, Euler):
             walk, after = _part(spec, problem, walk, size)
@@ -64,7 +64,9 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
     return jax.lax.fori_loop(0, spec.substeps, body, walk)
 
 
-def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
+def _part(
+    spec: Unsplit, problem: Problem, walk: Walk, step: Float[Array, ""]
+) -> tuple[Walk, Float[Array, ""]]:
     """A step of length `step` up to where a slide stops; the walk there and what is left of it."""
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
@@ -106,7 +108,14 @@ def _part(spec: Unsplit, problem: Problem, walk: Walk, step):
     return jax.tree.map(lambda new, old: jnp.where(runs, new, old), moved, stays), rest
 
 
-def _stopped(spec: Unsplit, walk: Walk, first: Motion, mode, reached: _Reached, step):
+def _stopped(
+    spec: Unsplit,
+    walk: Walk,
+    first: Motion,
+    mode: Float[Array, ""],
+    reached: _Reached,
+    step: Float[Array, ""],
+) -> tuple[_Reached, Float[Array, ""], Bool[Array, ""]]:
     """The step with its foot stopped where it would turn back; what is left; whether it stops."""
     slows = first.foot_acceleration * mode < 0
     until = -walk.velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
@@ -126,7 +135,7 @@ def _stopped(spec: Unsplit, walk: Walk, first: Motion, mode, reached: _Reached, 
     return reached._replace(velocity=jnp.where(stops, 0.0, reached.velocity)), rest, stops
 
 
-def _uniformly_accelerated(walk: Walk, first: Motion, step) -> _Reached:
+def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
     """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
     alpha, foot = first.crank_acceleration, first.foot_acceleration
     theta = walk.theta + step * (walk.rate + step / 2 * alpha)
@@ -135,7 +144,7 @@ def _uniformly_accelerated(walk: Walk, first: Motion, step) -> _Reached:
     return _Reached(theta, walk.rate + step * alpha, slide, walk.velocity + step * foot, work)
 
 
-def _semi_implicit(walk: Walk, first: Motion, step) -> _Reached:
+def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
     rate = walk.rate + step * first.crank_acceleration
     velocity = walk.velocity + step * first.foot_acceleration
     theta = walk.theta + step * rate
@@ -143,7 +152,7 @@ def _semi_implicit(walk: Walk, first: Motion, step) -> _Reached:
     return _Reached(theta, rate, walk.slide + step * velocity, velocity, work)
 
 
-def _exchange(problem: Problem, walk: Walk, running) -> Walk:
+def _exchange(problem: Problem, walk: Walk, running: Bool[Array, ""]) -> Walk:
     """Hand over the support if a step that was taken went past the end of the support phase."""
     low, high = bounds(walk.theta.dtype)
     passed = running & ((walk.theta > high) | (walk.theta < low))

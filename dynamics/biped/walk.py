@@ -17,7 +17,8 @@ from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.dynamics.biped.drive import Problem
@@ -69,7 +70,9 @@ class Walk(NamedTuple):
     """The events so far, where they are recorded."""
 
 
-def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients):
+def mode_at(
+    problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients
+) -> Float[Array, ""]:
     """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
     if friction is None or isinstance(problem.scene.floor, Smoothed):
         return jnp.zeros_like(walk.theta)
@@ -79,7 +82,12 @@ def mode_at(problem: Problem, friction: Friction | None, walk: Walk, inertia: Co
 
 
 def start(
-    model: BipedModel, scene: Scene, state: BipedState, duration, spec: Integrator, dtype
+    model: BipedModel,
+    scene: Scene,
+    state: BipedState,
+    duration: Float[Array, ""],
+    spec: Integrator,
+    dtype: DTypeLike,
 ) -> Walk:
     """The running state at the beginning of a call."""
     zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
@@ -120,7 +128,9 @@ def start(
     return on_its_patch(model, scene, walk)
 
 
-def on_its_patch(model: BipedModel, scene: Scene, walk: Walk, where=True) -> Walk:
+def on_its_patch(
+    model: BipedModel, scene: Scene, walk: Walk, where: Bool[Array, ""] | bool = True
+) -> Walk:
     """The walk with its patch looked up by the foot's place on the floor, where `where`."""
     if not isinstance(scene.floor, Patches):
         return walk
@@ -129,18 +139,27 @@ def on_its_patch(model: BipedModel, scene: Scene, walk: Walk, where=True) -> Wal
     return walk._replace(patch=jnp.where(where, found, walk.patch))
 
 
-def within_turn(spec: EventExact, size, rate):
+def within_turn(
+    spec: EventExact, size: Float[Array, ""], rate: Float[Array, ""]
+) -> Float[Array, ""]:
     """A step no longer than `size` in which the crank turns by no more than allowed."""
     turn = jax.lax.stop_gradient(jnp.abs(rate) * size)
     return size * jnp.minimum(1.0, spec.max_turn / jnp.maximum(turn, spec.max_turn))
 
 
-def bounds(dtype):
+def bounds(dtype: DTypeLike) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Ends of the support phase in the working precision."""
     return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
 
 
-def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -> Int[Array, ""]:
+def status_at(
+    problem: Problem,
+    walk: Walk,
+    first: Motion,
+    step: Float[Array, ""],
+    theta: Float[Array, ""],
+    sound: Bool[Array, ""],
+) -> Int[Array, ""]:
     """Whether the model holds where a step starts, and the step to crank angle `theta` is one.
 
     sound: the numbers at the step's end are finite. The gravest word comes last, so that a step
@@ -160,7 +179,9 @@ def status_at(problem: Problem, walk: Walk, first: Motion, step, theta, sound) -
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def entry_status(problem: Problem, walk: Walk, state: BipedState, status) -> Int[Array, ""]:
+def entry_status(
+    problem: Problem, walk: Walk, state: BipedState, status: Int[Array, ""]
+) -> Int[Array, ""]:
     """The status of a call before anything moves: `status`, or what is graver about the input."""
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
@@ -171,7 +192,9 @@ def entry_status(problem: Problem, walk: Walk, state: BipedState, status) -> Int
     return jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def hand_over(problem: Problem, walk: Walk, exchange, landed=None) -> Walk:
+def hand_over(
+    problem: Problem, walk: Walk, exchange: Bool[Array, ""], landed: Bool[Array, ""] | None = None
+) -> Walk:
     """Pass the support to the other foot where `exchange`, or end the walk there.
 
     landed: where the patch is looked up; default: at the exchange.
@@ -192,7 +215,9 @@ def hand_over(problem: Problem, walk: Walk, exchange, landed=None) -> Walk:
     return on_its_patch(model, scene, walk, exchange if landed is None else landed)
 
 
-def note(walk: Walk, happens, kind, left=None) -> Walk:
+def note(
+    walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""], left: Float[Array, ""] | None = None
+) -> Walk:
     """Count an event, and write it down where events are recorded; left: when, default now."""
     log = walk.log
     if log is not None:

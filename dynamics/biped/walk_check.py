@@ -29,9 +29,11 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Bool, Float, Int
+    from jaxtyping import Array, Bool, Float, Int
+    from numpy.typing import ArrayLike
 
     from stickslip.dynamics.biped.fidelity import Fidelity
+    from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.numeric import Number, Numbers
 
 SENSITIVE = 1e3
@@ -178,7 +180,13 @@ def _periods(batch: WalkBatch, duration: float, period: float, free: bool) -> in
     return count
 
 
-def _walk(options: Options, model, scene: Scene, state: BipedState, values) -> Path:
+def _walk(
+    options: Options,
+    model: BipedModel,
+    scene: Scene,
+    state: BipedState,
+    values,
+) -> Path:
     """The walk of one member."""
     policy, duration, count, integrator = options
     walk = simulate(
@@ -201,7 +209,13 @@ def _walk(options: Options, model, scene: Scene, state: BipedState, values) -> P
     return Path(angle, slide, status, events.times, kinds)
 
 
-def _grown(options: Options, model, scene: Scene, state: BipedState, values):
+def _grown(
+    options: Options,
+    model: BipedModel,
+    scene: Scene,
+    state: BipedState,
+    values,
+) -> tuple[Path, Float[Array, " n"]]:
     """The walk of one member, and its sensitivity at every sample."""
 
     def walk(state: BipedState) -> Path:
@@ -211,7 +225,14 @@ def _grown(options: Options, model, scene: Scene, state: BipedState, values):
     return amplification(walk, state, length, time, isinstance(scene.floor, Smoothed))
 
 
-def _compared(setting: Setting, duration: float, ran, truth: Path, check: Path, growth):
+def _compared(
+    setting: Setting,
+    duration: float,
+    ran: tuple[Path, float, float],
+    truth: Path,
+    check: Path,
+    growth: Float[Array, "*batch n"],
+) -> WalkCheck:
     own, cost, compiled = ran
     own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
     angle, slide = walk_errors(own, truth)
@@ -241,7 +262,7 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
     """
     inside, runs = (np.asarray(path.status) <= Status.SLIP_ONSET for path in (truth, own))
 
-    def largest(mine, true) -> np.ndarray:
+    def largest(mine: ArrayLike, true: ArrayLike) -> np.ndarray:
         off = np.abs(np.asarray(mine, np.float64) - np.asarray(true, np.float64))
         off = np.where(runs & np.isfinite(off), off, np.inf)
         return np.max(np.where(inside, off, 0.0), axis=-1)
@@ -263,7 +284,7 @@ def _first_difference(own: Path, truth: Path) -> np.ndarray:
     return np.reshape(np.asarray(found), shape)
 
 
-def _listed(times, kinds) -> list[tuple[float, int]]:
+def _listed(times: np.ndarray, kinds: np.ndarray) -> list[tuple[float, int]]:
     used = kinds != EventKind.NONE
     return list(zip(times[used].tolist(), kinds[used].tolist(), strict=True))
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from jaxtyping import Float, Real
+    from numpy.typing import ArrayLike
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.dynamics.ugv.shapes import Values
@@ -175,7 +176,7 @@ def differences(
     sound = ~np.isin(status, UNPLACED), ~np.isin(own, UNPLACED)
     both = sound[0] & sound[1]
 
-    def off(a, b, scale):
+    def off(a: ArrayLike, b: ArrayLike, scale: ArrayLike) -> np.ndarray:
         numbers = np.abs(np.asarray(a, float) - np.asarray(b, float)) / scale
         return np.where(both, numbers, np.nan)
 

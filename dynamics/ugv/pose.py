@@ -188,7 +188,7 @@ def stand(
     norm = jnp.sqrt(cos**2 + sin**2)
     along = jnp.stack([cos, sin], -1) / norm[..., None]
 
-    def in_world(point):
+    def in_world(point: Points) -> Points:
         return rear.centre + turned(point - rear_wheel, along)
 
     zero = jnp.zeros_like(R)

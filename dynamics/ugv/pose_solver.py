@@ -20,9 +20,12 @@ from stickslip.dynamics.ugv.wheel import Contact, contact, dot, penetration
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.ugv.shapes import Points, Values
+
+    Search = tuple[Values, Values, Values, Values, Bool[Array, "..."]]
+    """The point, the bracket's ends, the miss before, whether it is found."""
 
 METHODS = ("newton", "scan")
 MOST_ITERATIONS = 100
@@ -165,11 +168,11 @@ def _refine(
     """
     stop = solver.stop_gap(wheelbase.dtype) * size_near(track, wheelbase, radius)
 
-    def more(carry):
+    def more(carry: tuple[jax.Array | int, Search]):
         count, (*_, done) = carry
         return (count < MOST_ITERATIONS) & ~jnp.all(done)
 
-    def narrow(carry):
+    def narrow(carry: tuple[jax.Array | int, Search]) -> tuple[jax.Array | int, Search]:
         count, (x, far, near, before, done) = carry
         following, far, near, gap = _narrowed(track, radius, centre, wheelbase, x, far, near)
         slow = jnp.abs(gap) > before / 2

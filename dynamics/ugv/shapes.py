@@ -237,10 +237,10 @@ class Function:
     def _at(self, x: jax.Array) -> Profile:
         one = jnp.ones_like(x)
 
-        def value(x):
+        def value(x: jax.Array) -> jax.Array:
             return jnp.asarray(self.function(x), x.dtype)
 
-        def with_slope(x):
+        def with_slope(x: jax.Array) -> tuple[jax.Array, jax.Array]:
             return jax.jvp(value, (x,), (one,))
 
         (y, dy), (_, d2y) = jax.jvp(with_slope, (x,), (one,))

@@ -147,7 +147,9 @@ def hermite_table(
     return Spline.of(knots, rows, even=True)
 
 
-def _table(profile, first: jax.Array, last: jax.Array, count: int):
+def _table(
+    profile: Callable[[jax.Array], Profile], first: jax.Array, last: jax.Array, count: int
+) -> tuple[jax.Array, jax.Array]:
     """Knots and coefficients [count, 6]; each piece as long as its knots say."""
     knots = first + (last - first) / count * jnp.arange(count + 1, dtype=first.dtype)
     y, dy, d2y = profile(knots)

@@ -91,7 +91,7 @@ def penetration(
     d_low, g_low = _from_centre(track, wheel.centre, low)
     _, g_high = _from_centre(track, wheel.centre, high)
 
-    def narrow(_, carry):
+    def narrow(_: jax.Array, carry: tuple[Values, ...]) -> tuple[Values, ...]:
         low, high, d_low, g_low, g_high, deepest = carry
         secant = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
         margin = (high - low) / 8

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import fields, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -12,12 +13,12 @@ import numpy as np
 
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.fused import fused
-from stickslip.envs.adapters.codec import Codec
+from stickslip.envs.adapters.codec import Codec, Tree
 from stickslip.envs.adapters.shared import Shared, row_of, split
-from stickslip.envs.functional import bare_step
+from stickslip.envs.functional import Params, bare_step
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
+    from jaxtyping import Array, Bool, Float, Integer
 
     from stickslip.envs.functional import FunctionalEnv
 
@@ -34,7 +35,7 @@ class _Program(NamedTuple):
     carry: Codec
     """Of the key chains (as plain numbers) and the states."""
 
-    def params(self, own: tuple[Any, ...]) -> Any:
+    def params(self, own: tuple[object, ...]) -> Any:
         """One environment's parameters."""
         return rebuilt(self.shared.params(), **dict(zip(self.entries, own, strict=True)))
 
@@ -51,13 +52,19 @@ def _entries(env: FunctionalEnv, params: Any, other: Any) -> tuple[str, ...]:
     )
 
 
-def kind_of(env: FunctionalEnv, params: Any, other: Any) -> Any:
+def kind_of(
+    env: FunctionalEnv[Any, Params], params: Params, other: Params
+) -> tuple[tuple[str, ...], Signature]:
     """What episodes have in common that one `Apart` is for; hashable."""
     entries = _entries(env, params, other)
     return entries, signature_of(tuple(getattr(other, name) for name in entries))
 
 
-class Apart:
+Signature: TypeAlias = tuple[Hashable, tuple[tuple[tuple[int, ...], str], ...]]
+"""Structure of a pytree, and shape and type of each leaf."""
+
+
+class Apart(Generic[Params]):
     """Those environments of a batch of n whose episodes have parameters of one structure.
 
     Their numbers are their own, so that other numbers compile nothing. They end without a reset:
@@ -65,7 +72,9 @@ class Apart:
     that are in here; the rows of the others mean nothing.
     """
 
-    def __init__(self, env: FunctionalEnv, params: Any, other: Any, num_envs: int):
+    def __init__(
+        self, env: FunctionalEnv[Any, Params], params: Params, other: Params, num_envs: int
+    ):
         """params: of the batch; other: of an episode, of which the structure counts here."""
         self.env = replace(env, autoreset="disabled")  # type: ignore[type-var]
         entries = _entries(env, params, other)
@@ -74,7 +83,7 @@ class Apart:
         obs, state = jax.eval_shape(env.reset_env, key, other)
         own = tuple(getattr(other, name) for name in entries)
 
-        def many(tree: Any) -> Codec:
+        def many(tree: Tree) -> Codec[Tree]:
             batched = jax.tree.map(
                 lambda leaf: jax.ShapeDtypeStruct((num_envs, *leaf.shape), leaf.dtype), tree
             )
@@ -89,14 +98,17 @@ class Apart:
         self._own: Array | None = None
         self.members = np.zeros(num_envs, bool)
 
-    def begin(self, chains: np.ndarray, mask: np.ndarray, params: Any) -> tuple[Any, np.ndarray]:
+    def begin(
+        self, chains: np.ndarray, mask: np.ndarray, params: Params
+    ) -> tuple[Array, np.ndarray]:
         """Begin episodes with these parameters where the mask is true: the carry, and observations
         [n, obs] that mean nothing elsewhere."""
         own = tuple(getattr(params, name) for name in self._program.entries)
         own = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (len(mask), *jnp.shape(leaf))), own)
         before = None if self.carry is None or mask.all() else (self.carry, self._own)
-        self.carry, self._own, obs = _begin(self._program, chains, own, mask, before)
-        return self.carry, np.array(obs)
+        carry, self._own, obs = _begin(self._program, chains, own, mask, before)
+        self.carry = carry
+        return carry, np.array(obs)
 
     def step(self, actions: np.ndarray) -> np.ndarray:
         """One control step: the rows of `row_of`."""
@@ -108,37 +120,53 @@ class Apart:
         return unpack(self._program.carry, self.carry)
 
 
-def signature_of(tree: Any) -> Any:
+def signature_of(tree: object) -> Signature:
     """Structure, shapes and types; hashable."""
     leaves, structure = jax.tree.flatten(tree)
     return structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
 
 
 @partial(jax.jit, static_argnums=0)
-def unpack(codec: Codec, packed: Array) -> Any:
+def unpack(codec: Codec[Tree], packed: Array) -> Tree:
     """The tree that the codec packed."""
     return codec.unpack(packed)
 
 
 @partial(jax.jit, static_argnums=0)
-def _begin(program: _Program, chains, own, mask, before):
+def _begin(
+    program: _Program,
+    chains: Integer[Array, "n words"],
+    own: tuple[object, ...],
+    mask: Bool[Array, " n"],
+    before: tuple[Array, Array] | None,
+) -> tuple[Array, Array, Float[Array, "n obs"]]:
     after, subkeys = split(chains)
     obs, states = jax.vmap(lambda key, own: program.env.reset_env(key, program.params(own)))(
         subkeys, own
     )
-    carry, own = program.carry.pack((after, states)), program.own.pack(own)
+    packed = program.carry.pack((after, states)), program.own.pack(own)
     if before is not None:  # packed with the environments last
-        carry, own = jnp.where(mask, carry, before[0]), jnp.where(mask, own, before[1])
-    return carry, own, obs
+        packed = jax.tree.map(partial(jnp.where, mask), packed, before)
+    return packed[0], packed[1], obs
 
 
 @partial(jax.jit, static_argnums=0)
-def _go_on(program: _Program, carry, own, actions):
+def _go_on(
+    program: _Program,
+    carry: Array,
+    own: Array,
+    actions: Float[Array, "n act"],
+) -> tuple[Array, Array]:
     return jax.vmap(partial(_go_on_one, program), (-1, -1, 0), (-1, 0))(carry, own, actions)
 
 
 @partial(fused, fixed=1)
-def _go_on_one(program: _Program, carry, own, action):
+def _go_on_one(
+    program: _Program,
+    carry: Integer[Array, " words"],
+    own: Integer[Array, " own"],
+    action: Float[Array, " act"],
+) -> tuple[Array, Array]:
     """One environment's step; carry, own: its packed columns. The row of `row_of`, too."""
     codec = program.carry.of_one
     chain, state = codec.unpack(carry)

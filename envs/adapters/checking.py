@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     import gymnasium
     from gymnasium.vector import VectorEnv
+    from numpy.typing import ArrayLike
 
 
 def check_vector_env(
@@ -38,6 +39,10 @@ def check_vector_env(
     finally:
         for env in singles:
             env.close()
+
+
+Step: TypeAlias = int | str
+"""Its number, or what came instead."""
 
 
 class _Comparison:
@@ -107,13 +112,13 @@ class _Comparison:
             self._same(f"reset before {step}", i, "observation", obs[i], self.singles[i].reset()[0])
         self.over = [False] * len(self.singles)
 
-    def _masked(self, step: Any, i: int, infos: dict, expected: dict) -> None:
+    def _masked(self, step: Step, i: int, infos: dict, expected: dict) -> None:
         for name, value in expected.items():
             if name not in infos or not _mask(step, infos, name)[i]:
                 raise ValueError(f"step {step}, environment {i}: info {name!r} is missing")
             self._same(step, i, f"info {name!r}", infos[name][i], value)
 
-    def _same(self, step: Any, i: int, name: str, given: Any, expected: Any) -> None:
+    def _same(self, step: Step, i: int, name: str, given: ArrayLike, expected: ArrayLike) -> None:
         if not np.allclose(given, expected, rtol=self.rtol, atol=self.atol, equal_nan=True):
             raise ValueError(
                 f"step {step}, environment {i}: {name} is {given} in the vector environment and "
@@ -131,12 +136,12 @@ class _Comparison:
                     f"{np.asarray(column).dtype}; accepted: {kind.__name__} [{count}]"
                 )
 
-    def _space(self, step: Any, obs: np.ndarray) -> None:
+    def _space(self, step: Step, obs: np.ndarray) -> None:
         if not self.vector_env.observation_space.contains(obs):
             raise ValueError(f"step {step}: observation {obs!r} is outside the space")
 
 
-def _mask(step: Any, infos: dict, name: str) -> np.ndarray:
+def _mask(step: Step, infos: dict, name: str) -> np.ndarray:
     """Where an entry of infos holds."""
     if f"_{name}" not in infos:
         raise ValueError(f"step {step}: info {name!r} has no mask; accepted: one as '_{name}'")

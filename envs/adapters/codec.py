@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+Tree = TypeVar("Tree")
+
 
 @dataclass(frozen=True)
-class Codec:
+class Codec(Generic[Tree]):
     """The layout of one pytree, from `Codec.of` its abstract values; static and hashable.
 
     `pack` gives one array [words, *batch] of unsigned integers that hold the leaves' bits, `unpack`
@@ -19,20 +22,20 @@ class Codec:
     that all leaves begin with.
     """
 
-    structure: Any
+    structure: Hashable
     shapes: tuple[tuple[int, ...], ...]
     dtypes: tuple[str, ...]
     batch: tuple[int, ...]
 
     @classmethod
-    def of(cls, tree: Any, batch: tuple[int, ...] = ()) -> Codec:
+    def of(cls, tree: Tree, batch: tuple[int, ...] = ()) -> Codec[Tree]:
         """The layout of `tree`, whose leaves (arrays or abstract arrays) begin with `batch`."""
         leaves, structure = jax.tree.flatten(tree)
         shapes = tuple(tuple(leaf.shape[len(batch) :]) for leaf in leaves)
         return cls(structure, shapes, tuple(str(leaf.dtype) for leaf in leaves), batch)
 
     @property
-    def of_one(self) -> Codec:
+    def of_one(self) -> Codec[Tree]:
         """Of one member of the batch."""
         return replace(self, batch=())
 
@@ -42,7 +45,7 @@ class Codec:
         widest = max((np.dtype(dtype).itemsize for dtype in self.dtypes), default=4)
         return np.dtype(f"uint{8 * max(4, widest)}")
 
-    def pack(self, tree: Any) -> jax.Array:
+    def pack(self, tree: Tree) -> jax.Array:
         """Leaves end to end, batch axes last."""
         rows = []
         for leaf in jax.tree.leaves(tree):
@@ -50,7 +53,7 @@ class Codec:
             rows.append(jnp.moveaxis(flat, -1, 0))
         return jnp.concatenate(rows)
 
-    def unpack(self, packed: jax.Array) -> Any:
+    def unpack(self, packed: jax.Array) -> Tree:
         """The tree that `pack` was given; rows after its own are not looked at."""
         place, leaves = 0, []
         for shape, dtype in zip(self.shapes, self.dtypes, strict=True):

@@ -3,33 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, shown
+from stickslip.envs.functional import Params, State
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
 
 
-class Compiled:
+class Compiled(Generic[State, Params]):
     """An adapter with the environment and the parameters that its step was compiled with."""
 
-    _functional: FunctionalEnv
-    _params: Any
+    _functional: FunctionalEnv[State, Params]
+    _params: Params
 
     @property
-    def functional(self) -> FunctionalEnv:
+    def functional(self) -> FunctionalEnv[State, Params]:
         """The functional environment."""
         return self._functional
 
     @property
-    def params(self) -> Any:
+    def params(self) -> Params:
         """Its parameters; fixed, as they are compiled in: make another environment for others."""
         return self._params
 
-    def _episode_params(self, options: Any) -> Any:
+    def _episode_params(self, options: Mapping[str, Any] | None) -> Params | None:
         """The parameters that the options of a reset ask for; None where they ask for nothing."""
         if options is None:
             return None

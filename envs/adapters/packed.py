@@ -5,7 +5,7 @@ One compiled call a step, of one array to one array: a call costs for each of th
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -121,7 +121,6 @@ class PackedEnvs:
         self._width = obs.shape[0]
         numbers = 2 * self._width + 4 + len(names)
         self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)), numbers)
-        self._step = _step_of(self._layout)
         self._params = params if mapped else None
         self._carry: Array | None = None
         self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
@@ -130,6 +129,14 @@ class PackedEnvs:
         self._apart = np.zeros(num_envs, bool)
         self._ended = np.zeros(num_envs, bool)
         self._given: list[Any] = [None] * num_envs
+
+    @cached_property
+    def _step(self) -> Callable[..., Array]:
+        return _step_of(self._layout)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the compiled step, which does not pickle: a copy finds it again."""
+        return {name: value for name, value in vars(self).items() if name != "_step"}
 
     @property
     def begun(self) -> bool:
@@ -174,10 +181,11 @@ class PackedEnvs:
         carry, obs = group.begin(chains, mask, params)
         self._leave(mask)
         if self._steps_alike(params):
-            whole = self._carry is None or mask.all()
             room = jnp.zeros((self._layout.numbers, self.num_envs), carry.dtype)
             carry = jnp.concatenate([carry, room])
-            self._carry = carry if whole else jnp.where(mask, carry, self._carry)
+            if self._carry is not None and not mask.all():
+                carry = jnp.where(mask, carry, self._carry)
+            self._carry = carry
         else:
             group.members |= mask
             self._apart |= mask

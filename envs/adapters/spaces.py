@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from gymnasium import spaces
 
 if TYPE_CHECKING:
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.functional import FunctionalEnv, Params, State
 
 
-def observation_space(env: FunctionalEnv, params: Any) -> spaces.Box:
+def observation_space(env: FunctionalEnv[State, Params], params: Params) -> spaces.Box:
     """The box of the observation's bounds, float32."""
     env.check_params(params)
     low, high = env.observation_bounds(params)

@@ -15,7 +15,9 @@ from stickslip.dynamics.scene import Grip, Scene, Smoothed
 if TYPE_CHECKING:
     from jaxtyping import Array
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.ranges import Range
 
 
 class Drawn(NamedTuple):
@@ -32,7 +34,7 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
     ranges = params.randomisation
     dtype = jnp.result_type(params.robot.total_mass)
 
-    def uniform(index: int, bounds, otherwise):
+    def uniform(index: int, bounds: Range | None, otherwise: Number) -> Array:
         if bounds is None:
             return jnp.asarray(otherwise, dtype)
         low, high = (jnp.asarray(bound, dtype) for bound in bounds)

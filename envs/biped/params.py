@@ -38,6 +38,8 @@ from stickslip.envs.functional import defaults_of
 from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
+
     from stickslip.dynamics.biped.fidelity import Inertia
 
 
@@ -143,7 +145,7 @@ class BipedEnvParams:
         return replace(self, **_as_numbers(changes)).validate()
 
     def _other_robot(
-        self, biped: BipedParams | None = None, fidelity: Any = None, dtype: Any = None
+        self, biped: BipedParams | None = None, fidelity: Any = None, dtype: DTypeLike | None = None
     ) -> BipedModel:
         before = self.robot
         biped = before.bare if biped is None else biped
@@ -225,7 +227,7 @@ def make_params(
     biped: BipedParams | None = None,
     scene: Scene | str | None = None,
     randomisation: Randomisation | None = None,
-    dtype: Any = None,
+    dtype: DTypeLike | None = None,
     torque_limit: Numeric = 4.0,
     control_period: Numeric = CONTROL_PERIOD,
     commanded_rate: Numeric = 3.0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 
@@ -14,11 +14,15 @@ from stickslip.envs.biped.draw import drawn_scene
 from stickslip.envs.rendering import BipedFrame
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
 
-def biped_frame(state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams) -> BipedFrame:
+def biped_frame(
+    state: BipedEnvState, info: Mapping[str, float], params: BipedEnvParams
+) -> BipedFrame:
     """One unbatched state as plain numbers; `info` of the step that led to it, {} after a reset."""
     biped = state.biped
     place = floor_position(params.robot, biped)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -13,14 +13,18 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import Outcome
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import BipedModel, BipedState, Contact
     from stickslip.envs.biped.draw import Drawn
     from stickslip.envs.biped.params import BipedEnvParams
 
+T = TypeVar("T")
 
-def centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[Array, ""]:
+
+def centre_of_mass(
+    robot: BipedModel, biped: BipedState, steps_before: Int[Array, ""]
+) -> Float[Array, ""]:
     """Place of the centre of mass along the floor [m], from the foothold after `steps_before`."""
     ahead = robot.inertia.moment_at(jnp.asarray(biped.phase)).X / robot.total_mass
     steps = (jnp.asarray(biped.steps) - steps_before).astype(ahead.dtype)
@@ -28,7 +32,11 @@ def centre_of_mass(robot: BipedModel, biped: BipedState, steps_before) -> Float[
 
 
 def outcome_of(
-    robot: BipedModel, before: BipedState, after: BipedState, contact: Contact, copper_loss
+    robot: BipedModel,
+    before: BipedState,
+    after: BipedState,
+    contact: Contact,
+    copper_loss: Float[Array, ""],
 ) -> Outcome:
     """What a control step came to."""
     turned = after.crank_angle - before.crank_angle
@@ -37,12 +45,19 @@ def outcome_of(
     return Outcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
 
 
-def fell(status) -> Bool[Array, ""]:
+def fell(status: Int[Array, ""]) -> Bool[Array, ""]:
     """Whether an episode ends in what no task asks for."""
     return (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
 
 
-def reward_terms(params: BipedEnvParams, robot, drawn: Drawn, outcome: Outcome, falls, period):
+def reward_terms(
+    params: BipedEnvParams,
+    robot: BipedModel,
+    drawn: Drawn,
+    outcome: Outcome,
+    falls: Bool[Array, ""],
+    period: Float[Array, ""],
+) -> dict[str, Float[Array, ""]]:
     """The four terms of the reward of one control step; falls: whether the episode ends so."""
     speed = drawn.commanded_rate / np.pi * robot.step_length
     missed = jnp.abs(outcome.walked / period - speed) / speed
@@ -55,14 +70,14 @@ def reward_terms(params: BipedEnvParams, robot, drawn: Drawn, outcome: Outcome, 
     }
 
 
-def marked(status, numbers):
+def marked(status: Int[Array, ""], numbers: T) -> tuple[Int[Array, ""], T]:
     """NON_FINITE, and nothing but zeros, where a number of an episode that goes on is none."""
     sound = all_finite(numbers)
     status = jnp.where(sound | (status > Status.SLIP_ONSET), status, Status.NON_FINITE)
     return status, jax.tree.map(lambda value: jnp.where(sound, value, 0.0), numbers)
 
 
-def ground_force(contact: Contact, status) -> dict[str, Array]:
+def ground_force(contact: Contact, status: Int[Array, ""]) -> dict[str, Array]:
     """Force and zero-moment point; zero where the torque was no number."""
     force = {"friction_force": contact.friction_force, "normal_force": contact.normal_force}
     force |= {} if contact.zmp is None else {"zmp": contact.zmp}

@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
         """Positive motor work and copper loss [J]."""
         return self.positive_work + self.copper_loss
 
-    def info(self, period) -> dict[str, Array]:
+    def info(self, period: Float[Array, ""]) -> dict[str, Array]:
         """What info says of it."""
         return {
             "walking_speed": self.walked / period,
@@ -57,7 +57,7 @@ class Totals(NamedTuple):
     energy: Float[Array, ""]
     """Positive motor work and copper loss [J]."""
 
-    def after(self, reward, outcome: Outcome) -> Totals:
+    def after(self, reward: Float[Array, ""], outcome: Outcome) -> Totals:
         """With one more step."""
         return Totals(
             self.reward + reward,
@@ -67,7 +67,7 @@ class Totals(NamedTuple):
             self.energy + outcome.energy,
         )
 
-    def info(self, elapsed, duration) -> dict[str, Array]:
+    def info(self, elapsed: Int[Array, ""], duration: Float[Array, ""]) -> dict[str, Array]:
         """What info says of the episode after so many steps and seconds."""
         return {
             "episode_return": self.reward,

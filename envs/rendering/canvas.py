@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypedDict, TypeVar, Unpack
 
 import numpy as np
 
@@ -15,10 +15,36 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.artist import Artist
-    from matplotlib.transforms import Transform
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import FancyBboxPatch
+    from matplotlib.transforms import Affine2D, Transform
+    from matplotlib.typing import ColorType, LineStyleType
+    from numpy.typing import ArrayLike
 
+    Colours: TypeAlias = ColorType | Sequence[ColorType]
+
+A = TypeVar("A", bound="Artist")
 Box = tuple[float, float, float, float]
 """Left, bottom, right, top in page units."""
+
+
+class Place(TypedDict, total=False):
+    """Where an artist is: in a view's world, by default on the page, and cut off at a box."""
+
+    view: Transform | None
+    clip: Box | None
+
+
+class Look(TypedDict, total=False):
+    """More of how a curve looks."""
+
+    solid_joinstyle: Literal["miter", "round", "bevel"]
+    markersize: float
+    markerfacecolor: ColorType
+    markeredgecolor: ColorType
+    markeredgewidth: float
 
 
 class Canvas:
@@ -42,7 +68,7 @@ class Canvas:
         self.page: Transform = transforms.Affine2D().scale(self.unit)
         self._still: list[Artist] = []
         self._moving: list[Artist] = []
-        self._background: Any = None
+        self._background = None
         self._pixels = height, width
         self._words: list[Words] = []
         self._still_words: list[Words] = []
@@ -55,20 +81,20 @@ class Canvas:
         left, bottom, right, top = box
         return [(left, bottom), (right, bottom), (right, top), (left, top)]
 
-    def view(self) -> Any:
+    def view(self) -> Affine2D:
         """A transform from a world to the page that can be moved: `set_matrix` on it."""
         return require("matplotlib.transforms").Affine2D()
 
     def lines(
         self,
-        segments: Sequence[Any],
-        colour: Any,
-        width: Any = 1.0,
+        segments: Sequence[ArrayLike],
+        colour: Colours,
+        width: float | Sequence[float] = 1.0,
         *,
         cap: str = "round",
         still: bool = False,
-        **place: Any,
-    ) -> Any:
+        **place: Unpack[Place],
+    ) -> LineCollection:
         """Separate straight or bent lines; `set_segments` moves them."""
         artist = require("matplotlib.collections").LineCollection(
             segments, colors=colour, linewidths=width, capstyle=cap, joinstyle="round"
@@ -76,33 +102,48 @@ class Canvas:
         return self._add(artist, still, **place)
 
     def curve(
-        self, colour: str, width: float, *, dashes: Any = "-", marker: str = "", **options: Any
-    ) -> Any:
+        self,
+        colour: ColorType,
+        width: float,
+        *,
+        dashes: LineStyleType = "-",
+        marker: str = "",
+        view: Transform | None = None,
+        clip: Box | None = None,
+        **look: Unpack[Look],
+    ) -> Line2D:
         """One curve, or one marker at each of its points; `set_data` moves it."""
-        place = {name: options.pop(name) for name in ("view", "clip") if name in options}
         artist = require("matplotlib.lines").Line2D(
-            [], [], color=colour, linewidth=width, linestyle=dashes, marker=marker, **options
+            [], [], color=colour, linewidth=width, linestyle=dashes, marker=marker, **look
         )
-        return self._add(artist, False, **place)
+        return self._add(artist, False, view=view, clip=clip)
 
     def dots(
-        self, edge: str, size: float, width: float, *, fill: str = theme.PAGE, **place: Any
-    ) -> Any:
+        self,
+        edge: str,
+        size: float,
+        width: float,
+        *,
+        fill: str = theme.PAGE,
+        **place: Unpack[Place],
+    ) -> Line2D:
         """A round marker at each of its points, with an edge; `set_data` moves them."""
-        look = {"markerfacecolor": fill, "markeredgecolor": edge, "markeredgewidth": width}
-        return self.curve("none", 0, marker="o", markersize=size, **look, **place)
+        look = Look(
+            markersize=size, markerfacecolor=fill, markeredgecolor=edge, markeredgewidth=width
+        )
+        return self.curve("none", 0, marker="o", **look, **place)
 
     def area(
         self,
-        outlines: Sequence[Any],
-        colour: Any,
+        outlines: Sequence[ArrayLike],
+        colour: Colours,
         *,
-        edge: Any = "none",
+        edge: Colours = "none",
         width: float = 0.0,
         alpha: float | None = None,
         still: bool = False,
-        **place: Any,
-    ) -> Any:
+        **place: Unpack[Place],
+    ) -> PolyCollection:
         """Filled polygons; `set_verts` moves them."""
         artist = require("matplotlib.collections").PolyCollection(
             outlines, facecolors=colour, edgecolors=edge, linewidths=width, alpha=alpha
@@ -110,7 +151,9 @@ class Canvas:
         artist.set_joinstyle("round")
         return self._add(artist, still, **place)
 
-    def rounded(self, box: Box, colour: str, radius: float, *, still: bool = False) -> Any:
+    def rounded(
+        self, box: Box, colour: str, radius: float, *, still: bool = False
+    ) -> FancyBboxPatch:
         """A filled box with round corners."""
         patches = require("matplotlib.patches")
         left, bottom, right, top = box
@@ -131,7 +174,7 @@ class Canvas:
         bold: bool = False,
         align: str = "left",
         still: bool = False,
-        view: Any = None,
+        view: Transform | None = None,
         clip: Box | None = None,
     ) -> Words:
         """A line of text on a baseline; moving ones lie over everything else."""
@@ -176,7 +219,9 @@ class Canvas:
         for each in words:
             each.paint(pixels)
 
-    def _add(self, artist: Any, still: bool, *, view: Any = None, clip: Box | None = None) -> Any:
+    def _add(
+        self, artist: A, still: bool, *, view: Transform | None = None, clip: Box | None = None
+    ) -> A:
         artist.set_figure(self._figure)
         artist.set_transform(self.page if view is None else view + self.page)
         if clip is not None:
@@ -188,7 +233,7 @@ class Canvas:
         return artist
 
 
-def _fonts() -> dict[bool, Any]:
+def _fonts() -> dict[bool, FontProperties]:
     """The plain and the bold letters that come with matplotlib."""
     folder = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
     properties = require("matplotlib.font_manager").FontProperties

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
+    from matplotlib.font_manager import FontProperties
     from matplotlib.transforms import Transform
 
 KEPT_WORDS = 1024
@@ -39,7 +40,7 @@ class _Shape(NamedTuple):
 class Lettering:
     """Shapes of words. Rasterising letters takes most of a picture's time, so each is kept."""
 
-    def __init__(self, width: int, unit: float, fonts: dict[bool, Any]):
+    def __init__(self, width: int, unit: float, fonts: dict[bool, FontProperties]):
         self._unit, self._fonts = unit, fonts
         self._rise = int(np.ceil(1.5 * theme.VALUE * unit))
         size = width, 2 * self._rise

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, floor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from stickslip.envs.rendering.lettering import written
 from stickslip.envs.rendering.ticks import nice_step
 
 if TYPE_CHECKING:
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 SPAN = 4.0
 """Length of the strips [s]."""
@@ -52,16 +52,13 @@ class Strip:
         ]
         canvas.text(left, top + 8, f"{title}  [{unit}]", colour=theme.MUTED, still=True)
         self._view = canvas.view()
-        place = {"view": self._view, "clip": (left, bottom - 2, right, top + 2)}
+        place: Place = {"view": self._view, "clip": (left, bottom - 2, right, top + 2)}
         self._shade = canvas.area([], theme.SLIDES, alpha=0.17, **place)
         self._second = None
         if second:
             self._second = canvas.curve(theme.INK, 1.3, dashes=(0, (4.0, 2.6)), **place)
         self._curve = canvas.curve(colour, 1.9, solid_joinstyle="round", **place)
-        dot = {"marker": "o", "markersize": 6.5, "markerfacecolor": colour}
-        self._now = canvas.curve(
-            "none", 0, **dot, markeredgecolor=theme.PAGE, markeredgewidth=1.2, view=self._view
-        )
+        self._now = canvas.dots(theme.PAGE, 6.5, 1.2, fill=colour, view=self._view)
         self._value = canvas.text(right, top + 8, "", 13.0, bold=True, align="right")
         self._aside = canvas.text(right - 54, top + 8, "", theme.SMALL, theme.MUTED, align="right")
         self.aside = ""
@@ -121,5 +118,5 @@ def draw_axis(canvas: Canvas, box: Box, unit: str = "s") -> None:
     canvas.lines(ticks, theme.MUTED, 1.0, cap="butt", still=True)
     for second, x in zip(seconds, places, strict=True):
         words = f"−{-second} {unit}" if second else "now"
-        style: dict[str, Any] = {"align": "center" if second else "right"}
-        canvas.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, still=True, **style)
+        align = "center" if second else "right"
+        canvas.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, still=True, align=align)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -33,7 +33,10 @@ from stickslip.optim.posture.station import Station, station_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from jaxtyping import Array, Float
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Bool, Float
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -181,7 +184,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")
         return make_params(self.measure, **changes)
 
-    def reset_env(self, key, params):
+    def reset_env(
+        self, key: Array, params: UGVEnvParams
+    ) -> tuple[Float[Array, " obs"], UGVEnvState]:
         """See FunctionalEnv."""
         drawn, angles = draw(key, params)
         dtype = angles.dtype
@@ -211,7 +216,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         status = jnp.where(before.status != Status.OK, before.status, after.status)
         failed = status != Status.OK
 
-        def unless_failed(new, old):
+        def unless_failed(new: T, old: T) -> T:
             return jax.tree.map(lambda a, b: jnp.where(failed, b, a), new, old)
 
         after, attitude = unless_failed((after, attitude), (before, state.attitude))
@@ -240,11 +245,11 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             info,
         )
 
-    def is_over(self, state):
+    def is_over(self, state: UGVEnvState) -> Bool[Array, ""]:
         """See FunctionalEnv."""
         return state.over
 
-    def picture(self, state: UGVEnvState, info: dict[str, Any], params: UGVEnvParams):
+    def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
         """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
         return ugv_frame(state, info, params, self.solver, self.preview)
 
@@ -252,7 +257,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """A renderer for these parameters (extra `viz`)."""
         return UGVRenderer(params.vehicle, self.measure.name, self.measure.unit)
 
-    def observation_bounds(self, params):
+    def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
         """See FunctionalEnv; entries as in the class docstring."""
         return bounds(self.measure, self.preview, params)
 
@@ -273,7 +278,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             solver=self.solver,
         )
 
-    def _stand(self, x, angles, drawn: UGVDrawn, params: UGVEnvParams):
+    def _stand(
+        self, x: Float[Array, ""], angles: Float[Array, " 2"], drawn: UGVDrawn, params: UGVEnvParams
+    ) -> tuple[Station, Attitude]:
         """Station and attitude with the front wheel touching at x."""
         odometer, friction = ground(drawn, params)
         vehicle = params.vehicle
@@ -286,7 +293,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return station, attitude
 
 
-def _work(before: Station, after: Station, dtype) -> StepWork:
+def _work(before: Station, after: Station, dtype: DTypeLike) -> StepWork:
     """What is put in on the way from one station to the next."""
     wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
     return StepWork(
@@ -318,6 +325,6 @@ def _info(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
     }
 
 
-def _double(tree: Any) -> Any:
+def _double(tree: T) -> T:
     """Plain arrays in double precision."""
     return jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), tree)

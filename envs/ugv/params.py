@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +32,12 @@ from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Float, Int
+
     from stickslip.optim.posture.criteria import Criterion
+
+T = TypeVar("T")
 
 
 @register_derived
@@ -121,7 +126,7 @@ class UGVEnvParams:
         """What a whole episode takes at the speed of the pictures [s]."""
         return self.steps * self.control_period
 
-    def waypoint(self, step):
+    def waypoint(self, step: Int[Array, "*n"] | np.ndarray | int) -> Float[Array, "*n"]:
         """Where the front wheel is after so many steps [m]."""
         return self.start + self.spacing * jnp.asarray(step).astype(jnp.result_type(self.start))
 
@@ -217,7 +222,7 @@ def make_params(
     vehicle: UGVParams | None = None,
     track: Track | str | None = None,
     randomisation: UGVRandomisation | None = None,
-    dtype: Any = None,
+    dtype: DTypeLike | None = None,
     friction: Numeric = 0.8,
     leg_rate: Numeric = 1.0,
     spacing: Numeric = 0.1,
@@ -324,7 +329,7 @@ def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
     return _odometer(odometer.track, start, end, jnp.result_type(odometer.start))
 
 
-def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
+def _odometer(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:
     """Over the track and the drive, whichever reaches farther; of the numbers as they are rounded,
     so that it comes out the same from those of a file."""
     track.require_resolved(dtype)
@@ -335,5 +340,5 @@ def _odometer(track: Track, start: Numeric, end: Numeric, dtype: Any) -> Odomete
     return _cast(Odometer.along(track, first, last), dtype)
 
 
-def _cast(tree: Any, dtype: Any) -> Any:
+def _cast(tree: T, dtype: DTypeLike) -> T:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), tree)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,8 @@ from stickslip.envs.rendering import UGVFrame, WheelFrame
 from stickslip.envs.ugv.draw import ground
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
 
@@ -25,7 +27,7 @@ REACH = 4.0
 
 def ugv_frame(
     state: UGVEnvState,
-    info: dict[str, Any],
+    info: Mapping[str, float],
     params: UGVEnvParams,
     solver: PoseSolver,
     preview: int = 0,

@@ -28,6 +28,7 @@ from stickslip.envs.ranges import Range, require_range
 from stickslip.envs.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array
 
 
@@ -92,7 +93,7 @@ class RandomTrack:
         )  # fmt: skip
         return self
 
-    def draw(self, key: Array, start: Numeric, end: Numeric, dtype: Any) -> Odometer:
+    def draw(self, key: Array, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:
         """The ground from start to end [m] and its arc length. Pure; `key` decides."""
         keys = jax.random.split(key, 5)
         bump = Bump(
@@ -106,7 +107,7 @@ class RandomTrack:
             level = jnp.exp(uniform(keys[3], (low, high), dtype))
             waves = rough_waves(keys[4], level, waves=self.waves)
 
-            def both(x):
+            def both(x: Array):
                 y, dy, d2y = (a + b for a, b in zip(waves.profile(x), bump.profile(x), strict=True))
                 return y, dy, d2y
 
@@ -156,7 +157,7 @@ def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisat
     return track_of(track), drawn
 
 
-def uniform(key: Array, bounds: Range, dtype: Any, shape: tuple[int, ...] = ()):
+def uniform(key: Array, bounds: Range, dtype: DTypeLike, shape: tuple[int, ...] = ()):
     """Numbers of that shape, each even in the range (low, high)."""
     low, high = (jnp.asarray(bound, dtype) for bound in bounds)
     return low + (high - low) * jax.random.uniform(key, shape, dtype)

@@ -41,7 +41,7 @@ class UGVTotals(NamedTuple):
     total_energy: Float[Array, ""]
     """The same with the legs' actuators [J]."""
 
-    def after(self, reward, work: StepWork) -> UGVTotals:
+    def after(self, reward: Float[Array, ""], work: StepWork) -> UGVTotals:
         """With one more step."""
         return UGVTotals(
             self.reward + reward,

@@ -1,7 +1,7 @@
 """A third machine: a mass pulled over a floor with a slippery patch, towards x = 1."""
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -127,7 +127,7 @@ class MassConfig(StandardConfig):
     machine = "mass"
 
 
-class MassMachine(StandardMachine):
+class MassMachine(StandardMachine[MassEnv, MassParams, MassConfig]):
     """The mass as a machine."""
 
     name = title = "mass"
@@ -136,7 +136,7 @@ class MassMachine(StandardMachine):
     configuration = MassConfig
     baselines, scenes = ("pull",), ("patchy", "even")
 
-    def env(self) -> Any:
+    def env(self) -> MassEnv:
         return MassEnv()
 
     def options(self, viewed: bool = False):
@@ -145,5 +145,5 @@ class MassMachine(StandardMachine):
     def with_scene(self, params: MassParams, scene: str) -> MassParams:
         return params if scene == "patchy" else replace(params, mu_patch=params.mu)
 
-    def baseline(self, name: str, env: Any) -> Pull:
+    def baseline(self, name: str, env: MassEnv) -> Pull:
         return Pull()

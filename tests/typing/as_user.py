@@ -1,4 +1,5 @@
-"""The documents' Python and a user's first script, checked as a user's own type checker does it.
+"""The documents' Python, a user's first script and a user's machine, checked as a user's own type
+checker does it.
 
 `make typecheck` runs this. stickslip stands in a site-packages folder with its py.typed, as a
 regular install puts it there: what has no type is then unknown to the checker, which infers the
@@ -20,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 HERE = ROOT / "build" / "user"
-SCRIPT = Path(__file__).with_name("user_script.py")
+SCRIPTS = (Path(__file__).with_name("user_script.py"), ROOT / "tests" / "agents" / "mass.py")
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 KNOWN = {*dir(builtins), "__name__", "__file__"}
 
@@ -83,8 +84,9 @@ def lay_out(paths: Iterable[Path]) -> dict[str, str]:
             file = HERE / f"{document.stem}_{line}.py"
             file.write_text(program, encoding="utf-8")
             of[file.name] = name
-    shutil.copy(SCRIPT, HERE)
-    of[SCRIPT.name] = SCRIPT.relative_to(ROOT).as_posix()
+    for script in SCRIPTS:
+        shutil.copy(script, HERE)
+        of[script.name] = script.relative_to(ROOT).as_posix()
     settings = {
         "include": sorted(of),
         "venvPath": ".",

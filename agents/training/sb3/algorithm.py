@@ -15,7 +15,11 @@ from stable_baselines3.common.utils import set_random_seed
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stable_baselines3.common.buffers import ReplayBuffer
     from stable_baselines3.common.vec_env import VecEnv
+
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.state_file import ModelState
 
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -48,7 +52,7 @@ class Course:
         return first + (last - first) * min(max(self.share, 0.0), 1.0)
 
 
-def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
+def make_model(config: LearningConfiguration, envs: VecEnv, course: Course) -> PPO | SAC:
     """A fresh model whose learning rate follows the course."""
     torch.set_num_threads(config.threads)
     network = {"net_arch": [config.hidden] * config.layers}
@@ -60,7 +64,7 @@ def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
         "device": "cpu",
     }
     if config.algorithm == "sac":
-        model: Any = SAC(
+        model = SAC(
             "MlpPolicy",
             envs,
             buffer_size=config.sac.buffer_size,
@@ -87,7 +91,7 @@ def make_model(config: Any, envs: VecEnv, course: Course) -> PPO | SAC:
     return model
 
 
-def set_noise(model: PPO | SAC, config: Any, course: Course) -> float:
+def set_noise(model: PPO | SAC, config: LearningConfiguration, course: Course) -> float:
     """Set the exploration that the course prescribes, and return it (NaN for SAC, which learns it).
 
     Learnt, it vanishes within the first half million steps: standing still is then a safe local
@@ -115,9 +119,9 @@ def begin_stretch(model: PPO | SAC, seed: int, timesteps: int) -> None:
     model._last_obs = None  # so that learn() resets the environments
 
 
-def take_state(model: PPO | SAC) -> dict[str, Any]:
+def take_state(model: PPO | SAC) -> ModelState:
     """Parameters, optimiser states and (SAC) the replay buffer: arrays in plain containers."""
-    state: dict[str, Any] = {
+    state: ModelState = {
         "algorithm": type(model).__name__,
         "parameters": _as_arrays(model.get_parameters()),
         "updates": int(model._n_updates),
@@ -151,16 +155,20 @@ def is_finite(model: PPO | SAC) -> bool:
     return all(bool(torch.isfinite(p).all()) for p in model.policy.parameters())
 
 
-def _buffer(model: SAC) -> Any:
+def _buffer(model: SAC) -> ReplayBuffer:
+    if model.replay_buffer is None:
+        raise ValueError("a model without its replay buffer; accepted: one that is set up")
     return model.replay_buffer
 
 
-def _entropy(model: SAC) -> Any:
+def _entropy(model: SAC) -> torch.Tensor:
     """Logarithm of the entropy's weight, which SAC learns here."""
+    if model.log_ent_coef is None:
+        raise ValueError("the entropy's weight is fixed; accepted: one that is learnt")
     return model.log_ent_coef
 
 
-def _fill(buffer: Any, state: dict[str, Any]) -> None:
+def _fill(buffer: ReplayBuffer, state: dict[str, Any]) -> None:
     for name in BUFFER:
         rows, target = state["buffer"][name], getattr(buffer, name)
         if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):

@@ -13,6 +13,7 @@ from stickslip.agents.training.trainer import Update
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.sb3.algorithm import Course
 
 SAC_INTERVAL = 2000
@@ -28,7 +29,7 @@ class Reporter(BaseCallback):
 
     def __init__(
         self,
-        config: Any,
+        config: LearningConfiguration,
         course: Course,
         report: Callable[[Update], None],
         stop: Callable[[], bool],

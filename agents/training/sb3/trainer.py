@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.policy.sb3 import from_sb3
+from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.groups import LearningConfiguration
 from stickslip.agents.training.sb3 import algorithm
 from stickslip.agents.training.sb3.callback import Reporter
 from stickslip.agents.training.trainer import Trainer
@@ -14,17 +16,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.state_file import ModelState
     from stickslip.agents.training.trainer import Update
+    from stickslip.envs.functional import FunctionalEnv
 
 
-class SB3Trainer(Trainer):
+class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
     """Stable-Baselines3 on the processor; which algorithm the configuration says."""
 
     def __init__(
         self,
-        config: Any,
-        env: Any,
-        params: Any,
+        config: LearningConfiguration,
+        env: FunctionalEnv[State, Params],
+        params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
     ):
@@ -51,11 +55,11 @@ class SB3Trainer(Trainer):
         )
         self.timesteps, self.stopped = self._model.num_timesteps, self._reporter.stopped
 
-    def take_state(self) -> dict[str, Any]:
+    def take_state(self) -> ModelState:
         """See Trainer."""
         return algorithm.take_state(self._model)
 
-    def put_state(self, state: dict[str, Any]) -> None:
+    def put_state(self, state: ModelState) -> None:
         """See Trainer."""
         algorithm.put_state(self._model, state)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan, cos, hypot, pi, sin
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,8 +11,10 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.arrow import arrow
 
 if TYPE_CHECKING:
+    from matplotlib.transforms import Affine2D
+
     from stickslip.envs.rendering.biped.frame import BipedFrame
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 WEIGHT_LENGTH = 0.26
 """Length of the arrow of a force that equals the robot's weight, in robot heights."""
@@ -27,9 +29,9 @@ class Contact:
     the static friction, the dashes inside it the kinetic one where that is smaller.
     """
 
-    def __init__(self, canvas: Canvas, view: Any, clip: Box, *, weight: float, height: float):
+    def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, *, weight: float, height: float):
         self._canvas, self._weight, self._height = canvas, weight, height
-        self._place = {"view": view, "clip": clip}
+        self._place: Place = {"view": view, "clip": clip}
         self._cone = canvas.area([], theme.HOLDS, edge=theme.HOLDS, width=0.8, **self._place)
         self._kinetic = canvas.lines([], theme.SLIDES, 1.2, **self._place)
         self._kinetic.set_linestyle([(0, (3.0, 2.4))])

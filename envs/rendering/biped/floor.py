@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, floor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,12 @@ from stickslip.envs.rendering.lettering import written
 from stickslip.envs.rendering.ticks import nice_step
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.transforms import Affine2D
+
     from stickslip.dynamics.scene import Scene
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 FAR = 1e4
 """Where the outermost patches end in the picture [m]."""
@@ -60,12 +64,12 @@ class Floor:
     """A band of patches under the feet; world x in metres, `surface` its height in the world."""
 
     def __init__(
-        self, canvas: Canvas, view: Any, panel: Box, scene: Scene, surface: float, depth: float
+        self, canvas: Canvas, view: Affine2D, panel: Box, scene: Scene, surface: float, depth: float
     ):
         self._panel, self._patches = panel, patches_of(scene)
         self._surface, self._depth = surface, depth
         left, bottom, right, _ = panel
-        place = {"view": view, "clip": panel}
+        place: Place = {"view": view, "clip": panel}
         bands = [
             canvas.corners((max(a, -FAR), surface - depth, min(b, FAR), surface))
             for a, b, *_ in self._patches
@@ -102,7 +106,7 @@ class Floor:
             label.x = (start + end) / 2
         self._move_glints(left, right)
 
-    def _move_scale(self, left: float, right: float, to_page: Any) -> None:
+    def _move_scale(self, left: float, right: float, to_page: Callable[[float], float]) -> None:
         bottom = self._panel[1]
         step = nice_step((right - left) / 8)
         marks = [step * i for i in range(ceil(left / step), floor(right / step) + 1)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
@@ -17,9 +17,10 @@ from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
+    from matplotlib.transforms import Affine2D
 
     from stickslip.dynamics.biped.params import BipedParams
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 BARS = (
     ("ankle_bar", "knee_bar", "slim"),  # 11, parallel to the tibia
@@ -110,9 +111,9 @@ class Mechanism:
 class Linkage:
     """The artists of both legs, the hip and the crank; y = 0 is the supporting ankle's height."""
 
-    def __init__(self, canvas: Canvas, view: Any, clip: Box, mechanism: Mechanism):
+    def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, mechanism: Mechanism):
         self._mechanism = mechanism
-        place = {"view": view, "clip": clip}
+        place: Place = {"view": view, "clip": clip}
         self._plate = canvas.area([], theme.HIP, edge=theme.HIP_EDGE, width=1.2, **place)
         self._slot = canvas.lines([], [theme.HIP_EDGE, theme.PAGE], [9.4, 7.0], **place)
         self._letters = [
@@ -150,7 +151,7 @@ class _Leg:
     """One leg: its sole, its ten bars with a pale casing each, and its pins."""
 
     def __init__(
-        self, canvas: Canvas, mechanism: Mechanism, colours: dict[str, str], leg: int, place: dict
+        self, canvas: Canvas, mechanism: Mechanism, colours: dict[str, str], leg: int, place: Place
     ):
         self._mechanism, self._leg = mechanism, leg
         self._foot = canvas.area([], colours["main"], edge=theme.PANEL, width=1.0, **place)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
+    from matplotlib.transforms import Affine2D
+
     from stickslip.envs.rendering.biped.frame import BipedFrame
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 LEAST_SLIDE = 1e-5
 """A slide shorter than this leaves no mark [m]."""
@@ -21,10 +23,10 @@ LABEL_ROOM = 46.0
 class SlipTrace:
     """Marks on the floor where the supporting foot slid, each with its length."""
 
-    def __init__(self, canvas: Canvas, view: Any, panel: Box, surface: float, depth: float):
+    def __init__(self, canvas: Canvas, view: Affine2D, panel: Box, surface: float, depth: float):
         self._panel, self._surface = panel, surface
         below = panel[1] + depth - THICKNESS - 13
-        place = {"view": view, "clip": panel}
+        place: Place = {"view": view, "clip": panel}
         self._smears = canvas.lines([], [theme.SLIDES], THICKNESS, cap="butt", **place)
         self._labels = [
             canvas.text(0, below, "", theme.SMALL, align="center", clip=panel) for _ in range(8)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, floor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,17 +12,19 @@ from stickslip.envs.rendering.lettering import written
 from stickslip.envs.rendering.ticks import nice_step
 
 if TYPE_CHECKING:
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from matplotlib.transforms import Affine2D
+
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
     from stickslip.envs.rendering.ugv.frame import UGVFrame
 
 
 class Ground:
     """The profile, filled below, coloured by its friction; the points that are observed ahead."""
 
-    def __init__(self, canvas: Canvas, view: Any, panel: Box):
+    def __init__(self, canvas: Canvas, view: Affine2D, panel: Box):
         self._panel = panel
         left, bottom, right, _ = panel
-        place = {"view": view, "clip": panel}
+        place: Place = {"view": view, "clip": panel}
         self._fill = canvas.area([], theme.floor_colour(0.8), **place)
         self._surface = canvas.curve(theme.INK, 1.6, solid_joinstyle="round", **place)
         self._seen = canvas.dots(theme.MOTOR, 5.0, 1.4, **place)

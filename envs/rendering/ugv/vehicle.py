@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan, hypot, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.arrow import arrow
 
 if TYPE_CHECKING:
-    from stickslip.envs.rendering.canvas import Box, Canvas
+    from matplotlib.transforms import Affine2D
+
+    from stickslip.envs.rendering.canvas import Box, Canvas, Place
     from stickslip.envs.rendering.ugv.frame import UGVFrame, WheelFrame
 
 WEIGHT_LENGTH = 1.5
@@ -25,8 +27,8 @@ THICK = 0.06
 class Vehicle:
     """The artists of the vehicle; all positions come with the frame."""
 
-    def __init__(self, canvas: Canvas, view: Any, clip: Box, *, radius: float, length: float):
-        place = {"view": view, "clip": clip}
+    def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, *, radius: float, length: float):
+        place: Place = {"view": view, "clip": clip}
         self._radius, self._half = radius, THICK * length
         self._tyres = canvas.area([], theme.SUPPORT["main"], edge=theme.PANEL, width=1.2, **place)
         self._rims = canvas.area([], theme.SWING["slim"], **place)
@@ -76,9 +78,9 @@ class Forces:
     Green while the wheel grips, vermilion where its friction is used up.
     """
 
-    def __init__(self, canvas: Canvas, view: Any, clip: Box, *, weight: float):
+    def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, *, weight: float):
         self._canvas, self._weight = canvas, weight
-        self._place = {"view": view, "clip": clip}
+        self._place: Place = {"view": view, "clip": clip}
         self._cones = canvas.area([], theme.HOLDS, edge=theme.HOLDS, width=0.8, **self._place)
 
     def add_arrows(self) -> None:
