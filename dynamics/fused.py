@@ -36,6 +36,7 @@ in compiled programs; where it is not read, results are the same and slower."""
 
 NEVER_IN_A_KERNEL = (
     *("scatter", "select_and_scatter", "sort", "top_k", "approx_top_k", "fft", "conv_general"),
+    *("dot_general", "ragged_dot"),
     *("lu", "qr", "geqrf", "householder", "cholesky", "triangular_solve", "tridiagonal", "eig"),
     *("svd", "schur", "hessenberg", "custom_linear_solve", "ffi_call", "pure_callback"),
     *("io_callback", "debug_callback", "debug_print", "custom_call", "psum", "all_", "ppermute"),

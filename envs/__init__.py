@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams, Randomisation
     from stickslip.envs.biped.state import BipedEnvState
+    from stickslip.envs.collecting import Collected, collect
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
@@ -31,6 +32,7 @@ else:
                 "Randomisation",
             ),
             "biped.state": ("BipedEnvState",),
+            "collecting": ("Collected", "collect"),
             "functional": ("FunctionalEnv",),
             "ugv.env": ("UGVEnv",),
             "ugv.params": ("UGVEnvParams",),
@@ -46,6 +48,7 @@ __all__ = [
     "BipedEnv",
     "BipedEnvParams",
     "BipedEnvState",
+    "Collected",
     "FunctionalEnv",
     "GymEnv",
     "GymVectorEnv",
@@ -57,4 +60,5 @@ __all__ = [
     "UGVEnvState",
     "UGVRandomisation",
     "check_vector_env",
+    "collect",
 ]

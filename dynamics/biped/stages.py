@@ -183,7 +183,7 @@ def dormand_prince_step(
     )
 
     def stage(slopes, index):
-        theta, rate, slide, velocity, work = at_start + step * (tableau[index] @ slopes)
+        theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
         inertia = problem.model.inertia.at(theta)
         motion = problem.motion(friction, mode, inertia, rate, velocity)
         power = motion.torque * rate
@@ -197,7 +197,7 @@ def dormand_prince_step(
     )
     theta, rate, slide, velocity, work = (column[_END] for column in places)
     end, middle = (jax.tree.map(lambda row, at=at: row[at], motions) for at in (_END, _END + 1))
-    errors = step * (jnp.asarray(_ERROR, dtype) @ slopes[:, :4])
+    errors = step * _weighted(jnp.asarray(_ERROR, dtype), slopes[:, :4])
     margin = cone_margin(friction, middle)
     return Taken(
         theta=theta,
@@ -209,3 +209,8 @@ def dormand_prince_step(
         work=work if isinstance(problem.drive, CrankMotion) else None,
         errors=errors,
     )
+
+
+def _weighted(weights: Float[Array, " stages"], slopes: Float[Array, "stages n"]):
+    """Sum of the slopes by their weights; no matrix product, which would be no part of a kernel."""
+    return jnp.sum(weights[:, None] * slopes, axis=0)

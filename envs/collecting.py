@@ -1,0 +1,210 @@
+"""Many steps of many environments under a policy: the fastest way to step them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Hashable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_integer,
+    require_kind,
+    require_known,
+    require_memory,
+)
+from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+MOST = 2**31 - 1
+LEAST_A_CORE = 512
+"""Environments for which a second core is worth its start."""
+
+Policy = Callable[[Any, Any, Any], Any]
+"""action [act] in [-1, 1] of (policy_params, observation [obs], random key), for one environment;
+a JAX function, and hashable."""
+
+
+class Progress(NamedTuple, Generic[State]):
+    """Where n environments stand; `collect` goes on from here."""
+
+    state: State
+    """Every leaf [n]."""
+    obs: Float[Array, "n obs"]
+    keys: Int[Array, "n words"]
+    """A chain of random numbers for each environment, as plain numbers."""
+
+
+class Collected(NamedTuple, Generic[State]):
+    """`steps` control steps of n environments."""
+
+    reward: Float[Array, "steps n"]
+    terminated: Bool[Array, "steps n"]
+    truncated: Bool[Array, "steps n"]
+    kept: dict[str, Array]
+    """What `keep` asked for, every entry [steps, n, ...]."""
+    progress: Progress[State]
+
+
+def collect(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    policy: Policy,
+    seed: Array | int = 0,
+    *,
+    num_envs: int,
+    steps: int,
+    policy_params: Any = None,
+    keep: tuple[str, ...] = (),
+    progress: Progress[State] | None = None,
+    cores: int | None = None,
+) -> Collected[State]:
+    """Step `num_envs` environments `steps` times under a policy, in one compiled program.
+
+    policy(policy_params, obs, key) gives one environment's action from its observation [obs]; what
+    it learns belongs into policy_params, whose numbers compile nothing again. params: shared by
+    all. keep: "obs" (what the policy saw), "action", "next_obs" (of the step, before an autoreset)
+    and names of info, for each of which an array [steps, n, ...] is returned.
+
+    seed: a number or a JAX random key. Environment i draws its resets and its policy's keys from a
+    chain of its own, fold_in(key, i): what becomes of it depends neither on num_envs nor on cores.
+    progress: of an earlier call with the same num_envs, to go on; seed is then not read.
+
+    cores: on a processor the environments are divided among so many threads; default: as many as
+    there are, while each has 512. Inside a trace, one. With autoreset "disabled" an environment
+    whose episode is over is stepped on; use "same_step" or "next_step".
+
+    ValueError for numbers that are none, unknown names in `keep`, and results that memory cannot
+    hold.
+    """
+    require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+    env.check_params(params)
+    require_kind("policy", policy, Hashable, "a function of (policy_params, obs, key)")
+    num_envs = require_integer("num_envs", num_envs, high=MOST)
+    steps = require_integer("steps", steps, high=MOST)
+    key = jax.random.key(seed) if isinstance(seed, int) else seed
+    program = _Program(env, policy, tuple(keep), steps)
+    params, policy_params = jax.tree.map(jnp.asarray, (params, policy_params))
+    _require_room(program, params, policy_params, num_envs)
+    traced = not is_concrete((params, policy_params, key, progress))
+    count = 1 if traced else _threads(num_envs, cores)
+    if progress is None:
+        progress = _begin(env, num_envs, params, key)
+    if count == 1:
+        return _collect(program, params, policy_params, progress)
+    size = -(-num_envs // count)
+    parts = [_part(progress, slice(at, at + size)) for at in range(0, num_envs, size)]
+    with ThreadPoolExecutor(count) as pool:
+        run = partial(_collect, program, params, policy_params)
+        found = list(pool.map(lambda part: jax.block_until_ready(run(part)), parts))
+    return _joined(found)
+
+
+class _Program(NamedTuple):
+    """What is static: the key of the compiled program."""
+
+    env: FunctionalEnv
+    policy: Policy
+    keep: tuple[str, ...]
+    steps: int
+
+    def step(self, params: Any, policy_params: Any, progress: Progress) -> tuple[Progress, Any]:
+        """One environment's step, and its rows."""
+        draws = jax.random.split(jax.random.wrap_key_data(progress.keys), 3)
+        action = self.policy(policy_params, progress.obs, draws[1])
+        obs, state, reward, terminated, truncated, info = pure_step(
+            self.env, draws[2], progress.state, action, params
+        )
+        known = info | {"obs": progress.obs, "action": action, "next_obs": info["final_obs"]}
+        kept = {name: known[name] for name in self.keep}
+        after = Progress(state, obs, jax.random.key_data(draws[0]))
+        return after, (reward, terminated, truncated, kept)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progress:
+    def one(index: Array) -> Progress:
+        chain, reset = jax.random.split(jax.random.fold_in(key, index))
+        obs, state = env.reset_env(reset, params)
+        return Progress(state, obs, jax.random.key_data(chain))
+
+    return jax.vmap(one)(jnp.arange(num_envs))
+
+
+@partial(jax.jit, static_argnums=0)
+def _collect(program: _Program, params: Any, policy_params: Any, progress: Progress) -> Collected:
+    def body(now: Progress, _: None):
+        return jax.vmap(partial(program.step, params, policy_params))(now)
+
+    last, rows = jax.lax.scan(body, progress, None, length=program.steps)
+    return Collected(*rows, last)
+
+
+def _threads(num_envs: int, cores: int | None) -> int:
+    """Into how many parts a batch is divided."""
+    if cores is not None:
+        return min(require_integer("cores", cores, high=4096), num_envs)
+    if jax.default_backend() != "cpu":
+        return 1
+    return max(1, min(_cores(), num_envs // LEAST_A_CORE))
+
+
+def _cores() -> int:
+    """Of this machine that the process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _require_room(program: _Program, params: Any, policy_params: Any, num_envs: int) -> None:
+    """ValueError for unknown names, and for results that memory cannot hold."""
+    leaves, structure = jax.tree.flatten((params, policy_params))
+    shapes = tuple((jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves)
+    each = _bytes_of_a_step(program, structure, shapes)
+    what = f"num_envs = {num_envs} with steps = {program.steps}"
+    require_memory(what, "steps", float(num_envs) * program.steps, 2 * each)
+
+
+@lru_cache(maxsize=256)
+def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...]) -> int:
+    """Of what is returned of one environment's step; ValueError for what no step returns."""
+    leaves = [jax.ShapeDtypeStruct(*each) for each in shapes]
+    params, policy_params = jax.tree.unflatten(structure, leaves)
+    key = jax.eval_shape(lambda: jax.random.key(0))
+    one = jax.eval_shape(partial(_first, program.env), params, key)
+    action = jax.eval_shape(program.policy, policy_params, one.obs, key)
+    size = (len(program.env.action_names),)
+    if getattr(action, "shape", None) != size:
+        raise ValueError(
+            f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}; "
+            f"accepted: {size}, for {', '.join(program.env.action_names)}"
+        )
+    step = partial(bare_step, program.env)
+    info = jax.eval_shape(step, key, one.state, action, params)[5]
+    require_known(program.keep, ("obs", "action", "next_obs", *info), "name to keep")
+    rows = jax.eval_shape(program.step, params, policy_params, one)[1]
+    return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(rows))
+
+
+def _first(env: FunctionalEnv, params: Any, key: Array) -> Progress:
+    obs, state = env.reset_env(key, params)
+    return Progress(state, obs, jax.random.key_data(key))
+
+
+def _part(progress: Progress, where: slice) -> Progress:
+    return jax.tree.map(lambda leaf: leaf[where], progress)
+
+
+def _joined(parts: list[Collected]) -> Collected:
+    rows, progress = [part[:4] for part in parts], [part.progress for part in parts]
+    return Collected(
+        *jax.tree.map(lambda *leaves: jnp.concatenate(leaves, 1), *rows),
+        jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *progress),
+    )

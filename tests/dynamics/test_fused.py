@@ -1,0 +1,162 @@
+"""A function as one kernel: the same numbers, whatever the batch, and really one kernel."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import fused as module
+from stickslip.dynamics.fused import fused
+from stickslip.dynamics.grouping import grouped
+
+
+def settle(power, start, pull, key):
+    """Loops, random numbers, integers, and results that have much in common."""
+
+    def body(state):
+        x, count = state
+        common = jnp.sin(x) * pull + x**power
+        return 0.5 * (x + common / (1 + jnp.abs(common))), count + 1
+
+    x, count = jax.lax.while_loop(
+        lambda state: (jnp.abs(state[0]) > 0.1) & (state[1] < 9), body, (start, 0)
+    )
+    noise = jax.random.uniform(key)
+    shared = jnp.exp(x) * noise
+    return {"x": x, "count": count, "sum": shared + x, "product": shared * x, "far": shared > 1}
+
+
+def arguments(size: int):
+    rng = np.random.default_rng(size)
+    starts = jnp.asarray(rng.uniform(0.2, 3.0, size), jnp.float32)
+    return starts, jnp.float32(0.7), jax.random.split(jax.random.key(size), size)
+
+
+def batch_of(function, size: int):
+    return jax.jit(jax.vmap(partial(function, 2), (0, None, 0)))(*arguments(size))
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 65, 200, 1024])
+def test_a_batch_of_any_size_gives_what_its_members_give_alone(size):
+    many = batch_of(fused(settle, fixed=1), size)
+    plain = batch_of(settle, size)
+    starts, pull, keys = arguments(size)
+    alone = jax.jit(partial(fused(settle, fixed=1), 2))(starts[-1], pull, keys[-1])
+    for name in many:
+        assert many[name].shape == (size,)
+        assert many[name].dtype == plain[name].dtype
+        np.testing.assert_allclose(many[name], plain[name], rtol=3e-6, err_msg=name)
+        np.testing.assert_allclose(alone[name], many[name][-1], rtol=3e-6, err_msg=name)
+
+
+def test_nested_batches_and_shared_arguments():
+    function = fused(lambda x, y, z: jnp.sin(x) * y + z)
+    x, y, z = jnp.arange(6.0), jnp.arange(100.0), jnp.arange(600.0).reshape(6, 100)
+    nested = jax.vmap(jax.vmap(function, (None, 0, 0)), (0, None, 0))(x, y, z)
+    np.testing.assert_allclose(nested, np.sin(x)[:, None] * np.asarray(y) + z, rtol=1e-6)
+
+
+def test_derivatives_are_those_of_the_function():
+    kernel = fused(lambda x, y: jnp.sin(x) * jnp.exp(y))
+    x, y = jnp.float32(0.3), jnp.float32(-0.2)
+    assert jax.grad(kernel)(x, y) == pytest.approx(float(jnp.cos(x) * jnp.exp(y)), rel=1e-6)
+    slopes = jax.vmap(jax.grad(kernel), (0, None))(jnp.linspace(0, 1, 70), y)
+    np.testing.assert_allclose(slopes, np.cos(np.linspace(0, 1, 70)) * np.exp(-0.2), rtol=1e-5)
+    second = jax.jvp(jax.grad(kernel), (x, y), (jnp.ones_like(x), jnp.zeros_like(y)))[1]
+    assert second == pytest.approx(float(-jnp.sin(x) * jnp.exp(y)), rel=1e-5)
+
+
+@pytest.mark.parametrize("size", [None, 3, 300])
+def test_the_compiled_program_has_the_kernel(size):
+    """If this fails with a new JAX, its XLA no longer reads AS_ONE_KERNEL: steps are slow then."""
+    function = partial(fused(settle, fixed=1), 2)
+    given = arguments(size or 1)
+    if size is None:
+        given = given[0][0], given[1], given[2][0]
+    else:
+        function = jax.vmap(function, (0, None, 0))
+    compiled = jax.jit(function).lower(*given).compile().as_text()
+    entry = compiled[compiled.index("ENTRY") :]
+    assert "xla_cpu_small_call" in entry
+    assert " while(" not in entry
+
+
+@pytest.mark.parametrize(
+    "unread",
+    [
+        lambda x, y: jnp.sin(x),
+        lambda x, y: jnp.sin(x) + (y.astype(int) * 0).astype(x.dtype),
+        lambda x, y: jnp.sin(x) + jnp.where(jnp.array(True), x, y),
+    ],
+)
+@pytest.mark.parametrize("size", [None, 5, 5000])
+@pytest.mark.parametrize("constant", [False, True])
+def test_arguments_that_nothing_reads_do_no_harm(unread, size, constant):
+    """XLA's compiler aborts the process over them if it is left alone with them."""
+    shape = () if size is None else (size,)
+    x, y = jnp.ones(shape), jnp.full(shape, 0.5)
+    function = fused(unread) if size is None else jax.vmap(fused(unread))
+
+    def looped(x, y):
+        return jax.lax.scan(lambda x, _: (function(x, y), None), x, None, length=2)[0]
+
+    program = (
+        jax.jit(lambda x: looped(x, y))
+        if constant
+        else partial(jax.jit(looped, keep_unused=True), y=y)
+    )
+    np.testing.assert_allclose(program(x).shape, shape)
+
+
+@pytest.mark.parametrize(
+    "outside",
+    [
+        lambda x: jnp.sort(x),
+        lambda x: jnp.zeros(4).at[x.astype(int)].add(1.0),
+        lambda x: jnp.linalg.solve(jnp.eye(4) * 2, x),
+        lambda x: jnp.outer(x, x) @ jnp.outer(x, x),
+    ],
+)
+def test_what_no_kernel_can_hold_is_computed_without_one(outside):
+    x = jnp.asarray(np.random.default_rng(0).uniform(0, 3, (80, 4)), jnp.float32)
+    found = jax.jit(jax.vmap(fused(outside)))(x)
+    np.testing.assert_allclose(found, jax.vmap(outside)(x), rtol=1e-6)
+
+
+def test_other_platforms_are_left_to_vmap():
+    lowered = jax.jit(jax.vmap(partial(fused(settle, fixed=1), 2), (0, None, 0))).trace(
+        *arguments(9)
+    )
+    assert "xla_cpu_small_call" in lowered.lower(lowering_platforms=("cpu",)).as_text()
+    assert "xla_cpu_small_call" not in lowered.lower(lowering_platforms=("cuda",)).as_text()
+
+
+def test_blocks_hold_every_member_and_are_even():
+    for size in range(1, 400):
+        block = module._block(size, 64)
+        count = -(-size // block)
+        assert block <= 64
+        assert count * block >= size
+        assert size <= 64 or count * block - size < 8 * count
+
+
+def test_groups_compute_the_same_and_repeat_little():
+    traced = jax.make_jaxpr(partial(settle, 2))(
+        jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1)
+    )
+    found = jax.jit(grouped(traced))(jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1))
+    wanted = jax.tree.leaves(settle(2, jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1)))
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+
+    def chain(x):
+        for _ in range(60):
+            x = jnp.sin(x) + 0.1
+        return [x * k for k in range(2, 12)]
+
+    x = jnp.float32(1.0)
+    text = jax.jit(grouped(jax.make_jaxpr(chain)(x))).lower(x).as_text()
+    assert text.count("sine") == 60
+    assert text.count("inlineable") >= 1
