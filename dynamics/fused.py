@@ -15,12 +15,12 @@ import jax
 import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
 
-from stickslip.dynamics.grouping import grouped
+from stickslip.dynamics.grouping import LOOPS, grouped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jax.extend.core import Jaxpr
+    from jax.extend.core import Jaxpr, JaxprEqn
     from jaxtyping import Array
 
 BLOCK, LARGE_BLOCK = 64, 128
@@ -28,6 +28,12 @@ BLOCK, LARGE_BLOCK = 64, 128
 and takes twice as long to compile, since `thinning_while` then thins out."""
 LARGE = 1024
 """Members of a large batch."""
+LARGEST_ARRAY = 2**14
+"""Numbers of an intermediate array: XLA goes through larger ones with several threads, which it
+cannot do in a kernel. A function with one is left as XLA takes it."""
+SUMMED_UP = ("reduce_sum", "reduce_max", "reduce_min", "reduce_prod", "cum")
+LARGEST_SUM = 2**11
+"""Sums and the like of more numbers go to a library."""
 GRAIN = 8
 """Where there are several blocks, their size is a multiple of this."""
 AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
@@ -76,7 +82,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
             jax.random.key_data(leaf) if is_key else jnp.asarray(leaf)
             for leaf, is_key in zip(leaves, keys, strict=True)
         ]
-        out = _kernel(_Batch(flat, flat, 1))(*plain)
+        out = _kernel(_Batch(flat, _marked(flat), flat, 1, False))(*plain)
         return jax.tree.unflatten(result[0], out)
 
     @run.defjvp
@@ -97,19 +103,30 @@ def _is_key(leaf: Any) -> bool:
 class _Batch(NamedTuple):
     """A function of arrays, over none, one or several axes of a batch."""
 
-    in_blocks: Callable[..., list[Array]]
+    body: Callable[..., list[Array]]
+    """For `width` members together."""
+    in_kernels: Callable[..., list[Array]]
+    """For all members, as a processor runs it."""
     at_once: Callable[..., list[Array]]
-    """The same, as vmap makes it."""
+    """For all members, as vmap makes it."""
     width: int
-    """Members that `in_blocks` takes together."""
+    in_blocks: bool
 
     def over(self, size: int, axes: Sequence[int | None]) -> _Batch:
         """The same for one more axis, which comes first in the arrays that have it."""
         at_once = jax.vmap(self.at_once, tuple(axes))
+        if self.in_blocks:  # a kernel after the other
+            after = partial(_one_by_one, self.in_kernels, tuple(axes))
+            return self._replace(in_kernels=after, at_once=at_once)
         most = LARGE_BLOCK if size * self.width >= LARGE else BLOCK
         block = _block(size, max(1, most // self.width))
-        in_blocks = partial(_in_blocks, self.in_blocks, size, block, tuple(axes))
-        return _Batch(in_blocks, at_once, block * self.width)
+        body = partial(_only, self.body, tuple(axes))
+        if block > 1:
+            body = jax.vmap(self.body, tuple(axes))
+        if block == size:
+            return _Batch(body, _marked(body), at_once, block * self.width, False)
+        in_kernel = partial(_in_blocks, body, size, block, tuple(axes))
+        return _Batch(body, in_kernel, at_once, block * self.width, True)
 
 
 def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
@@ -117,9 +134,7 @@ def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
 
     @jax.custom_batching.custom_vmap
     def call(*leaves: Array) -> list[Array]:
-        return jax.lax.platform_dependent(
-            *leaves, cpu=_marked(batch.in_blocks), default=batch.at_once
-        )
+        return jax.lax.platform_dependent(*leaves, cpu=batch.in_kernels, default=batch.at_once)
 
     @call.def_vmap
     def call_batch(size: int, batched: list[bool], *leaves: Array):
@@ -158,18 +173,24 @@ def _and_first(function: Callable[..., list[Array]], *leaves: Array):
 
 
 def _can_be_one(jaxpr: Jaxpr) -> bool:
-    """Whether nothing in there calls a library or needs more than loops over arrays."""
-    for equation in jaxpr.eqns:
-        if equation.primitive.name.startswith(NEVER_IN_A_KERNEL):
-            return False
-        inner = jax.tree.leaves(
-            list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
-        )
-        if not all(
-            _can_be_one(getattr(one, "jaxpr", one)) for one in inner if hasattr(one, "eqns")
-        ):
-            return False
-    return True
+    """Whether nothing in there calls a library or needs more than loops over small arrays."""
+    return all(map(_can_be_in_one, jaxpr.eqns))
+
+
+def _can_be_in_one(equation: JaxprEqn) -> bool:
+    name = equation.primitive.name
+    atoms = [*equation.outvars]
+    most = LARGEST_ARRAY
+    if name.startswith(SUMMED_UP):
+        atoms, most = [*equation.invars], LARGEST_SUM
+    large = name not in LOOPS and any(getattr(atom.aval, "size", 0) > most for atom in atoms)
+    if large or name.startswith(NEVER_IN_A_KERNEL):
+        return False
+    leaves = jax.tree.leaves(
+        list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
+    )
+    jaxprs = [getattr(leaf, "jaxpr", leaf) for leaf in leaves if hasattr(leaf, "eqns")]
+    return all(map(_can_be_one, jaxprs))
 
 
 def _block(size: int, most: int) -> int:
@@ -181,32 +202,46 @@ def _block(size: int, most: int) -> int:
 
 
 def _in_blocks(
-    function: Callable[..., list[Array]],
+    body: Callable[..., list[Array]],
     size: int,
     block: int,
     axes: tuple[int | None, ...],
     *leaves: Array,
 ) -> list[Array]:
-    """A batch of `size`, block by block; the last is filled up with copies of the last member."""
-    count = -(-size // block)
+    """A batch of `size`, block by block; the last is filled up with copies of the last member.
 
-    def one(parts: list[Array]) -> list[Array]:
-        given = iter(parts)
-        every = [
-            leaf if axis is None else next(given) for leaf, axis in zip(leaves, axes, strict=True)
-        ]
-        if block == 1:
-            first = [
-                leaf if axis is None else leaf[0] for leaf, axis in zip(every, axes, strict=True)
-            ]
-            return [leaf[None] for leaf in function(*first)]
-        return jax.vmap(function, axes)(*every)
+    Cut before the kernel and joined after it: on whole arrays XLA uses several threads, which a
+    kernel cannot.
+    """
+    count = -(-size // block)
+    cut = [
+        leaf if axis is None else _cut(leaf, count, block)
+        for leaf, axis in zip(leaves, axes, strict=True)
+    ]
+    found = _marked(partial(_one_by_one, body, axes))(*cut)
+    return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in found]
+
+
+def _one_by_one(
+    function: Callable[..., list[Array]], axes: tuple[int | None, ...], *leaves: Array
+) -> list[Array]:
+    """The function of every entry along the first axis of the arrays that have one."""
+    shared = [leaf if axis is None else None for leaf, axis in zip(leaves, axes, strict=True)]
+
+    def one(own: list[Array]) -> list[Array]:
+        given = iter(own)
+        return function(*(next(given) if leaf is None else leaf for leaf in shared))
 
     own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
-    if count == 1:
-        return one(own)
-    out = jax.lax.map(one, [_cut(leaf, count, block) for leaf in own])
-    return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in out]
+    return jax.lax.map(one, own)
+
+
+def _only(
+    function: Callable[..., list[Array]], axes: tuple[int | None, ...], *leaves: Array
+) -> list[Array]:
+    """The function of a batch of one."""
+    one = [leaf if axis is None else leaf[0] for leaf, axis in zip(leaves, axes, strict=True)]
+    return [leaf[None] for leaf in function(*one)]
 
 
 def _cut(leaf: Array, count: int, block: int) -> Array:

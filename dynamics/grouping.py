@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from jax.extend.core import Jaxpr, Primitive
     from jaxtyping import Array
 
+FEW, MANY, WIDE = 8, 128, 512
+"""Operations of a group at most: FEW on arrays of more than WIDE numbers, else MANY. XLA goes
+through a costlier loop with several threads, which it cannot do in a kernel."""
 APART = {"inlineable": "false"}
 """What keeps XLA from dissolving a call."""
 REPEATED = 24
@@ -52,6 +55,13 @@ class _Step(NamedTuple):
     params: dict[str, Any]
     operands: list[Any]
     results: list[int]
+    width: int
+    """Numbers of the largest array that goes in or comes out."""
+
+    @property
+    def most(self) -> int:
+        """Operations of a group that this is in."""
+        return FEW if self.width > WIDE else MANY
 
     @property
     def is_loop(self) -> bool:
@@ -108,7 +118,9 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
             called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
             if called is None:
                 results = [next(count) for _ in equation.outvars]
-                steps.append(_Step(equation.primitive, equation.params, operands, results))
+                both = (*equation.invars, *equation.outvars)
+                width = max(getattr(atom.aval, "size", 1) for atom in both)
+                steps.append(_Step(equation.primitive, equation.params, operands, results, width))
                 found: list[Any] = [_Value(number) for number in results]
             elif isinstance(called, ClosedJaxpr):
                 found = walk(called.jaxpr, called.consts, operands)
@@ -163,7 +175,7 @@ def _kept(program: _Program) -> set[int]:
             continue
         size += not step.is_free
         wanted = set().union(*(needing[number] for number in step.results))
-        repeated = size * (len(wanted) - 1) > REPEATED
+        repeated = size * (len(wanted) - 1) > REPEATED or size > step.most
         if not step.is_free and (repeated or loop in wanted or len(step.results) > 1):
             kept.add(place)
             size = 0

@@ -160,3 +160,25 @@ def test_groups_compute_the_same_and_repeat_little():
     text = jax.jit(grouped(jax.make_jaxpr(chain)(x))).lower(x).as_text()
     assert text.count("sine") == 60
     assert text.count("inlineable") >= 1
+
+
+@pytest.mark.parametrize("width", [1, 32, 40, 64, 300])
+@pytest.mark.parametrize("depth", [3, 60])
+@pytest.mark.parametrize("size", [None, 64, 4096, 100_001])
+def test_functions_too_costly_for_one_loop_compile(width, depth, size):
+    """XLA would go through a costly loop with several threads, which fails in a kernel."""
+    if size == 100_001 and (width, depth) != (1, 60):
+        pytest.skip("as for the smaller batches")
+
+    def function(x, y):
+        for _ in range(depth):
+            x = jnp.sin(x) * y + jnp.exp(-x * x)
+        return x, jnp.sum(x)
+
+    shape = (width,) if size is None else (size, width)
+    x = jnp.linspace(0, 1, int(np.prod(shape)), dtype=jnp.float32).reshape(shape)
+    kernel = fused(function) if size is None else jax.vmap(fused(function), (0, None))
+    plain = function if size is None else jax.vmap(function, (0, None))
+    y = jnp.float32(0.3)
+    for one, other in zip(jax.jit(kernel)(x, y), jax.jit(plain)(x, y), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
