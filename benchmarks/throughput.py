@@ -2,15 +2,20 @@
 
     python -m benchmarks.throughput [--quick] [--out FILE]
 
-Each row is measured warm and blocks on its outputs; compile time stands apart. Accuracy is measured
-in the same run: the default environment's integrator against one sixteen times finer, over one
-second of the same actions. Results go to a JSON file with machine, versions and commit.
+Each row is measured warm and blocks on its outputs; compile time stands apart. A core-second is one
+of processor time, of all threads together: it does not depend on what else the machine does. "No
+kernels" is the same program as XLA takes it, without `dynamics/fused.py`. Accuracy is measured in
+the same run: the default environment's integrator against one sixteen times finer, over one second
+of the same actions. Results go to a JSON file with machine, versions and commit; the table's last
+column is each row's rate a core-second over that of the file's run before, on whatever machine.
 """
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,10 +24,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, options, provenance, write_json
-from benchmarks.timing import on_threads
+from benchmarks.report import markdown, options, provenance, read_json, write_json
 from stickslip.dynamics.biped import RK4Split, simulate
-from stickslip.envs import BipedEnv
+from stickslip.dynamics.fused import SWITCH
+from stickslip.envs import BipedEnv, collect
 from stickslip.envs.functional import pure_step
 from stickslip.envs.registration import register
 
@@ -30,7 +35,8 @@ BATCHES = (1, 64, 1024, 8192)
 
 
 class Row(NamedTuple):
-    """One measurement: the median of several runs, with the fastest and slowest beside it."""
+    """One measurement: the median of several runs, with the fastest and slowest beside it; and the
+    best rate a second of processor time."""
 
     interface: str
     environment: str
@@ -38,8 +44,20 @@ class Row(NamedTuple):
     steps_per_second: float
     slowest: float
     fastest: float
+    per_core_second: float
     compile_seconds: float
-    note: str = ""
+
+    @property
+    def name(self) -> tuple[str, str, int]:
+        """What was measured."""
+        return self.interface, self.environment, self.batch
+
+
+class Rates(NamedTuple):
+    """Steps per second of several runs, slowest first, and the best of processor time."""
+
+    wall: list[float]
+    processor: float
 
 
 def actions_of(key, batch: int) -> jax.Array:
@@ -70,21 +88,57 @@ def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
     return program, state, time.perf_counter() - begun
 
 
-def functional_row(batch: int, steps: int, repeats: int, threads: int = 1) -> Row:
-    """BipedEnv by vmap and scan; with several threads, each runs a batch of its own."""
+def functional_row(batch: int, steps: int, repeats: int, kernels: bool = True) -> Row:
+    """BipedEnv by vmap and scan, in one thread of the caller's."""
     env = BipedEnv()
     params = jax.tree.map(jnp.asarray, env.default_params)
-    program, state, compile_seconds = scan_program(env, params, batch, steps)
+    with without_kernels(not kernels):
+        program, state, compile_seconds = scan_program(env, params, batch, steps)
 
-    def run(key: int) -> None:
-        jax.block_until_ready(program(state, jax.random.key(key)))
+    def run() -> None:
+        jax.block_until_ready(program(state, jax.random.key(2)))
 
-    def all_threads() -> None:
-        on_threads([partial(run, 2 + i) for i in range(threads)])
+    rates = timed(run, batch * steps, repeats)
+    name = "vmap + scan" if kernels else "vmap + scan, no kernels"
+    return row(name, "stickslip/Biped-v0", batch, rates, compile_seconds)
 
-    rates = timed(all_threads, threads * batch * steps, repeats)
-    name = "vmap + scan" if threads == 1 else f"vmap + scan, {threads} threads"
-    return row(name, "stickslip/Biped-v0", threads * batch, rates, compile_seconds)
+
+@contextmanager
+def without_kernels(wanted: bool) -> Iterator[None]:
+    """Whatever is traced inside is left as XLA takes it, if wanted."""
+    if not wanted:
+        yield
+        return
+    before = os.environ.get(SWITCH)
+    jax.clear_caches()
+    os.environ[SWITCH] = "off"
+    try:
+        yield
+    finally:
+        os.environ.pop(SWITCH) if before is None else os.environ.update({SWITCH: before})
+        jax.clear_caches()
+
+
+def noisy(torque: jax.Array, obs: jax.Array, key: jax.Array) -> jax.Array:
+    """A policy that does not look: a walking torque with the noise of `actions_of`."""
+    del obs
+    return torque + 0.075 * jax.random.normal(key, (1,))
+
+
+def collect_row(batch: int, steps: int, repeats: int) -> Row:
+    """`collect` as it comes, on all cores; every run goes on where the one before ended."""
+    env = BipedEnv()
+    run_one = partial(collect, env, env.default_params, noisy, num_envs=batch, steps=steps)
+    torque = jnp.full((1,), 0.04)
+    begun = time.perf_counter()
+    now = [jax.block_until_ready(run_one(policy_params=torque)).progress]
+    first = time.perf_counter() - begun
+
+    def run() -> None:
+        found = jax.block_until_ready(run_one(policy_params=torque, progress=now[0]))
+        now[0] = found.progress
+
+    return row("collect", "stickslip/Biped-v0", batch, timed(run, batch * steps, repeats), first)
 
 
 def single_row(name: str, steps: int, repeats: int, scale: float = 1.0) -> Row:
@@ -163,22 +217,22 @@ def accuracy() -> dict[str, float]:
     return {f"{name}_error": value for name, value in worst.items()}
 
 
-def timed(run: Callable[[], None], steps: int, repeats: int) -> list[float]:
+def timed(run: Callable[[], None], steps: int, repeats: int) -> Rates:
     """Steps per second of several warm runs."""
     run()
-    rates = []
+    rates, processor = [], []
     for _ in range(repeats):
-        begun = time.perf_counter()
+        begun, used = time.perf_counter(), time.process_time()
         run()
+        processor.append(steps / (time.process_time() - used))
         rates.append(steps / (time.perf_counter() - begun))
-    return sorted(rates)
+    return Rates(sorted(rates), max(processor))
 
 
-def row(interface: str, name: str, batch: int, rates: list[float], compile_seconds: float) -> Row:
+def row(interface: str, name: str, batch: int, rates: Rates, compile_seconds: float) -> Row:
     """The median, slowest and fastest of some rates."""
-    return Row(
-        interface, name, batch, float(np.median(rates)), rates[0], rates[-1], compile_seconds
-    )
+    wall, median = rates.wall, float(np.median(rates.wall))
+    return Row(interface, name, batch, median, wall[0], wall[-1], rates.processor, compile_seconds)
 
 
 def rows(quick: bool) -> Iterator[Row]:
@@ -186,8 +240,9 @@ def rows(quick: bool) -> Iterator[Row]:
     repeats, share = (3, 0.2) if quick else (7, 1.0)
     for batch in BATCHES:
         steps = max(10, int(share * min(2000, 400_000 // batch)))
+        yield functional_row(batch, steps, repeats, kernels=False)
         yield functional_row(batch, steps, repeats)
-    yield functional_row(4096, max(10, int(share * 100)), repeats, threads=2)
+        yield collect_row(batch, steps, repeats)
     count = int(share * 2000)
     yield single_row("stickslip/Biped-v0", count, repeats, scale=0.1)
     yield single_row("Pendulum-v1", 5 * count, repeats)
@@ -215,6 +270,10 @@ def _ready(make: Callable[[], Any], draws: int, scale: float) -> tuple[Any, list
     return env, actions, time.perf_counter() - begun
 
 
+def _ratio(one: Row, before: float | None) -> str:
+    return "" if before is None else f"{one.per_core_second / before:.2f}"
+
+
 def _scaled(action: Any, scale: float) -> Any:
     return action if scale == 1.0 else (scale * action).astype(action.dtype)
 
@@ -225,6 +284,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--quick", action="store_true", help="shorter runs, noisier numbers")
     given = parser.parse_args(arguments)
     register()
+    before = {
+        (one["interface"], one["environment"], one["batch"]): one.get("per_core_second")
+        for one in read_json(given.out).get("rows", ())
+    }
     measured = []
     for measurement in rows(given.quick):
         measured.append(measurement)
@@ -242,7 +305,9 @@ def main(arguments: list[str] | None = None) -> None:
             "steps/s": f"{one.steps_per_second:,.0f}",
             "from": f"{one.slowest:,.0f}",
             "to": f"{one.fastest:,.0f}",
+            "a core-second": f"{one.per_core_second:,.0f}",
             "compile [s]": f"{one.compile_seconds:.1f}",
+            "to the run before": _ratio(one, before.get(one.name)),
         }
         for one in measured
     ]

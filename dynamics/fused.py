@@ -8,6 +8,7 @@ platforms the function is what `vmap` makes of it, where XLA's own fusion is the
 
 from __future__ import annotations
 
+import os
 from functools import partial, wraps
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -18,7 +19,7 @@ from jax.experimental.xla_metadata import set_xla_metadata
 from stickslip.dynamics.grouping import LOOPS, grouped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Hashable, Sequence
 
     from jax.extend.core import Jaxpr, JaxprEqn
     from jaxtyping import Array
@@ -34,8 +35,12 @@ cannot do in a kernel. A function with one is left as XLA takes it."""
 SUMMED_UP = ("reduce_sum", "reduce_max", "reduce_min", "reduce_prod", "cum")
 LARGEST_SUM = 2**11
 """Sums and the like of more numbers go to a library."""
+LARGEST_CUT = 2**13
+"""Numbers of a block's part of an argument; blocks are smaller where members are larger."""
 GRAIN = 8
 """Where there are several blocks, their size is a multiple of this."""
+SWITCH = "STICKSLIP_KERNELS"
+"""The environment variable that is set to "off" where XLA cannot compile a kernel."""
 AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
 """What XLA's CPU backend reads of a call. It is not documented there: a test looks for the kernel
 in compiled programs; where it is not read, results are the same and slower."""
@@ -64,7 +69,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     traced_once = jax.jit(function, static_argnums=tuple(range(fixed)))
 
     @partial(jax.custom_jvp, nondiff_argnums=(0,))
-    def run(constants: tuple[Any, ...], arguments: tuple[Any, ...]) -> Result:
+    def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
         leaves, structure = jax.tree.flatten(arguments)
         keys = [_is_key(leaf) for leaf in leaves]
         result: list[Any] = []  # the structure of what comes out, known when it is traced
@@ -86,17 +91,21 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
         return jax.tree.unflatten(result[0], out)
 
     @run.defjvp
-    def run_jvp(constants, primals, tangents):
+    def run_jvp(
+        constants: tuple[Hashable, ...],
+        primals: tuple[tuple[object, ...]],
+        tangents: tuple[tuple[object, ...]],
+    ) -> tuple[Result, Result]:
         return jax.jvp(lambda arguments: function(*constants, *arguments), primals, tangents)
 
     @wraps(function)
-    def call(*arguments: Any) -> Result:
+    def call(*arguments: object) -> Result:
         return run(tuple(arguments[:fixed]), tuple(arguments[fixed:]))
 
     return call
 
 
-def _is_key(leaf: Any) -> bool:
+def _is_key(leaf: object) -> bool:
     return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
 
 
@@ -112,14 +121,17 @@ class _Batch(NamedTuple):
     width: int
     in_blocks: bool
 
-    def over(self, size: int, axes: Sequence[int | None]) -> _Batch:
-        """The same for one more axis, which comes first in the arrays that have it."""
+    def over(self, size: int, axes: Sequence[int | None], widest: int) -> _Batch:
+        """The same for one more axis, which comes first in the arrays that have it.
+
+        widest: numbers of one member's largest array.
+        """
         at_once = jax.vmap(self.at_once, tuple(axes))
         if self.in_blocks:  # a kernel after the other
             after = partial(_one_by_one, self.in_kernels, tuple(axes))
             return self._replace(in_kernels=after, at_once=at_once)
-        most = LARGE_BLOCK if size * self.width >= LARGE else BLOCK
-        block = _block(size, max(1, most // self.width))
+        most = (LARGE_BLOCK if size * self.width >= LARGE else BLOCK) // self.width
+        block = _block(size, max(1, min(most, LARGEST_CUT // widest)))
         body = partial(_only, self.body, tuple(axes))
         if block > 1:
             body = jax.vmap(self.body, tuple(axes))
@@ -139,7 +151,8 @@ def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
     @call.def_vmap
     def call_batch(size: int, batched: list[bool], *leaves: Array):
         axes = [0 if is_batched else None for is_batched in batched]
-        out = _kernel(batch.over(size, axes))(*leaves)
+        widest = max(leaf.size // size for leaf, one in zip(leaves, batched, strict=True) if one)
+        out = _kernel(batch.over(size, axes, max(1, widest)))(*leaves)
         return out, [True] * len(out)
 
     return call
@@ -150,7 +163,7 @@ def _marked(function: Callable[..., list[Array]]) -> Callable[..., list[Array]]:
 
     def call(*leaves: Array) -> list[Array]:
         traced = jax.make_jaxpr(function)(*leaves)
-        if not _can_be_one(traced.jaxpr):
+        if switched_off() or not _can_be_one(traced.jaxpr):
             return list(function(*leaves))
         inner = jax.jit(partial(_and_first, grouped(traced)))
         out, first = inner(*jax.lax.optimization_barrier(leaves))
@@ -166,10 +179,15 @@ def _and_first(function: Callable[..., list[Array]], *leaves: Array):
     XLA's compiler gives up the process over a kernel with an argument that nothing in it reads. The
     caller keeps these numbers from being pruned by passing them through a barrier.
     """
-    first: dict[Any, list[Array]] = {}
+    first: dict[jnp.dtype, list[Array]] = {}
     for leaf in leaves:
         first.setdefault(leaf.dtype, []).append(jnp.ravel(leaf)[:1])
     return function(*leaves), [jnp.concatenate(parts) for parts in first.values()]
+
+
+def switched_off() -> bool:
+    """Whether the user wants no kernels: SWITCH is "off" when a function is traced."""
+    return os.environ.get(SWITCH, "").lower() in ("off", "0", "no", "false")
 
 
 def _can_be_one(jaxpr: Jaxpr) -> bool:
@@ -190,6 +208,10 @@ def _can_be_in_one(equation: JaxprEqn) -> bool:
         list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
     )
     jaxprs = [getattr(leaf, "jaxpr", leaf) for leaf in leaves if hasattr(leaf, "eqns")]
+    if name == "scan":  # what is cut out of its arguments is an array of its own
+        cut = jaxprs[0].invars[equation.params["num_consts"] :]
+        if any(atom.aval.size > LARGEST_ARRAY for atom in cut):
+            return False
     return all(map(_can_be_one, jaxprs))
 
 
@@ -198,7 +220,7 @@ def _block(size: int, most: int) -> int:
     if size <= most:
         return size
     even = -(-size // -(-size // most))
-    return min(most, GRAIN * -(-even // GRAIN))
+    return min(most, GRAIN * -(-even // GRAIN)) if most >= GRAIN else most
 
 
 def _in_blocks(

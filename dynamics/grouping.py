@@ -10,7 +10,7 @@ all that only it needs.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +20,8 @@ from jax.extend.core import ClosedJaxpr, Literal
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jax.extend.core import Jaxpr, Primitive
+    from jax.extend.core import Jaxpr, Primitive, Var
+    from jax.typing import ArrayLike
     from jaxtyping import Array
 
 FEW, MANY, WIDE = 8, 128, 512
@@ -53,7 +54,7 @@ class _Step(NamedTuple):
 
     primitive: Primitive
     params: dict[str, Any]
-    operands: list[Any]
+    operands: list[Operand]
     results: list[int]
     width: int
     """Numbers of the largest array that goes in or comes out."""
@@ -75,7 +76,7 @@ class _Step(NamedTuple):
         """Operands that are values."""
         return [one.number for one in self.operands if isinstance(one, _Value)]
 
-    def run(self, values: dict[int, Any], params: dict[str, Any]) -> None:
+    def run(self, values: dict[int, Array], params: dict[str, Any]) -> None:
         """Add the results to the values."""
         given = [values[one.number] if isinstance(one, _Value) else one for one in self.operands]
         found = self.primitive.bind(*given, **params)
@@ -89,10 +90,14 @@ class _Value(NamedTuple):
     number: int
 
 
+Operand: TypeAlias = "ArrayLike | _Value"
+Atom: TypeAlias = "Var | Literal"
+
+
 class _Program(NamedTuple):
     steps: list[_Step]
     inputs: list[int]
-    outputs: list[Any]
+    outputs: list[Operand]
 
 
 def grouped(traced: ClosedJaxpr) -> Callable[..., list[Array]]:
@@ -106,11 +111,13 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
     steps: list[_Step] = []
     count = iter(range(10**9))
 
-    def walk(jaxpr: Jaxpr, constants: Sequence[Any], arguments: Sequence[Any]) -> list[Any]:
+    def walk(
+        jaxpr: Jaxpr, constants: Sequence[Operand], arguments: Sequence[Operand]
+    ) -> list[Operand]:
         known = dict(zip(jaxpr.constvars, constants, strict=True))
         known.update(zip(jaxpr.invars, arguments, strict=True))
 
-        def read(atom: Any) -> Any:
+        def read(atom: Atom) -> Operand:
             return atom.val if isinstance(atom, Literal) else known[atom]
 
         for equation in jaxpr.eqns:
@@ -121,7 +128,7 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
                 both = (*equation.invars, *equation.outvars)
                 width = max(getattr(atom.aval, "size", 1) for atom in both)
                 steps.append(_Step(equation.primitive, equation.params, operands, results, width))
-                found: list[Any] = [_Value(number) for number in results]
+                found: list[Operand] = [_Value(number) for number in results]
             elif isinstance(called, ClosedJaxpr):
                 found = walk(called.jaxpr, called.consts, operands)
             else:
@@ -184,7 +191,7 @@ def _kept(program: _Program) -> set[int]:
 
 
 def _run(program: _Program, kept: set[int], *arguments: Array) -> list[Array]:
-    values: dict[int, Any] = dict(zip(program.inputs, arguments, strict=True))
+    values: dict[int, Array] = dict(zip(program.inputs, arguments, strict=True))
     makers = {number: step for step in program.steps for number in step.results}
     for place, step in enumerate(program.steps):
         if step.is_loop:
@@ -202,7 +209,7 @@ def _run(program: _Program, kept: set[int], *arguments: Array) -> list[Array]:
     ]
 
 
-def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Any]) -> None:
+def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Array]) -> None:
     """Add these results to the values, by a call of all that is still to be computed for them."""
     steps: dict[int, _Step] = {}
     inputs: dict[int, None] = {}
@@ -240,7 +247,7 @@ def _marked(leaf: Array) -> Array:
     return marked
 
 
-def _inside(param: Any) -> Any:
+def _inside(param: object) -> object:
     """A loop's parameter, with what it runs grouped, too."""
     if isinstance(param, ClosedJaxpr):
         shapes = [

@@ -7,7 +7,7 @@ both of its branches for all. Each member goes through exactly what it would go 
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Int
 
+    Flag = Bool[Array, ""]
+    Flags = Bool[Array, " members"]
+
+Args = TypeVar("Args")
+Carry = TypeVar("Carry")
+Tree = TypeVar("Tree")
+
 THINNING = 4
 """How many times smaller each batch is than the one before."""
 SMALLEST, LARGEST = 128, 256
@@ -24,11 +31,11 @@ SMALLEST, LARGEST = 128, 256
 
 
 def thinning_while(
-    going: Callable[[Any, Any], jax.Array],
-    body: Callable[[Any, Any], Any],
-    args: Any,
-    carry: Any,
-) -> Any:
+    going: Callable[[Args, Carry], Array],
+    body: Callable[[Args, Carry], Carry],
+    args: Args,
+    carry: Carry,
+) -> Carry:
     """`lax.while_loop` of carry = body(args, carry) while going(args, carry); thins out under vmap.
 
     Where most members need one round and a few need many, the members still going are gathered
@@ -39,11 +46,11 @@ def thinning_while(
     """
 
     @jax.custom_batching.custom_vmap
-    def run(args, carry):
+    def run(args: Args, carry: Carry) -> Carry:
         return jax.lax.while_loop(partial(going, args), partial(body, args), carry)
 
     @run.def_vmap
-    def run_batch(size, batched, args, carry):
+    def run_batch(size: int, batched: list[Tree], args: Args, carry: Carry) -> tuple[Carry, Tree]:
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[0])
         carry = jax.tree.map(partial(_spread, size), batched[1], carry)
         lanes = _Lanes(jax.vmap(going, (axes, 0)), jax.vmap(body, (axes, 0)), axes)
@@ -55,10 +62,10 @@ def thinning_while(
 
 def where_needed(
     needed: Bool[Array, ""],
-    function: Callable[..., Any],
-    args: Any,
-    otherwise: Any,
-) -> Any:
+    function: Callable[..., Carry],
+    args: tuple[object, ...],
+    otherwise: Carry,
+) -> Carry:
     """function(*args) where `needed`, else `otherwise`; in a batch in which no member needs it,
     nothing is computed.
 
@@ -67,22 +74,28 @@ def where_needed(
     """
 
     @jax.custom_jvp
-    def run(needed, args, otherwise):
+    def run(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
         return choose(needed, args, otherwise)
 
     @run.defjvp
-    def run_jvp(primals, tangents):
-        def both(needed, args, otherwise):
+    def run_jvp(primals: tuple[Tree, ...], tangents: tuple[Tree, ...]):
+        def both(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
             return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
 
         return jax.jvp(both, primals, tangents)
 
     @jax.custom_batching.custom_vmap
-    def choose(needed, args, otherwise):
+    def choose(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
         return jax.lax.cond(needed, lambda: function(*args), lambda: otherwise)
 
     @choose.def_vmap
-    def choose_batch(size, batched, needed, args, otherwise):
+    def choose_batch(
+        size: int,
+        batched: tuple[bool, object, object],
+        needed: Flag,
+        args: tuple[object, ...],
+        otherwise: Carry,
+    ) -> tuple[Carry, Tree]:
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[1])
         otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)
         needed = _spread(size, batched[0], needed)
@@ -97,18 +110,23 @@ def where_needed(
     return run(needed, args, otherwise)
 
 
-class _Lanes:
-    def __init__(self, going, body, axes):
+class _Lanes(Generic[Args, Carry]):
+    def __init__(
+        self,
+        going: Callable[[Args, Carry], Array],
+        body: Callable[[Args, Carry], Carry],
+        axes: object,
+    ):
         self.going, self.body, self.axes = going, body, axes
 
-    def finish(self, args, carry, present):
+    def finish(self, args: Args, carry: Carry, present: Flags) -> Carry:
         """Run the members that are present to their end."""
         size = present.shape[0]
 
-        def active(carry):
+        def active(carry: Carry) -> Flags:
             return self.going(args, carry) & present
 
-        def everyone(carry):
+        def everyone(carry: Carry) -> Carry:
             going, after = active(carry), self.body(args, carry)
             return _choose(going, after, carry)
 
@@ -116,13 +134,13 @@ class _Lanes:
         if not SMALLEST <= size <= LARGEST:
             return jax.lax.while_loop(lambda now: jnp.any(active(now)), everyone, carry)
 
-        def some(carry):
+        def some(carry: Carry) -> Carry:
             return self._one_batch(args, carry, active(carry), smaller)
 
         # the first round is everybody's; what it leaves going is few
         return jax.lax.while_loop(lambda now: jnp.any(active(now)), some, everyone(carry))
 
-    def _one_batch(self, args, carry, going, size):
+    def _one_batch(self, args: Args, carry: Carry, going: Flags, size: int) -> Carry:
         """Gather up to `size` members that are going, run them to their end, put them back.
 
         Both ways by looking up: the members' places in the small batch are their ranks.
@@ -143,10 +161,10 @@ class _Lanes:
         return _choose(going & (rank < size), found, carry)
 
 
-def _picked(tree: Any, places: Int[Array, " places"]) -> Any:
+def _picked(tree: Carry, places: Int[Array, " places"]) -> Carry:
     """Some members of a batch: all leaves of a type together, which is one look-up, not many."""
     leaves, structure = jax.tree.flatten(tree)
-    kinds: dict[Any, list[int]] = {}
+    kinds: dict[jnp.dtype, list[int]] = {}
     for index, leaf in enumerate(leaves):
         kinds.setdefault(leaf.dtype, []).append(index)
     for indices in kinds.values():
@@ -160,12 +178,12 @@ def _picked(tree: Any, places: Int[Array, " places"]) -> Any:
     return jax.tree.unflatten(structure, leaves)
 
 
-def _spread(size, is_batched, leaf):
+def _spread(size: int, is_batched: bool, leaf: Array) -> Array:
     return leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf)))
 
 
-def _choose(condition, one, other):
-    def leaf(a, b):
+def _choose(condition: Flags, one: Carry, other: Carry) -> Carry:
+    def leaf(a: Array, b: Array) -> Array:
         return jnp.where(condition.reshape(condition.shape + (1,) * (a.ndim - 1)), a, b)
 
     return jax.tree.map(leaf, one, other)

@@ -95,12 +95,11 @@ def collect(
     _require_room(program, params, policy_params, num_envs)
     traced = not is_concrete((params, policy_params, key, progress))
     count = 1 if traced else _threads(num_envs, cores)
-    if progress is None:
-        progress = _begin(env, num_envs, params, key)
+    now = _begin(env, num_envs, params, key) if progress is None else progress
     if count == 1:
-        return _collect(program, params, policy_params, progress)
+        return _collect(program, params, policy_params, now)
     size = -(-num_envs // count)
-    parts = [_part(progress, slice(at, at + size)) for at in range(0, num_envs, size)]
+    parts = [_part(now, slice(at, at + size)) for at in range(0, num_envs, size)]
     with ThreadPoolExecutor(count) as pool:
         run = partial(_collect, program, params, policy_params)
         found = list(pool.map(lambda part: jax.block_until_ready(run(part)), parts))
@@ -144,7 +143,8 @@ def _collect(program: _Program, params: Any, policy_params: Any, progress: Progr
         return jax.vmap(partial(program.step, params, policy_params))(now)
 
     last, rows = jax.lax.scan(body, progress, None, length=program.steps)
-    return Collected(*rows, last)
+    reward, terminated, truncated, kept = rows
+    return Collected(reward, terminated, truncated, kept, last)
 
 
 def _threads(num_envs: int, cores: int | None) -> int:
@@ -203,8 +203,9 @@ def _part(progress: Progress, where: slice) -> Progress:
 
 
 def _joined(parts: list[Collected]) -> Collected:
-    rows, progress = [part[:4] for part in parts], [part.progress for part in parts]
-    return Collected(
-        *jax.tree.map(lambda *leaves: jnp.concatenate(leaves, 1), *rows),
-        jax.tree.map(lambda *leaves: jnp.concatenate(leaves), *progress),
+    after = jax.tree.map(lambda *each: jnp.concatenate(each), *[part.progress for part in parts])
+    rows = [part[:4] for part in parts]
+    reward, terminated, truncated, kept = jax.tree.map(
+        lambda *each: jnp.concatenate(each, 1), *rows
     )
+    return Collected(reward, terminated, truncated, kept, after)

@@ -37,6 +37,7 @@ AUTORESET = ("same_step", "next_step", "disabled")
 
 State = TypeVar("State")
 Params = TypeVar("Params")
+Tree = TypeVar("Tree")
 
 
 class FunctionalEnv(ABC, Generic[State, Params]):
@@ -182,16 +183,24 @@ def defaults_of(make_params: Any, names: Iterable[str]) -> dict[str, Any]:
 
 
 @partial(jax.jit, static_argnums=0)
-def _jit_reset(env: FunctionalEnv, key, params):
+def _jit_reset(env: FunctionalEnv[State, Params], key: Array, params: Params):
     return env.reset_env(key, params)
 
 
 @partial(jax.jit, static_argnums=0)
-def _jit_step(env: FunctionalEnv, key, state, action, params):
+def _jit_step(
+    env: FunctionalEnv[State, Params], key: Array, state: State, action: Array, params: Params
+):
     return pure_step(env, key, state, action, params)
 
 
-def bare_step(env: FunctionalEnv, key, state, action, params):
+def bare_step(
+    env: FunctionalEnv[State, Params],
+    key: Any,
+    state: State,
+    action: Float[Array, " act"],
+    params: Params,
+):
     """`FunctionalEnv.step` without checks, for use inside what is fused already."""
     action = jnp.clip(jnp.asarray(action), -1.0, 1.0)
     obs, after, reward, terminated, truncated, info = env.step_env(state, action, params)
@@ -210,7 +219,7 @@ def bare_step(env: FunctionalEnv, key, state, action, params):
     return _choose(over, reset, result)
 
 
-def _choose(condition, one, other):
+def _choose(condition: Bool[Array, ""], one: Tree, other: Tree) -> Tree:
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
 
 

@@ -211,7 +211,13 @@ def _one_a_step(kind: type[Drive], values: Any, count: int) -> Float[Array, " n"
 
 
 def stepped(
-    spec: Integrator, fidelity: Fidelity, params, scene: Scene, state: BipedState, drive: Drive, dt
+    spec: Integrator,
+    fidelity: Fidelity,
+    params: BipedParams | BipedModel,
+    scene: Scene,
+    state: BipedState,
+    drive: Drive,
+    dt: Number,
 ) -> tuple[BipedState, Contact]:
     """`step` without its checks, for use inside a trace."""
     model = prepare(params, fidelity=fidelity, payload=scene.payload)

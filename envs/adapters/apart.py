@@ -171,5 +171,7 @@ def _go_on_one(
     codec = program.carry.of_one
     chain, state = codec.unpack(carry)
     params = program.params(program.own.of_one.unpack(own))
-    step = bare_step(program.env, None, state, action, params)
-    return codec.pack((chain, step[1])), row_of(step[0], *step[2:])
+    obs, state, reward, terminated, truncated, info = bare_step(
+        program.env, None, state, action, params
+    )
+    return codec.pack((chain, state)), row_of(obs, reward, terminated, truncated, info)

@@ -22,7 +22,7 @@ from stickslip.envs.functional import bare_step
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jaxtyping import Array
+    from jaxtyping import Array, Bool, Float, Integer
 
     from stickslip.envs.functional import FunctionalEnv
 
@@ -295,12 +295,18 @@ class PackedEnvs:
 
 
 @jax.jit
-def _chains(numbers):
+def _chains(numbers: Integer[Array, " n"]) -> Integer[Array, "n words"]:
     return jax.vmap(lambda number: jax.random.key_data(jax.random.key(number)))(numbers)
 
 
 @partial(jax.jit, static_argnums=0)
-def _reset(layout: _Layout, chains, params, mask, before):
+def _reset(
+    layout: _Layout,
+    chains: Integer[Array, "n words"],
+    params: object,
+    mask: Bool[Array, " n"],
+    before: Array | None,
+) -> tuple[Array, Float[Array, "n obs"]]:
     params, axis = layout.batched(params)
     after, subkeys = split(chains)
     obs, states = jax.vmap(layout.env.reset_env, (0, axis))(subkeys, params)
@@ -317,7 +323,7 @@ def _reset(layout: _Layout, chains, params, mask, before):
 def _step_of(layout: _Layout) -> Callable[..., Array]:
     """The compiled step of a layout: carry, actions and own parameters, or None, to the carry."""
 
-    def step(carry, actions, params):
+    def step(carry: Array, actions: Float[Array, "n act"], params: object) -> Array:
         axis = None if params is None else 0
         return jax.vmap(partial(_step_one, layout), (-1, 0, axis), -1)(carry, actions, params)
 
@@ -325,13 +331,17 @@ def _step_of(layout: _Layout) -> Callable[..., Array]:
 
 
 @partial(fused, fixed=1)
-def _step_one(layout: _Layout, carry, action, params):
+def _step_one(
+    layout: _Layout, carry: Integer[Array, " words"], action: Float[Array, " act"], params: object
+) -> Integer[Array, " words"]:
     """One environment's step; carry: its packed column, its row of `row_of` at the end."""
     codec, shared = layout.carry.of_one, layout.shared
     params = params if shared is None else shared.params()
     chain, state = codec.unpack(carry)
     after, subkey = jax.random.split(jax.random.wrap_key_data(chain))
-    step = bare_step(layout.env, subkey, state, action, params)
-    chain = jnp.where(step[5]["autoreset"], jax.random.key_data(after), chain)
-    row = as_words(row_of(step[0], *step[2:]), codec.word)
-    return jnp.concatenate([codec.pack((chain, step[1])), row])
+    obs, state, reward, terminated, truncated, info = bare_step(
+        layout.env, subkey, state, action, params
+    )
+    chain = jnp.where(info["autoreset"], jax.random.key_data(after), chain)
+    row = as_words(row_of(obs, reward, terminated, truncated, info), codec.word)
+    return jnp.concatenate([codec.pack((chain, state)), row])

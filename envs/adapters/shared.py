@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Integer
+
+Tree = TypeVar("Tree")
 
 
 class Shared:
@@ -35,22 +40,28 @@ class Shared:
         return isinstance(other, Shared) and self._content == other._content
 
 
-def split(chains):
+def split(chains: Integer[Array, "n words"]) -> tuple[Array, Array]:
     """The rest of every chain of keys (as plain numbers) and the key that is taken off it."""
     both = jax.vmap(lambda data: jax.random.split(jax.random.wrap_key_data(data)))(chains)
     return jax.vmap(jax.random.key_data)(both[:, 0]), both[:, 1]
 
 
-def chosen(mask, one, other):
+def chosen(mask: Bool[Array, " n"], one: Tree, other: Tree) -> Tree:
     """Rows of one tree where the mask is true, of the other elsewhere."""
 
-    def choose(a, b):
+    def choose(a: Array, b: Array) -> Array:
         return jnp.where(mask.reshape(mask.shape + (1,) * (a.ndim - 1)), a, b)
 
     return jax.tree.map(choose, one, other)
 
 
-def row_of(obs, reward, terminated, truncated, info):
+def row_of(
+    obs: Float[Array, " obs"],
+    reward: Array,
+    terminated: Array,
+    truncated: Array,
+    info: dict[str, Array],
+) -> Float[Array, " numbers"]:
     """What a step returns, as one array: observation, final observation, reward, the flags
     terminated, truncated and autoreset, info by its names."""
     rest = sorted(set(info) - {"final_obs", "autoreset"})

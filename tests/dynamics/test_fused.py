@@ -182,3 +182,14 @@ def test_functions_too_costly_for_one_loop_compile(width, depth, size):
     y = jnp.float32(0.3)
     for one, other in zip(jax.jit(kernel)(x, y), jax.jit(plain)(x, y), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("rows", [700, 20_000])
+def test_members_with_large_arrays_of_their_own(rows, float64):
+    """Blocks are smaller then; where one member is too large, there is no kernel."""
+    function = fused(lambda table, x: jnp.sin(table[x.astype(int)]) * x)
+    rng = np.random.default_rng(0)
+    tables, x = rng.normal(size=(150, rows)), rng.uniform(0, rows - 1, 150)
+    found = jax.jit(jax.vmap(function))(jnp.asarray(tables), jnp.asarray(x))
+    wanted = np.sin(tables[np.arange(150), x.astype(int)]) * x
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
