@@ -46,6 +46,9 @@ DISSOLVED = {
     "custom_vmap_call": "call",
 }
 """Calls that only group others, and the parameter that holds what they call."""
+JOINS = ("concatenate", "stack")
+"""Primitives whose operands are computed before: in one loop with them, XLA decides for each number
+anew which operand it belongs to."""
 LOOPS = ("while", "scan", "cond")
 
 
@@ -67,6 +70,10 @@ class _Step(NamedTuple):
     @property
     def is_loop(self) -> bool:
         return self.primitive.name in LOOPS
+
+    @property
+    def joins(self) -> bool:
+        return self.primitive.name in JOINS
 
     @property
     def is_free(self) -> bool:
@@ -172,7 +179,7 @@ def _kept(program: _Program) -> set[int]:
                 if user.is_free:
                     found |= needing[user.results[0]]
                 else:
-                    found.add(loop if user.is_loop else place)
+                    found.add(loop if user.is_loop or user.joins else place)
             needing[number] = found
     kept: set[int] = set()
     sizes: dict[int, int] = {}  # operations behind a value that is not kept
