@@ -24,6 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.report import markdown, options, provenance, put_between, write_json
+from benchmarks.timing import without_kernels
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     FIDELITIES,
@@ -141,7 +142,8 @@ def _prepared(fidelity: str, payload: float | None) -> BipedModel:
 
 
 def compiled_walk(case: Case, batch: int = 1) -> Any:
-    """The optimised program of a walk, to be called with what `start` gives."""
+    """The optimised program of a walk, to be called with what `start` gives; without kernels, in
+    which operations go by other names."""
     one = partial(walk, case, STEPS.get(batch, 1))
 
     def run(model, scene, states):
@@ -149,7 +151,8 @@ def compiled_walk(case: Case, batch: int = 1) -> Any:
             return one(model, scene, jax.tree.map(lambda leaf: leaf[0], states))
         return jax.vmap(one, (None, None, 0))(model, scene, states)
 
-    return jax.jit(run).lower(*start(case, batch)).compile()
+    with without_kernels():
+        return jax.jit(run).lower(*start(case, batch)).compile()
 
 
 def count(program: Any) -> dict[str, Any]:

@@ -12,10 +12,9 @@ column is each row's rate a core-second over that of the file's run before, on w
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import nullcontext
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -25,8 +24,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.report import markdown, options, provenance, read_json, write_json
+from benchmarks.timing import without_kernels
 from stickslip.dynamics.biped import RK4Split, simulate
-from stickslip.dynamics.fused import SWITCH
 from stickslip.envs import BipedEnv, collect
 from stickslip.envs.functional import pure_step
 from stickslip.envs.registration import register
@@ -92,7 +91,7 @@ def functional_row(batch: int, steps: int, repeats: int, kernels: bool = True) -
     """BipedEnv by vmap and scan, in one thread of the caller's."""
     env = BipedEnv()
     params = jax.tree.map(jnp.asarray, env.default_params)
-    with without_kernels(not kernels):
+    with nullcontext() if kernels else without_kernels():
         program, state, compile_seconds = scan_program(env, params, batch, steps)
 
     def run() -> None:
@@ -101,22 +100,6 @@ def functional_row(batch: int, steps: int, repeats: int, kernels: bool = True) -
     rates = timed(run, batch * steps, repeats)
     name = "vmap + scan" if kernels else "vmap + scan, no kernels"
     return row(name, "stickslip/Biped-v0", batch, rates, compile_seconds)
-
-
-@contextmanager
-def without_kernels(wanted: bool) -> Iterator[None]:
-    """Whatever is traced inside is left as XLA takes it, if wanted."""
-    if not wanted:
-        yield
-        return
-    before = os.environ.get(SWITCH)
-    jax.clear_caches()
-    os.environ[SWITCH] = "off"
-    try:
-        yield
-    finally:
-        os.environ.pop(SWITCH) if before is None else os.environ.update({SWITCH: before})
-        jax.clear_caches()
 
 
 def noisy(torque: jax.Array, obs: jax.Array, key: jax.Array) -> jax.Array:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+
+from stickslip.dynamics.fused import SWITCH
 
 CORES = 2
 """A batch is split over this many threads."""
@@ -53,3 +57,16 @@ def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
         return [jax.block_until_ready(runs[0]())]
     with ThreadPoolExecutor(len(runs)) as pool:
         return list(pool.map(lambda run: jax.block_until_ready(run()), runs))
+
+
+@contextmanager
+def without_kernels() -> Iterator[None]:
+    """Whatever is traced inside is left as XLA takes it: see `stickslip.dynamics.fused`."""
+    before = os.environ.get(SWITCH)
+    jax.clear_caches()
+    os.environ[SWITCH] = "off"
+    try:
+        yield
+    finally:
+        os.environ.pop(SWITCH) if before is None else os.environ.update({SWITCH: before})
+        jax.clear_caches()

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.checks import as_number, require_choice
 from stickslip.dynamics.numeric import Lists, Number
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose import Pose, require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
@@ -96,6 +97,18 @@ def _equilibrium(
     friction: Real[Array, "..."],
     solver: PoseSolver,
     system: str,
+) -> Equilibrium:
+    return over_poses(_held, (solver, system), params, track, x_front, leg_angles, friction)
+
+
+def _held(
+    solver: PoseSolver,
+    system: str,
+    params: UGVParams,
+    track: Track,
+    x_front: Real[Array, "..."],
+    leg_angles: Real[Array, "... 2"],
+    friction: Real[Array, "..."],
 ) -> Equilibrium:
     forces = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
     return forces._replace(pose=forces.pose.in_world())

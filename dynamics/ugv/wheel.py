@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.lanes import where_needed
 from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.track import Track
 
@@ -69,30 +71,69 @@ def penetration(
     it is narrowed down. Ground narrower than about 2 radius / samples may hide.
     """
     track, wheel, radius = jax.lax.stop_gradient((track, wheel, radius))  # it only judges
-    part = (jnp.arange(samples, dtype=wheel.x.dtype) + 0.01) / (samples - 0.98)
-    centre = wheel.centre[..., None, :]
-    radius = jnp.asarray(radius, wheel.x.dtype)[..., None]
-    x = centre[..., 0] - radius * jnp.cos(jnp.pi * part)
-    distance, growth = _from_centre(track, centre, x)
-    deepest = jnp.min(distance, axis=-1)
+    radius = jnp.asarray(radius, wheel.x.dtype)
+    deepest, place, found = _deepest_sample(track, wheel, radius, samples)
+    deepest = where_needed(
+        jnp.any(found),
+        partial(_narrowed_down, samples),
+        (track, wheel, radius, place, found, deepest),
+        deepest,
+    )
+    return jnp.maximum(radius - deepest, 0)
 
-    # A minimum lies between two points where the distance falls at the left and grows at the
-    # right, or where it ends lower than it began though it grows at both (an edge), or higher
-    # though it falls at both. The contact is one of them.
-    touching = (x[..., :-1] <= wheel.x[..., None]) & (wheel.x[..., None] <= x[..., 1:])
-    left, right = (distance[..., :-1], growth[..., :-1]), (distance[..., 1:], growth[..., 1:])
-    encloses = _encloses(*left, *right) & ~touching
-    value = jnp.where(encloses, jnp.minimum(left[0], right[0]), jnp.inf)
-    chosen = encloses & (value == jnp.min(value, axis=-1, keepdims=True))
-    low = jnp.max(jnp.where(chosen, x[..., :-1], -jnp.inf), axis=-1)
-    found = jnp.isfinite(low)
-    low = jnp.where(found, low, wheel.x)  # else look at the contact in vain
-    high = jnp.where(found, jnp.max(jnp.where(chosen, x[..., 1:], -jnp.inf), axis=-1), wheel.x)
-    d_low, g_low = _from_centre(track, wheel.centre, low)
-    _, g_high = _from_centre(track, wheel.centre, high)
+
+def _below_rim(wheel: Contact, radius: Values, place: Values, samples: int) -> Values:
+    """x of the sample of that number [m], from the rear end of the wheel to the front one."""
+    part = (place.astype(wheel.x.dtype) + 0.01) / (samples - 0.98)
+    return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
+
+
+def _deepest_sample(
+    track: Track | Near, wheel: Contact, radius: Values, samples: int
+) -> tuple[Values, Values, Bool[Array, "..."]]:
+    """The least distance of a sample from the centre [m]; the number of the one in front of the
+    nearest minimum beside the contact; whether there is one.
+
+    A minimum lies between two points where the distance falls at the left and grows at the right,
+    or where it ends lower than it began though it grows at both (an edge), or higher though it
+    falls at both. The contact is one of them.
+    """
+
+    def look(place: jax.Array, carry: Any) -> Any:
+        (left, d_left, g_left), deepest, nearest, chosen = carry
+        right = _below_rim(wheel, radius, place, samples)
+        d_right, g_right = _from_centre(track, wheel.centre, right)
+        touching = (left <= wheel.x) & (wheel.x <= right)
+        encloses = _encloses(d_left, g_left, d_right, g_right) & ~touching
+        value = jnp.where(encloses, jnp.minimum(d_left, d_right), jnp.inf)
+        chosen = jnp.where(value < nearest, place, chosen)
+        here = right, d_right, g_right
+        return here, jnp.minimum(deepest, d_right), jnp.minimum(nearest, value), chosen
+
+    zero = jnp.zeros(wheel.x.shape, jnp.int32)
+    first = _below_rim(wheel, radius, zero, samples)
+    start = first, *_from_centre(track, wheel.centre, first)
+    carry = start, start[1], jnp.full_like(wheel.x, jnp.inf), zero
+    # A loop: for a batch its numbers stay in the nearest cache.
+    _, deepest, _, place = jax.lax.fori_loop(1, samples, look, carry)
+    return deepest, place, place > 0
+
+
+def _narrowed_down(
+    samples: int,
+    track: Track | Near,
+    wheel: Contact,
+    radius: Values,
+    place: Values,
+    found: Bool[Array, "..."],
+    deepest: Values,
+) -> Values:
+    """The least distance [m] where one was found between a sample and the one before it."""
+    low, high = (_below_rim(wheel, radius, at, samples) for at in (place - 1, place))
+    (d_low, g_low), (_, g_high) = (_from_centre(track, wheel.centre, at) for at in (low, high))
 
     def narrow(_: jax.Array, carry: tuple[Values, ...]) -> tuple[Values, ...]:
-        low, high, d_low, g_low, g_high, deepest = carry
+        low, high, d_low, g_low, g_high, least = carry
         secant = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
         margin = (high - low) / 8
         at = jnp.where((g_low < 0) & (g_high > 0), secant, (low + high) / 2)
@@ -103,12 +144,12 @@ def penetration(
         low, d_low, g_low = (
             jnp.where(before, old, new) for old, new in ((low, at), (d_low, d), (g_low, g))
         )
-        return low, high, d_low, g_low, g_high, jnp.minimum(deepest, d)
+        return low, high, d_low, g_low, g_high, jnp.minimum(least, d)
 
     # A loop, not unrolled: the CPU compiler would repeat the profile through the whole chain.
     carry = (low, high, d_low, g_low, g_high, deepest)
-    deepest = jax.lax.fori_loop(0, NARROWINGS, narrow, carry)[-1]
-    return jnp.maximum(radius[..., 0] - deepest, 0)
+    least = jax.lax.fori_loop(0, NARROWINGS, narrow, carry)[-1]
+    return jnp.where(found, least, deepest)
 
 
 def _encloses(

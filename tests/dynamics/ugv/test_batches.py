@@ -1,0 +1,101 @@
+"""Batches of poses go through one kernel, and each pose is what it is alone."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.fused import AS_ONE_KERNEL, fused
+from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
+from stickslip.dynamics.ugv.equilibrium import _equilibrium
+from stickslip.dynamics.ugv.pose_solver import NEWTON
+from tests.dynamics.ugv.helpers import drawn
+
+MARK = next(iter(AS_ONE_KERNEL))
+COUNT = 129
+"""More than a block, and no multiple of one."""
+
+
+@pytest.fixture(scope="module")
+def poses():
+    """Of single precision: contacts, angles and frictions, on the bump."""
+    x, angles = drawn(UGVParams(), "float32", COUNT)
+    return Track.bump().astype("float32"), x, angles, jnp.linspace(0.1, 0.9, COUNT, dtype=x.dtype)
+
+
+@pytest.fixture(scope="module")
+def found(poses):
+    track, x, angles, friction = poses
+    return equilibrium(UGVParams(), track, x, angles, friction)
+
+
+def test_the_compiled_program_is_one_kernel(poses):
+    track, x, angles, friction = poses
+    lowered = _equilibrium.lower(UGVParams(), track, x, angles, friction, NEWTON, "closed")
+    assert f'{MARK}="true"' in lowered.compile().as_text()
+
+
+def test_a_batch_gives_what_the_elementwise_functions_give(poses, found):
+    track, x, angles, friction = poses
+
+    def elementwise(x, angles, friction):
+        params = UGVParams()
+        return balance(params, place(params, track, x, angles, NEWTON), friction)
+
+    wanted = jax.jit(elementwise)(x, angles, friction)
+    np.testing.assert_array_equal(found.status, wanted.status)
+    scale = UGVParams().weight
+    for got, want in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
+        assert got.shape == want.shape
+        np.testing.assert_allclose(got, want, rtol=2e-5, atol=2e-5 * scale)
+
+
+def test_each_pose_is_what_it_is_alone(poses, found):
+    track, x, angles, friction = poses
+    for index in (0, COUNT - 1):
+        alone = equilibrium(UGVParams(), track, x[index], angles[index], friction[index])
+        np.testing.assert_allclose(alone.torque, found.torque[index], rtol=1e-4, atol=0.01)
+        assert alone.status == found.status[index]
+        assert alone.pose.body.shape == (2,)
+
+
+def test_vehicles_and_frictions_of_any_shape_that_broadcasts(poses):
+    track, x, angles, _ = poses
+    x, angles = x[:6].reshape(2, 3), angles[:3]
+    wheels = np.array([[50.0], [70.0]], np.float32)
+    vehicle = UGVParams(wheel_mass=wheels)
+    mu = np.float32([0.2, 0.5, 0.8])
+    held = jax.eval_shape(lambda: equilibrium(vehicle, track, x, angles, mu))
+    assert held.torque.shape == (2, 3)
+    assert held.leg_torques.shape == (2, 3, 2)
+    wide = np.full((4, 1, 1), 0.5, np.float32)
+    wider = jax.eval_shape(lambda: equilibrium(UGVParams(), track, x, angles, wide))
+    assert wider.grip_rear.shape == (4, 2, 3)
+    assert wider.torque.shape == (2, 3)
+
+
+def test_ground_that_is_a_batch_stays_elementwise(poses):
+    _, x, angles, _ = poses
+    heights = jnp.linspace(0.0, 0.1, 3, dtype=x.dtype)[:, None]
+    x, angles = x[:1], angles[:1]
+
+    def torque(height):
+        return equilibrium(UGVParams(), Track.bump(height), x, angles, 0.8).torque
+
+    # One shape for each: what one pose gives is not one number.
+    assert jax.eval_shape(jax.vmap(torque), heights).shape == (3, 1)
+
+
+def test_arrays_that_xla_would_split_among_threads_compile():
+    def wide(x):
+        return sum(jnp.sin(k * x[:, None] + jnp.arange(64.0)) for k in range(1, 5)).sum(1)
+
+    def bound(x):
+        return jnp.sqrt(1 + x * x)
+
+    x = jnp.linspace(0.0, 1.0, 256 * 40).reshape(256, 40)
+    np.testing.assert_allclose(jax.vmap(fused(wide))(x), jax.vmap(wide)(x), rtol=1e-3, atol=1e-4)
+    many = jnp.linspace(0.0, 1.0, 300_001)
+    np.testing.assert_allclose(jax.vmap(fused(bound))(many), bound(many), rtol=1e-6)
+    both = jax.vmap(jax.vmap(fused(bound)))(many[:-1].reshape(3, -1))
+    np.testing.assert_allclose(both.ravel(), bound(many[:-1]), rtol=1e-6)
