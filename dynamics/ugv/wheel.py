@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.ugv.shapes import Points, Values
 
+    Sampled = tuple[tuple[Values, Values, Values], Values, Values, Values]
+
 NARROWINGS = 10
 """Of the interval in which the ground may come nearest to a wheel's centre."""
 
@@ -99,7 +101,7 @@ def _deepest_sample(
     falls at both. The contact is one of them.
     """
 
-    def look(place: jax.Array, carry: Any) -> Any:
+    def look(place: jax.Array, carry: Sampled) -> Sampled:
         (left, d_left, g_left), deepest, nearest, chosen = carry
         right = _below_rim(wheel, radius, place, samples)
         d_right, g_right = _from_centre(track, wheel.centre, right)

@@ -1,0 +1,117 @@
+"""Many steps under a policy: the same as stepping by hand, whatever the batch and the cores."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.envs import BipedEnv, collect
+from stickslip.envs.functional import pure_step
+
+ENV = BipedEnv()
+PARAMS = ENV.make_params(scene="slippery", time_limit=0.2)
+STEPS = 14
+
+
+def policy(gain, obs, key):
+    """Looks, and draws."""
+    return jnp.clip(gain * (3 - obs[2:3]) + 0.1 * jax.random.normal(key, (1,)), -1, 1)
+
+
+GAIN = jnp.float32(0.1)
+
+
+def collected(num_envs: int, **options):
+    return collect(
+        ENV, PARAMS, policy, 5, num_envs=num_envs, steps=STEPS, policy_params=GAIN, **options
+    )
+
+
+@pytest.fixture(scope="module")
+def few():
+    return collected(6, keep=("obs", "action", "next_obs", "status"))
+
+
+def test_each_step_is_the_environments_own(few):
+    assert few.reward.shape == (STEPS, 6)
+    assert few.kept["obs"].shape == (STEPS, 6, 6)
+    again = jax.jit(lambda obs, state, keys, action: by_hand(obs, state, keys, action))
+    now = collected_from_the_start(6)
+    for row in range(STEPS):
+        obs, state, keys, reward, over = again(*now, few.kept["action"][row])
+        np.testing.assert_array_equal(few.kept["obs"][row], now[0])
+        np.testing.assert_allclose(few.reward[row], reward, atol=1e-6)
+        np.testing.assert_array_equal(few.terminated[row] | few.truncated[row], over)
+        now = (obs, state, keys)
+    assert few.truncated.any()
+    np.testing.assert_array_equal(few.progress.obs, now[0])
+
+
+def collected_from_the_start(num_envs: int):
+    def one(index):
+        chain, reset = jax.random.split(jax.random.fold_in(jax.random.key(5), index))
+        return *ENV.reset_env(reset, PARAMS), jax.random.key_data(chain)
+
+    return jax.jit(jax.vmap(one))(jnp.arange(num_envs))
+
+
+def by_hand(obs, state, keys, action):
+    def one(obs, state, data, action):
+        draws = jax.random.split(jax.random.wrap_key_data(data), 3)
+        wanted = policy(GAIN, obs, draws[1])
+        found = pure_step(ENV, draws[2], state, action, PARAMS)
+        over = found[3] | found[4]
+        return found[0], found[1], jax.random.key_data(draws[0]), found[2], over, wanted
+
+    *found, wanted = jax.vmap(one)(obs, state, keys, action)
+    del wanted
+    return found
+
+
+def test_going_on_is_one_long_walk(few):
+    half = collect(ENV, PARAMS, policy, 5, num_envs=6, steps=STEPS // 2, policy_params=GAIN)
+    rest = collect(
+        ENV,
+        PARAMS,
+        policy,
+        num_envs=6,
+        steps=STEPS // 2,
+        policy_params=GAIN,
+        progress=half.progress,
+    )
+    np.testing.assert_array_equal(jnp.concatenate([half.reward, rest.reward]), few.reward)
+    jax.tree.map(np.testing.assert_array_equal, rest.progress, few.progress)
+
+
+@pytest.mark.parametrize("cores", [1, 2, 3])
+def test_cores_change_roundings_at_most(few, cores):
+    again = collected(6, cores=cores)
+    np.testing.assert_allclose(again.reward, few.reward, atol=2e-6)
+    np.testing.assert_array_equal(again.terminated, few.terminated)
+
+
+def test_inside_a_trace_it_is_one_program(few):
+    traced = jax.jit(
+        lambda gain: (
+            collect(ENV, PARAMS, policy, 5, num_envs=6, steps=STEPS, policy_params=gain).reward
+        )
+    )
+    np.testing.assert_allclose(traced(GAIN), few.reward, atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"num_envs": 0}, "num_envs = 0"),
+        ({"steps": 1.5}, "steps = 1.5"),
+        ({"keep": ("sped",)}, "'sped' is no name to keep"),
+        ({"num_envs": 10**9, "steps": 10**9}, "num_envs = 1000000000 with steps"),
+        ({"policy": lambda p, obs, key: obs}, "action has shape"),
+        ({"params": 3}, "params = 3"),
+        ({"cores": 0}, "cores = 0"),
+    ],
+)
+def test_nonsense_is_refused(changes, words):
+    given = {"params": PARAMS, "policy": policy, "num_envs": 4, "steps": 2} | changes
+    with pytest.raises(ValueError, match=words):
+        collect(ENV, policy_params=GAIN, **given)
