@@ -1,6 +1,6 @@
 """Every value of the reference file, to 1e-8 relative, in float64."""
 
-from functools import partial
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
@@ -89,11 +89,19 @@ def walk_acceleration(case, final) -> float:
     return float(now.foot_acceleration) if case["slide_velocity"] else 0.0
 
 
+@pytest.fixture(scope="module")
+def walks(reference):
+    """Each trajectory walked once: one test asks its end, another its events."""
+    return lru_cache(
+        lambda n, fidelity: walk(reference["trajectories"][n], STEPS, fidelity=fidelity)
+    )
+
+
 @pytest.mark.parametrize("fidelity", ["reduced", FINE], ids=["exact", "table"])
 @pytest.mark.parametrize("index", TRAJECTORIES)
-def test_trajectories_end_where_the_reference_ends(float64, reference, index, fidelity):
+def test_trajectories_end_where_the_reference_ends(float64, walks, reference, index, fidelity):
     case = reference["trajectories"][index]
-    walked = walk(case, STEPS, fidelity=fidelity)
+    walked = walks(index, fidelity)
     final, fastest = walked.final, float(np.max(np.abs(walked.states.foot_velocity)))
     close(final.crank_angle, case["theta"])
     close(final.crank_rate, case["omega"])
@@ -104,9 +112,9 @@ def test_trajectories_end_where_the_reference_ends(float64, reference, index, fi
 
 @pytest.mark.parametrize("fidelity", ["reduced", FINE], ids=["exact", "table"])
 @pytest.mark.parametrize("index", TRAJECTORIES)
-def test_events_are_those_of_the_reference(float64, reference, index, fidelity):
+def test_events_are_those_of_the_reference(float64, walks, reference, index, fidelity):
     case = reference["trajectories"][index]
-    events = walk(case, STEPS, fidelity=fidelity).events()
+    events = walks(index, fidelity).events()
     assert [kind for _, kind, _ in events] == [kind for _, kind, _ in case["events"]]
     for (time, _, angle), (want_time, _, want_angle) in zip(events, case["events"], strict=True):
         close(time, want_time)

@@ -120,10 +120,13 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
 
 def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
     params, floor = default_params(), Scene.grip(outputs="state")
-    scene = Scene.grip(outputs="state", payload=2.0)
+    scene, loaded = (
+        Scene.grip(outputs="state", payload=2.0),
+        params.replace(payload=jnp.asarray(2.0)),
+    )
     walks = [
         simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
-        for robot, where in ((params, scene), (params.replace(payload=2.0), floor))
+        for robot, where in ((params, scene), (loaded, floor))
     ]
     assert_same(walks[0], walks[1])
     alone = simulate(params, floor, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
