@@ -218,33 +218,31 @@ def _run(program: _Program, kept: set[int], *arguments: Array) -> list[Array]:
 
 def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Array]) -> None:
     """Add these results to the values, by a call of all that is still to be computed for them."""
-    steps: dict[int, _Step] = {}
     inputs: dict[int, None] = {}
-
-    def collect(number: int) -> None:
+    found: dict[int, _Step] = {}
+    wanted = [number for number in numbers if number not in values]
+    left = list(wanted)
+    while left:
+        number = left.pop()
         if number in values:
             inputs[number] = None
-        elif (step := makers[number]).results[0] not in steps:
-            for one in step.inputs():
-                collect(one)
-            steps[step.results[0]] = step
-
-    wanted = [number for number in numbers if number not in values]
-    for number in wanted:
-        collect(number)
+        elif (step := makers[number]).results[0] not in found:
+            found[step.results[0]] = step
+            left += step.inputs()
+    steps = [found[number] for number in sorted(found)]  # results are numbered as they come
 
     def group(*given: Array) -> list[Array]:
         here = dict(zip(inputs, given, strict=True))
-        for step in steps.values():
+        for step in steps:
             step.run(here, step.params)
         return [here[number] for number in wanted]
 
     given = [values[number] for number in inputs]
-    if all(step.is_free for step in steps.values()):
-        found = group(*given)
+    if all(step.is_free for step in steps):
+        results = group(*given)
     else:
-        found = [_marked(leaf) for leaf in jax.jit(group)(*given)]
-    values.update(zip(wanted, found, strict=True))
+        results = [_marked(leaf) for leaf in jax.jit(group)(*given)]
+    values.update(zip(wanted, results, strict=True))
 
 
 def _marked(leaf: Array) -> Array:

@@ -79,8 +79,10 @@ def test_going_on_is_one_long_walk(few):
         policy_params=GAIN,
         progress=half.progress,
     )
-    np.testing.assert_array_equal(jnp.concatenate([half.reward, rest.reward]), few.reward)
-    jax.tree.map(np.testing.assert_array_equal, rest.progress, few.progress)
+    both = jnp.concatenate([half.reward, rest.reward])
+    np.testing.assert_allclose(both, few.reward, atol=2e-6)  # another program
+    np.testing.assert_array_equal(rest.progress.keys, few.progress.keys)
+    np.testing.assert_allclose(rest.progress.obs, few.progress.obs, atol=2e-5)
 
 
 @pytest.mark.parametrize("cores", [1, 2, 3])
