@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array
 
-FEW, MANY, WIDE = 8, 128, 512
-"""Operations of a group at most: FEW on arrays of more than WIDE numbers, else MANY. XLA goes
-through a costlier loop with several threads, which it cannot do in a kernel."""
+MOST_WORK = 2**13
+"""Of a group: operations times the numbers that each computes. XLA goes through a costlier loop
+with several threads, which it cannot do in a kernel; it does so from 200,000 on, ten for each byte
+that goes in or comes out included, where there are more operations than bytes."""
 APART = {"inlineable": "false"}
 """What keeps XLA from dissolving a call."""
 REPEATED = 24
@@ -59,13 +60,8 @@ class _Step(NamedTuple):
     params: dict[str, Any]
     operands: list[Operand]
     results: list[int]
-    width: int
-    """Numbers of the largest array that goes in or comes out."""
-
-    @property
-    def most(self) -> int:
-        """Operations of a group that this is in."""
-        return FEW if self.width > WIDE else MANY
+    work: int
+    """Numbers computed."""
 
     @property
     def is_loop(self) -> bool:
@@ -132,9 +128,10 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
             called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
             if called is None:
                 results = [next(count) for _ in equation.outvars]
-                both = (*equation.invars, *equation.outvars)
-                width = max(getattr(atom.aval, "size", 1) for atom in both)
-                steps.append(_Step(equation.primitive, equation.params, operands, results, width))
+                summed = equation.primitive.name.startswith(("reduce", "arg", "cum"))
+                atoms = equation.invars if summed else equation.outvars
+                work = max(getattr(atom.aval, "size", 1) for atom in atoms)
+                steps.append(_Step(equation.primitive, equation.params, operands, results, work))
                 found: list[Operand] = [_Value(number) for number in results]
             elif isinstance(called, ClosedJaxpr):
                 found = walk(called.jaxpr, called.consts, operands)
@@ -182,18 +179,25 @@ def _kept(program: _Program) -> set[int]:
                     found.add(loop if user.is_loop or user.joins else place)
             needing[number] = found
     kept: set[int] = set()
-    sizes: dict[int, int] = {}  # operations behind a value that is not kept
+    makers = {number: place for place, step in enumerate(program.steps) for number in step.results}
+    behind: dict[int, tuple[int, int]] = {}  # operations and work of a value that is not kept
     for place, step in enumerate(program.steps):
-        size = sum(sizes.get(number, 0) for number in step.inputs())
         if step.is_loop:
             continue
-        size += not step.is_free
+        inputs = set(step.inputs())
+        if sum(behind.get(number, (0, 0))[1] for number in inputs) + step.work > MOST_WORK:
+            inputs = {number for number in inputs if number not in behind}
+            kept.update(makers[number] for number in step.inputs() if number in behind)
+        parts = [behind.get(number, (0, 0)) for number in inputs]
+        size, work = (sum(column) for column in zip((0, 0), *parts, strict=True))
+        if not step.is_free:
+            size, work = size + 1, work + step.work
         wanted = set().union(*(needing[number] for number in step.results))
-        repeated = size * (len(wanted) - 1) > REPEATED or size > step.most
-        if not step.is_free and (repeated or loop in wanted or len(step.results) > 1):
+        dear = size * (len(wanted) - 1) > REPEATED
+        if not step.is_free and (dear or loop in wanted or len(step.results) > 1):
             kept.add(place)
-            size = 0
-        sizes.update(dict.fromkeys(step.results, size))
+            size, work = 0, 0
+        behind.update(dict.fromkeys(step.results, (size, work)))
     return kept
 
 
