@@ -151,7 +151,9 @@ def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
     @call.def_vmap
     def call_batch(size: int, batched: list[bool], *leaves: Array):
         axes = [0 if is_batched else None for is_batched in batched]
-        widest = max(leaf.size // size for leaf, one in zip(leaves, batched, strict=True) if one)
+        widest = max(
+            leaf.size // max(1, size) for leaf, one in zip(leaves, batched, strict=True) if one
+        )
         out = _kernel(batch.over(size, axes, max(1, widest)))(*leaves)
         return out, [True] * len(out)
 

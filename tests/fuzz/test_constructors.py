@@ -28,11 +28,11 @@ NO_CONSTRUCTORS = {
     "condition_number", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
     "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
-    "place", "wheel_turns", "station", "Odometer",
+    "place", "wheel_turns", "station", "Odometer", "Collected",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time",
-    "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
+    "collect", "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
 }  # fmt: skip
 
 
