@@ -31,8 +31,8 @@ NO_CONSTRUCTORS = {
     "place", "wheel_turns", "station", "Odometer", "Collected",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
-    "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time",
-    "collect", "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
+    "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
+    "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
 }  # fmt: skip
 
 
