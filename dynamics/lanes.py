@@ -7,7 +7,7 @@ both of its branches for all. Each member goes through exactly what it would go 
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -91,7 +91,7 @@ def where_needed(
     @choose.def_vmap
     def choose_batch(
         size: int,
-        batched: tuple[bool, object, object],
+        batched: list[Any],
         needed: Flag,
         args: tuple[object, ...],
         otherwise: Carry,

@@ -189,9 +189,13 @@ def _jit_reset(env: FunctionalEnv[State, Params], key: Array, params: Params):
 
 @partial(jax.jit, static_argnums=0)
 def _jit_step(
-    env: FunctionalEnv[State, Params], key: Array, state: State, action: Array, params: Params
+    env: FunctionalEnv[State, Params],
+    key: Array,
+    state: State,
+    action: Array | Lists,
+    params: Params,
 ):
-    return pure_step(env, key, state, action, params)
+    return pure_step(env, key, state, jnp.asarray(action), params)
 
 
 def bare_step(

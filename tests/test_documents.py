@@ -50,7 +50,9 @@ def test_a_command_is_one_that_the_parser_takes(document: str, line: str):
 
 @pytest.mark.parametrize(("document", "name"), found(r"`([A-Z][a-z]\w*|[A-Z]\w*[a-z]\w*)[`.(]"))
 def test_a_class_that_is_named_is_there(document: str, name: str):
-    assert hasattr(builtins, name) or re.search(rf"(?m)^(?:class {name}\b|{name} = )", SOURCE)
+    assert hasattr(builtins, name) or re.search(
+        rf"(?m)^(?:class {name}\b|{name}(?:: TypeAlias)? = )", SOURCE
+    )
 
 
 def test_examples_are_in_the_readme_where_they_are_run():

@@ -13,11 +13,11 @@ from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.ugv.shapes import Points, Values
 
-    Sampled = tuple[tuple[Values, Values, Values], Values, Values, Values]
+    Sampled = tuple[tuple[Values, Values, Values], Values, Values, Int[Array, "..."]]
 
 NARROWINGS = 10
 """Of the interval in which the ground may come nearest to a wheel's centre."""
@@ -84,7 +84,7 @@ def penetration(
     return jnp.maximum(radius - deepest, 0)
 
 
-def _below_rim(wheel: Contact, radius: Values, place: Values, samples: int) -> Values:
+def _below_rim(wheel: Contact, radius: Values, place: Int[Array, "..."], samples: int) -> Values:
     """x of the sample of that number [m], from the rear end of the wheel to the front one."""
     part = (place.astype(wheel.x.dtype) + 0.01) / (samples - 0.98)
     return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
@@ -92,7 +92,7 @@ def _below_rim(wheel: Contact, radius: Values, place: Values, samples: int) -> V
 
 def _deepest_sample(
     track: Track | Near, wheel: Contact, radius: Values, samples: int
-) -> tuple[Values, Values, Bool[Array, "..."]]:
+) -> tuple[Values, Int[Array, "..."], Bool[Array, "..."]]:
     """The least distance of a sample from the centre [m]; the number of the one in front of the
     nearest minimum beside the contact; whether there is one.
 
@@ -126,7 +126,7 @@ def _narrowed_down(
     track: Track | Near,
     wheel: Contact,
     radius: Values,
-    place: Values,
+    place: Int[Array, "..."],
     found: Bool[Array, "..."],
     deepest: Values,
 ) -> Values:

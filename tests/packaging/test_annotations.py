@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 MOST = {
-    "dynamics": (243, 74),
+    "dynamics": (244, 74),
     "optim": (101, 15),
     "envs": (182, 4),
     "agents": (83, 0),
