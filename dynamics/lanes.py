@@ -92,7 +92,7 @@ def where_needed(
     def choose_batch(
         size: int,
         batched: list[Any],
-        needed: Flag,
+        needed: Array,
         args: tuple[object, ...],
         otherwise: Carry,
     ) -> tuple[Carry, Tree]:
