@@ -151,17 +151,18 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
         """Return the action, or raise ValueError saying what was given and what is accepted."""
         shape = (*batch, len(self.action_names))
-        if not isinstance(action, jax.Array | np.ndarray) or action.dtype.kind not in "fiu":
+        is_plain = isinstance(action, np.ndarray)
+        if not (is_plain or isinstance(action, jax.Array)) or action.dtype.kind not in "fiu":
             require_number("action", action, accepted="numbers in [-1, 1]")
         if np.shape(action) != shape:
             raise ValueError(
                 f"action has shape {np.shape(action)}; accepted: {shape}, "
                 f"one number in [-1, 1] for each of {', '.join(self.action_names)}"
             )
-        if is_concrete(action):
+        if is_plain or is_concrete(action):
             values = np.asarray(action)
             good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
-            if not np.all(good):
+            if not good.all():
                 bad = values[~good].flat[0]
                 raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")
         return action

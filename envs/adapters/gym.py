@@ -78,14 +78,12 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         if not self._envs.begun or self._over:
             raise ValueError("step without an episode; accepted: after reset()")
         action = np.asarray(self.functional.check_action(action), self._envs.dtype)
-        results = self._envs.step(action[None])
-        terminated, truncated = bool(results.terminated[0]), bool(results.truncated[0])
+        row = self._envs.rows(action[None])[0]
+        obs, reward, terminated, truncated, self._info = self._envs.columns.one(row)
         self._over = terminated or truncated
-        self._info = results.info_of(0)
         if self.render_mode == "human":
             self.render()
-        obs = results.obs[0].astype(np.float32)
-        return obs, float(results.reward[0]), terminated, truncated, dict(self._info)
+        return obs, reward, terminated, truncated, dict(self._info)
 
     def render(self) -> np.ndarray | None:
         """The picture [height, width, 3] for "rgb_array"; shown in a window for "human"."""

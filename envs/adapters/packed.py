@@ -16,6 +16,7 @@ from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.fused import fused
 from stickslip.envs.adapters.apart import Apart, kind_of, signature_of, unpack
 from stickslip.envs.adapters.codec import Codec, as_words
+from stickslip.envs.adapters.results import Columns, Results
 from stickslip.envs.adapters.shared import Shared, chosen, row_of, split
 from stickslip.envs.functional import bare_step
 
@@ -31,47 +32,6 @@ MOST_ENVS = 2**31 - 1
 """In a batch: what an index of JAX's counts; memory refuses fewer."""
 COPIES = 4
 """States and results of one step that exist at once, at least."""
-
-
-class Results:
-    """One step of a batch of n environments, from the rows of `row_of` [n, numbers].
-
-    reward, terminated, truncated, autoreset: [n]; what else there is, when it is asked for.
-    """
-
-    def __init__(self, table: np.ndarray, width: int, entries: dict[str, np.dtype[Any]]):
-        """width: numbers of an observation; entries: of info, with their types."""
-        self._table, self._width, self._entries = table, width, entries
-        self.reward = table[:, 2 * width]
-        flags = table[:, 2 * width + 1 : 2 * width + 4] != 0
-        self.terminated, self.truncated, self.autoreset = flags.T
-
-    @property
-    def obs(self) -> np.ndarray:
-        """[n, obs]"""
-        return self._table[:, : self._width].copy()
-
-    @property
-    def final_obs(self) -> np.ndarray:
-        """[n, obs]"""
-        return self._table[:, self._width : 2 * self._width]
-
-    @property
-    def info(self) -> dict[str, np.ndarray]:
-        """A column [n] for each entry."""
-        columns = self._table.T[2 * self._width + 4 :]
-        return {
-            name: column.astype(kind, copy=False)
-            for column, (name, kind) in zip(columns, self._entries.items(), strict=True)
-        }
-
-    def info_of(self, index: int) -> dict[str, Any]:
-        """Info of one environment, in Python's numbers."""
-        numbers = self._table[index, 2 * self._width + 4 :].tolist()
-        return {
-            name: number if kind.kind == "f" else bool(number) if kind.kind == "b" else int(number)
-            for number, (name, kind) in zip(numbers, self._entries.items(), strict=True)
-        }
 
 
 class _Layout(NamedTuple):
@@ -116,11 +76,8 @@ class PackedEnvs:
         each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
         require_memory(f"num_envs = {shown(num_envs)}", "environments", num_envs, COPIES * each)
         shared = None if mapped else Shared(params)
-        names = sorted(set(info) - {"final_obs", "autoreset"})
-        self._entries = {name: np.dtype(info[name].dtype) for name in names}
-        self._width = obs.shape[0]
-        numbers = 2 * self._width + 4 + len(names)
-        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)), numbers)
+        self.columns = Columns(obs, info)
+        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)), self.columns.count)
         self._params = params if mapped else None
         self._carry: Array | None = None
         self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
@@ -195,11 +152,11 @@ class PackedEnvs:
 
     def step(self, actions: np.ndarray) -> Results:
         """One control step of every environment; actions [n, act], checked already."""
-        return Results(self._stepped(actions), self._width, self._entries)
+        return Results(self.rows(actions), self.columns)
 
-    def _stepped(self, actions: np.ndarray) -> np.ndarray:
-        """The rows of `row_of`."""
-        if not self._apart.any():
+    def rows(self, actions: np.ndarray) -> np.ndarray:
+        """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
+        if not (self._groups and self._apart.any()):
             return self._stepped_together(actions)
         table = np.zeros((self.num_envs, self._layout.numbers), self.dtype)
         if not self._apart.all():
@@ -219,7 +176,8 @@ class PackedEnvs:
 
     def _reset_apart(self, table: np.ndarray) -> None:
         """What autoreset does, for environments apart: they go on with the batch's parameters."""
-        width, autoreset = self._width, 2 * self._width + 3
+        width = self.columns.width
+        autoreset = 2 * width + 3
         ends = self._apart & table[:, autoreset - 2 : autoreset].any(axis=1)
         if self.env.autoreset == "same_step" and ends.any():
             table[ends, :width] = self.reset(ends)[ends]

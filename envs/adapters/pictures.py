@@ -9,7 +9,8 @@ import numpy as np
 from stickslip.envs.functional import Params
 
 if TYPE_CHECKING:
-    from stickslip.envs.adapters.packed import PackedEnvs, Results
+    from stickslip.envs.adapters.packed import PackedEnvs
+    from stickslip.envs.adapters.results import Results
     from stickslip.envs.functional import FunctionalEnv
 
 

@@ -20,8 +20,9 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.envs.adapters.compiled import Compiled
 from stickslip.envs.adapters.gym import RENDER_MODES
-from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.adapters.pictures import Pictures
+from stickslip.envs.adapters.results import Results
 from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 
