@@ -4,55 +4,45 @@ XLA's CPU backend runs a step of a small model as hundreds of kernels, each star
 microsecond, whose results go through memory in between. `fused` has it compile the whole function
 into one kernel instead, which goes through a batch in blocks that the nearest cache holds. On other
 platforms the function is what `vmap` makes of it, where XLA's own fusion is the better one.
+
+Until it is lowered, a fused function is one operation of JAX's, which vmap widens without tracing
+it: only what a platform compiles is traced, grouped and cut into blocks.
 """
 
 from __future__ import annotations
 
-import os
-from functools import partial, wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from functools import cached_property, lru_cache, partial, wraps
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
-from jax.experimental.xla_metadata import set_xla_metadata
+from jax.core import ShapedArray, Tracer
+from jax.extend.core import Primitive, jaxpr_as_fun
+from jax.interpreters import batching, mlir
 
-from stickslip.dynamics.grouping import LOOPS, grouped
+from stickslip.dynamics.grouping import KERNEL
+from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-    from jax.extend.core import Jaxpr, JaxprEqn
+    from jax.extend.core import ClosedJaxpr
     from jaxtyping import Array
+
+    Function = Callable[..., list[Array]]
+    Axes = tuple[int | None, ...]
 
 BLOCK, LARGE_BLOCK = 64, 128
 """Members of a batch that go through the kernel together; the second is faster for large batches
 and takes twice as long to compile, since `thinning_while` then thins out."""
 LARGE = 1024
 """Members of a large batch."""
-LARGEST_ARRAY = 2**14
-"""Numbers of an intermediate array: XLA goes through larger ones with several threads, which it
-cannot do in a kernel. A function with one is left as XLA takes it."""
-SUMMED_UP = ("reduce_sum", "reduce_max", "reduce_min", "reduce_prod", "cum")
-LARGEST_SUM = 2**11
-"""Sums and the like of more numbers go to a library."""
 LARGEST_CUT = 2**13
 """Numbers of a block's part of an argument; blocks are smaller where members are larger."""
 GRAIN = 8
 """Where there are several blocks, their size is a multiple of this."""
-SWITCH = "STICKSLIP_KERNELS"
-"""The environment variable that is set to "off" where XLA cannot compile a kernel."""
-AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
-"""What XLA's CPU backend reads of a call. It is not documented there: a test looks for the kernel
-in compiled programs; where it is not read, results are the same and slower."""
-
-NEVER_IN_A_KERNEL = (
-    *("scatter", "select_and_scatter", "sort", "top_k", "approx_top_k", "fft", "conv_general"),
-    *("dot_general", "ragged_dot"),
-    *("lu", "qr", "geqrf", "householder", "cholesky", "triangular_solve", "tridiagonal", "eig"),
-    *("svd", "schur", "hessenberg", "custom_linear_solve", "ffi_call", "pure_callback"),
-    *("io_callback", "debug_callback", "debug_print", "custom_call", "psum", "all_", "ppermute"),
-)
-"""Beginnings of the names of primitives for which XLA's CPU backend needs a kernel of their own."""
+REMEMBERED = 1024
+"""Kernels that are not built anew when another program needs them."""
 
 Result = TypeVar("Result")
 
@@ -61,8 +51,8 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     """`function` of pytrees of arrays as one kernel, of one member or, under vmap, of a batch.
 
     fixed: so many arguments come first that are hashable and no arrays. Positional arguments only,
-    random keys of JAX's default kind among them; nothing traced in the function's closure. What
-    cannot be in a kernel (sorting, scattering, linear solvers) leaves the function as XLA takes it.
+    random keys of JAX's default kind among them. What cannot be in a kernel (sorting, scattering,
+    linear solvers, something traced in the function's closure) leaves the function as XLA takes it.
     Members do not see each other: a batch gives what each gives alone, up to roundings. Derivatives
     are those of the function itself, not fused.
     """
@@ -70,25 +60,15 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
     @partial(jax.custom_jvp, nondiff_argnums=(0,))
     def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
-        leaves, structure = jax.tree.flatten(arguments)
-        keys = [_is_key(leaf) for leaf in leaves]
-        result: list[Any] = []  # the structure of what comes out, known when it is traced
-
-        def flat(*leaves: Array) -> list[Array]:
-            given = [
-                jax.random.wrap_key_data(leaf) if is_key else leaf
-                for leaf, is_key in zip(leaves, keys, strict=True)
-            ]
-            found = traced_once(*constants, *jax.tree.unflatten(structure, given))
-            flattened, result[:] = (parts := jax.tree.flatten(found))[0], parts[1:]
-            return flattened
-
+        traced = traced_once.trace(*constants, *arguments)
+        leaves = jax.tree.leaves(arguments)
+        keys = tuple(map(_is_key, leaves))
         plain = [
             jax.random.key_data(leaf) if is_key else jnp.asarray(leaf)
             for leaf, is_key in zip(leaves, keys, strict=True)
         ]
-        out = _kernel(_Batch(flat, _marked(flat), flat, 1, False))(*plain)
-        return jax.tree.unflatten(result[0], out)
+        found = kernel_p.bind(*plain, kernel=_kernel(traced.jaxpr, keys, switched_off()))
+        return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
     @run.defjvp
     def run_jvp(
@@ -100,121 +80,129 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
     @wraps(function)
     def call(*arguments: object) -> Result:
+        traced = traced_once.trace(*arguments).jaxpr
+        hidden = any(isinstance(constant, Tracer) for constant in traced.consts)
+        if hidden or len(traced.in_avals) != len(jax.tree.leaves(arguments[fixed:])):
+            return traced_once(*arguments)
         return run(tuple(arguments[:fixed]), tuple(arguments[fixed:]))
 
     return call
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
+    """Of a traced function; keys: which of its arguments are random keys; off: whether the user
+    wants no kernels, which is part of what is remembered."""
+    del off
+    function = jaxpr_as_fun(traced)
+
+    def read(*leaves: Array) -> list[Array]:
+        return [
+            jax.random.wrap_key_data(leaf) if is_key else leaf
+            for leaf, is_key in zip(leaves, keys, strict=True)
+        ]
+
+    def plain(*leaves: Array) -> list[Array]:
+        return list(function(*read(*leaves)))
+
+    def in_kernel(*leaves: Array) -> list[Array]:
+        return run_as_one_kernel(traced, leaves, read)
+
+    return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals))
 
 
 def _is_key(leaf: object) -> bool:
     return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
 
 
-class _Batch(NamedTuple):
+class _Kernel:
     """A function of arrays, over none, one or several axes of a batch."""
 
-    body: Callable[..., list[Array]]
-    """For `width` members together."""
-    in_kernels: Callable[..., list[Array]]
-    """For all members, as a processor runs it."""
-    at_once: Callable[..., list[Array]]
-    """For all members, as vmap makes it."""
-    width: int
-    in_blocks: bool
+    def __init__(
+        self,
+        body: Function,
+        in_kernels: Function,
+        at_once: Function,
+        results: tuple[ShapedArray, ...],
+        width: int = 1,
+        in_blocks: bool = False,
+    ):
+        """body: for `width` members together; in_kernels: for all members, as a processor runs it,
+        in_blocks: one block after the other; at_once: for all members, as vmap makes it.
+        """
+        self.body, self.width, self.in_blocks = body, width, in_blocks
+        self.in_kernels, self.at_once = jax.jit(in_kernels), jax.jit(at_once)
+        self.results = results
+        self.over = lru_cache(maxsize=REMEMBERED)(self._over)
 
-    def over(self, size: int, axes: Sequence[int | None], widest: int) -> _Batch:
+    def _over(self, size: int, axes: Axes, widest: int) -> _Kernel:
         """The same for one more axis, which comes first in the arrays that have it.
 
         widest: numbers of one member's largest array.
         """
-        at_once = jax.vmap(self.at_once, tuple(axes))
+        results = tuple(ShapedArray((size, *one.shape), one.dtype) for one in self.results)
+        at_once = jax.vmap(self.at_once, axes, axis_size=size)
         if self.in_blocks:  # a kernel after the other
-            after = partial(_one_by_one, self.in_kernels, tuple(axes))
-            return self._replace(in_kernels=after, at_once=at_once)
+            after = partial(_one_by_one, self.in_kernels, axes)
+            return _Kernel(self.body, after, at_once, results, self.width, True)
         most = (LARGE_BLOCK if size * self.width >= LARGE else BLOCK) // self.width
         block = _block(size, max(1, min(most, LARGEST_CUT // widest)))
-        body = partial(_only, self.body, tuple(axes))
+        body = partial(_only, self.body, axes)
         if block > 1:
-            body = jax.vmap(self.body, tuple(axes))
+            body = jax.vmap(self.body, axes)
         if block == size:
-            return _Batch(body, _marked(body), at_once, block * self.width, False)
-        in_kernel = partial(_in_blocks, body, size, block, tuple(axes))
-        return _Batch(body, in_kernel, at_once, block * self.width, True)
+            return _Kernel(body, as_one_kernel(body), at_once, results, block * self.width)
+        in_kernel = partial(_in_blocks, body, size, block, axes)
+        return _Kernel(body, in_kernel, at_once, results, block * self.width, True)
+
+    @cached_property
+    def alone(self) -> Function:
+        """Outside of any trace."""
+        return jax.jit(partial(kernel_p.bind, kernel=self))
 
 
-def _kernel(batch: _Batch) -> Callable[..., list[Array]]:
-    """The function as one kernel where a processor runs it; under vmap, for one more axis."""
-
-    @jax.custom_batching.custom_vmap
-    def call(*leaves: Array) -> list[Array]:
-        return jax.lax.platform_dependent(*leaves, cpu=batch.in_kernels, default=batch.at_once)
-
-    @call.def_vmap
-    def call_batch(size: int, batched: list[bool], *leaves: Array):
-        axes = [0 if is_batched else None for is_batched in batched]
-        widest = max(
-            leaf.size // max(1, size) for leaf, one in zip(leaves, batched, strict=True) if one
-        )
-        out = _kernel(batch.over(size, axes, max(1, widest)))(*leaves)
-        return out, [True] * len(out)
-
-    return call
+kernel_p = Primitive(KERNEL)
+kernel_p.multiple_results = True
 
 
-def _marked(function: Callable[..., list[Array]]) -> Callable[..., list[Array]]:
-    """The function as a call that XLA is asked to compile as one kernel, if that can be."""
-
-    def call(*leaves: Array) -> list[Array]:
-        traced = jax.make_jaxpr(function)(*leaves)
-        if switched_off() or not _can_be_one(traced.jaxpr):
-            return list(function(*leaves))
-        inner = jax.jit(partial(_and_first, grouped(traced)))
-        out, first = inner(*jax.lax.optimization_barrier(leaves))
-        marked = [set_xla_metadata(leaf, **AS_ONE_KERNEL) for leaf in (*out, *first)]
-        return list(jax.lax.optimization_barrier(marked)[: len(out)])
-
-    return call
+@kernel_p.def_abstract_eval
+def _shapes(*arguments: ShapedArray, kernel: _Kernel) -> list[ShapedArray]:
+    return list(kernel.results)
 
 
-def _and_first(function: Callable[..., list[Array]], *leaves: Array):
-    """What the function returns, and the first number of every argument.
-
-    XLA's compiler gives up the process over a kernel with an argument that nothing in it reads. The
-    caller keeps these numbers from being pruned by passing them through a barrier.
-    """
-    first: dict[jnp.dtype, list[Array]] = {}
-    for leaf in leaves:
-        first.setdefault(leaf.dtype, []).append(jnp.ravel(leaf)[:1])
-    return function(*leaves), [jnp.concatenate(parts) for parts in first.values()]
+@kernel_p.def_impl
+def _outside_a_trace(*leaves: Array, kernel: _Kernel) -> list[Array]:
+    return kernel.alone(*leaves)
 
 
-def switched_off() -> bool:
-    """Whether the user wants no kernels: SWITCH is "off" when a function is traced."""
-    return os.environ.get(SWITCH, "").lower() in ("off", "0", "no", "false")
-
-
-def _can_be_one(jaxpr: Jaxpr) -> bool:
-    """Whether nothing in there calls a library or needs more than loops over small arrays."""
-    return all(map(_can_be_in_one, jaxpr.eqns))
-
-
-def _can_be_in_one(equation: JaxprEqn) -> bool:
-    name = equation.primitive.name
-    atoms = [*equation.outvars]
-    most = LARGEST_ARRAY
-    if name.startswith(SUMMED_UP):
-        atoms, most = [*equation.invars], LARGEST_SUM
-    large = name not in LOOPS and any(getattr(atom.aval, "size", 0) > most for atom in atoms)
-    if large or name.startswith(NEVER_IN_A_KERNEL):
-        return False
-    leaves = jax.tree.leaves(
-        list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
+def _batched(
+    leaves: Sequence[Array], axes: Sequence[int | None], *, kernel: _Kernel
+) -> tuple[list[Array], list[int]]:
+    size = next(
+        leaf.shape[axis] for leaf, axis in zip(leaves, axes, strict=True) if axis is not None
     )
-    jaxprs = [getattr(leaf, "jaxpr", leaf) for leaf in leaves if hasattr(leaf, "eqns")]
-    if name == "scan":  # what is cut out of its arguments is an array of its own
-        cut = jaxprs[0].invars[equation.params["num_consts"] :]
-        if any(atom.aval.size > LARGEST_ARRAY for atom in cut):
-            return False
-    return all(map(_can_be_one, jaxprs))
+    moved = [
+        leaf if axis is None else jnp.moveaxis(leaf, axis, 0)
+        for leaf, axis in zip(leaves, axes, strict=True)
+    ]
+    first = tuple(None if axis is None else 0 for axis in axes)
+    sizes = [leaf.size for leaf, axis in zip(moved, first, strict=True) if axis is not None]
+    widest = max(1, *(one // max(1, size) for one in sizes))
+    out = kernel_p.bind(*moved, kernel=kernel.over(size, first, widest))
+    return out, [0] * len(out)
+
+
+def _in_kernels(*leaves: Array, kernel: _Kernel) -> list[Array]:
+    return kernel.in_kernels(*leaves)
+
+
+def _at_once(*leaves: Array, kernel: _Kernel) -> list[Array]:
+    return kernel.at_once(*leaves)
+
+
+batching.primitive_batchers[kernel_p] = _batched
+mlir.register_lowering(kernel_p, mlir.lower_fun(_at_once, multiple_results=True))
+mlir.register_lowering(kernel_p, mlir.lower_fun(_in_kernels, multiple_results=True), "cpu")
 
 
 def _block(size: int, most: int) -> int:
@@ -242,7 +230,7 @@ def _in_blocks(
         leaf if axis is None else _cut(leaf, count, block)
         for leaf, axis in zip(leaves, axes, strict=True)
     ]
-    found = _marked(partial(_one_by_one, body, axes))(*cut)
+    found = as_one_kernel(partial(_one_by_one, body, axes))(*cut)
     return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in found]
 
 

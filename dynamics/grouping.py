@@ -20,7 +20,7 @@ from jax.extend.core import ClosedJaxpr, Literal
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jax.extend.core import Jaxpr, Primitive, Var
+    from jax.extend.core import Jaxpr, JaxprEqn, Primitive, Var
     from jax.typing import ArrayLike
     from jaxtyping import Array
 
@@ -38,6 +38,8 @@ FREE = (
     *("random_wrap", "random_unwrap"),
 )
 """Primitives that cost nothing where their result is used: repeated at will."""
+KERNEL = "stickslip_kernel"
+"""The name of the primitive that stands for a fused function (see stickslip.dynamics.fused)."""
 DISSOLVED = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
@@ -126,6 +128,8 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
         for equation in jaxpr.eqns:
             operands = [read(atom) for atom in equation.invars]
             called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
+            if equation.primitive.name == KERNEL:
+                called = opened(equation)
             if called is None:
                 results = [next(count) for _ in equation.outvars]
                 summed = equation.primitive.name.startswith(("reduce", "arg", "cum"))
@@ -143,6 +147,16 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
     inputs = [next(count) for _ in traced.jaxpr.invars]
     outputs = walk(traced.jaxpr, traced.consts, [_Value(number) for number in inputs])
     return _Program(steps, inputs, outputs)
+
+
+def opened(kernel: JaxprEqn) -> ClosedJaxpr:
+    """What a fused function within another one does."""
+    shapes = [_shape(atom.aval) for atom in kernel.invars]
+    return jax.make_jaxpr(kernel.params["kernel"].at_once)(*shapes)
+
+
+def _shape(aval: Any) -> jax.ShapeDtypeStruct:
+    return jax.ShapeDtypeStruct(aval.shape, aval.dtype, weak_type=aval.weak_type)
 
 
 def _pruned(program: _Program) -> _Program:
@@ -259,11 +273,7 @@ def _marked(leaf: Array) -> Array:
 def _inside(param: object) -> object:
     """A loop's parameter, with what it runs grouped, too."""
     if isinstance(param, ClosedJaxpr):
-        shapes = [
-            jax.ShapeDtypeStruct(aval.shape, aval.dtype, weak_type=aval.weak_type)
-            for aval in param.in_avals
-        ]
-        return jax.make_jaxpr(grouped(param))(*shapes)
+        return jax.make_jaxpr(grouped(param))(*map(_shape, param.in_avals))
     if isinstance(param, tuple) and any(isinstance(one, ClosedJaxpr) for one in param):
         return tuple(map(_inside, param))
     return param

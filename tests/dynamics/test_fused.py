@@ -1,6 +1,7 @@
 """A function as one kernel: the same numbers, whatever the batch, and really one kernel."""
 
 from functools import partial
+from itertools import product
 
 import jax
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ import pytest
 from stickslip.dynamics import fused as module
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.grouping import grouped
+from stickslip.dynamics.one_kernel import SWITCH
 
 
 def settle(power, start, pull, key):
@@ -133,6 +135,46 @@ def test_other_platforms_are_left_to_vmap():
     assert "xla_cpu_small_call" not in lowered.lower(lowering_platforms=("cuda",)).as_text()
 
 
+def test_a_fused_function_may_be_part_of_another():
+    inner = fused(lambda x, y: (jnp.sin(x) * y, jnp.cos(x)))
+
+    def outer(x, y):
+        def body(x):
+            a, b = inner(x, y)
+            return 0.5 * (a + b) + 1e-3
+
+        return jax.lax.while_loop(lambda x: jnp.abs(x) > 0.7, body, x + inner(y, x)[0])
+
+    x, y = jnp.linspace(1, 3, 150), jnp.float32(0.4)
+    found = jax.jit(jax.vmap(fused(outer), (0, None)))(x, y)
+    inner = inner.__wrapped__
+    np.testing.assert_allclose(found, jax.vmap(outer, (0, None))(x, y), rtol=1e-5, atol=1e-6)
+
+
+def test_what_is_traced_around_it_may_hide_in_it():
+    """Without a kernel then: it would be a number that its caller does not have yet."""
+
+    def around(x, hidden):
+        return jax.vmap(fused(lambda x: jnp.sin(x) * hidden))(x)
+
+    x = jnp.linspace(0, 1, 70)
+    np.testing.assert_allclose(jax.jit(around)(x, 3.0), 3 * np.sin(x), rtol=1e-6)
+    slopes = jax.grad(lambda hidden: around(x, hidden).sum())(3.0)
+    np.testing.assert_allclose(slopes, np.sin(x).sum(), rtol=1e-6)
+
+
+def test_the_switch_leaves_the_function_to_xla(monkeypatch):
+    monkeypatch.setenv(SWITCH, "off")
+    program = jax.jit(jax.vmap(partial(fused(settle, fixed=1), 2), (0, None, 0)))
+    assert "xla_cpu_small_call" not in program.lower(*arguments(9)).as_text()
+    for one, other in zip(
+        jax.tree.leaves(program(*arguments(9))),
+        jax.tree.leaves(batch_of(settle, 9)),
+        strict=True,
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+
+
 def test_blocks_hold_every_member_and_are_even():
     for size in range(1, 400):
         block = module._block(size, 64)
@@ -162,13 +204,15 @@ def test_groups_compute_the_same_and_repeat_little():
     assert text.count("inlineable") >= 1
 
 
-@pytest.mark.parametrize("width", [1, 32, 40, 64, 300])
-@pytest.mark.parametrize("depth", [3, 60])
-@pytest.mark.parametrize("size", [None, 64, 4096, 100_001])
+COSTLY = [
+    *product([1, 32, 40, 64, 300], [3, 60], [None, 64, 4096]),
+    (1, 60, 100_001),  # others as for the smaller batches
+]
+
+
+@pytest.mark.parametrize(("width", "depth", "size"), COSTLY)
 def test_functions_too_costly_for_one_loop_compile(width, depth, size):
     """XLA would go through a costly loop with several threads, which fails in a kernel."""
-    if size == 100_001 and (width, depth) != (1, 60):
-        pytest.skip("as for the smaller batches")
 
     def function(x, y):
         for _ in range(depth):

@@ -5,7 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.fused import AS_ONE_KERNEL, fused
+from stickslip.dynamics.fused import fused
+from stickslip.dynamics.one_kernel import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
 from stickslip.dynamics.ugv.equilibrium import _equilibrium
 from stickslip.dynamics.ugv.pose_solver import NEWTON
