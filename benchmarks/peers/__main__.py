@@ -9,7 +9,6 @@ the extra `bench`, Pinocchio with `peers`, the loop needs a C compiler.
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
@@ -28,7 +27,6 @@ ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks/results/peers.json"
 PROGRAMS: dict[str, tuple[Callable[[Case, bool], Iterator[Measured]], str]] = {
     ours.NAME: (ours.measure, "jax"),
-    ours.PLAIN: (ours.measure_plain, "jax"),
     mujoco_c.NAME: (mujoco_c.measure, "mujoco"),
     pinocchio_loops.NAME: (pinocchio_loops.measure, "pinocchio"),
     mjx_batches.NAME: (mjx_batches.measure, "mujoco.mjx"),
@@ -77,8 +75,6 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME")
     parser.add_argument("--figure", type=Path, default=ROOT / "docs/peers.png")
     given = parser.parse_args(arguments)
-    # before JAX starts its backend; see ours.py
-    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {ours.HOIST}".strip()
     jax.config.update("jax_enable_x64", True)
     absent = [name for name, (_, module) in PROGRAMS.items() if not installed(module)]
     absent += [] if c_loop.compiler() else [c_loop.NAME]

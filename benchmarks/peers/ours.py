@@ -1,21 +1,12 @@
-"""stickslip itself: `step` with tables for M, P, Y and event-split Runge-Kutta steps, compiled.
-
-Two ways of running it are measured. As it comes: one `vmap` over the batch. And as the CPU likes it
-best: XLA_FLAGS holds HOIST, which compiles a whole loop into one function instead of a hundred
-small kernels a step, and the batch is cut into blocks that fit the nearest cache (`lax.map` with
-`batch_size`). HOIST is read when JAX starts its backend, so the first way has its own process.
+"""stickslip itself: `step` with tables for M, P, Y and event-split Runge-Kutta steps, compiled, as
+it comes: one `vmap` over the batch, which XLA's CPU backend runs as one kernel a step.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -27,10 +18,7 @@ from benchmarks.timing import on_threads
 from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, Table, prepare, step
 
 NAME = "stickslip"
-PLAIN = "stickslip, plain"
-HOIST = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=1000000000"
 BATCH = 4096
-BLOCK = 64
 IN_A_ROW = 256
 """Walks that a call of batch 1 takes one after another, so that the call itself weighs nothing."""
 PER_SAMPLE = (1, 2, 3, 4, 6, 8, 9, 12, 16, 20, 24, 32, 48)
@@ -42,10 +30,10 @@ BATCHES = ((BATCH, 1), (BATCH // 2, 2))
 
 
 class Program:
-    """A whole walk, compiled once for every step size: `batch` of them by vmap, in blocks of
-    `block` where that is given; a batch of 1 is IN_A_ROW walks one after another."""
+    """A whole walk, compiled once for every step size: `batch` of them by vmap; a batch of 1 is
+    IN_A_ROW walks one after another."""
 
-    def __init__(self, case: Case, table: Table, dtype: Any, batch: int, block: int | None):
+    def __init__(self, case: Case, table: Table, dtype: Any, batch: int):
         begun = time.perf_counter()
         params = BipedParams.from_bars(dtype=dtype)
         model = jax.jit(partial(prepare, fidelity=table))(params)
@@ -63,11 +51,10 @@ class Program:
 
         def walks(torques, *size):
             one = partial(walk, dt=size[0], count=size[1])
-            at_once = None if batch == 1 else block or batch
-            return jax.lax.map(one, torques, batch_size=at_once)
+            return jax.lax.map(one, torques) if batch == 1 else jax.vmap(one)(torques)
 
         torques = np.full(IN_A_ROW, TORQUE)
-        if batch > 1:  # in no order: neighbours in a block do not switch together
+        if batch > 1:  # in no order: neighbours do not switch together
             torques = np.linspace(*SPREAD, batch)
             np.random.default_rng(0).shuffle(torques[1:-1])
         self.torques = jnp.asarray(torques, dtype)
@@ -89,46 +76,22 @@ class Program:
 def measure(case: Case, quick: bool) -> Iterator[Measured]:
     """One walk at every step size, then a batch on one call and on two threads of half of it."""
     for dtype, table in CONFIGURATIONS:
-        single = Program(case, table, dtype, 1, None)
+        single = Program(case, table, dtype, 1)
         for per_sample in PER_SAMPLE:
-            yield _measure(NAME, case, single, per_sample, quick)
+            yield _measure(case, single, per_sample, quick)
     for dtype, table in CONFIGURATIONS:
         for batch, threads in BATCHES[1:] if quick else BATCHES:
-            program = Program(case, table, dtype, batch, BLOCK)
+            program = Program(case, table, dtype, batch)
             for per_sample in IN_BATCHES:
-                yield _measure(NAME, case, program, per_sample, quick, threads)
-
-
-def measure_plain(case: Case, quick: bool) -> Iterator[Measured]:
-    """The default float32 table with XLA as it comes, in a process without HOIST."""
-    command = [sys.executable, "-m", "benchmarks.peers.ours", case.name, str(int(quick))]
-    flags = os.environ.get("XLA_FLAGS", "").replace(HOIST, "").strip()
-    done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=Path(__file__).parents[2],
-        env={**os.environ, "XLA_FLAGS": flags},
-    )
-    for line in done.stdout.splitlines():
-        yield Measured(**json.loads(line))
-
-
-def plain(case: Case, quick: bool) -> Iterator[Measured]:
-    """What `measure_plain` runs: one walk, and a batch by vmap alone."""
-    for batch, tried in ((1, PER_SAMPLE[:9]), (BATCH, (2, 4, 9))):
-        program = Program(case, Table(), np.float32, batch, None)
-        for per_sample in tried:
-            yield _measure(PLAIN, case, program, per_sample, quick)
+                yield _measure(case, program, per_sample, quick, threads)
 
 
 def _measure(
-    name: str, case: Case, program: Program, per_sample: int, quick: bool, threads: int = 1
+    case: Case, program: Program, per_sample: int, quick: bool, threads: int = 1
 ) -> Measured:
     table, length = program.table, 1e3 * DURATION / (SAMPLES * per_sample)
     return measured(
-        name,
+        NAME,
         case,
         f"{np.dtype(program.dtype).name}, table {table.pieces}x{table.degree}, {length:.3g} ms",
         partial(program.run, per_sample, threads),
@@ -143,12 +106,3 @@ def _measure(
 def _at_rest(dtype: Any) -> BipedState:
     values = {name: jnp.asarray(value, dtype) for name, value in vars(BipedState()).items()}
     return BipedState(**{**values, "steps": jnp.zeros((), jnp.int32)})
-
-
-if __name__ == "__main__":
-    from benchmarks.peers.cases import CASES
-
-    jax.config.update("jax_enable_x64", True)
-    wanted = next(case for case in CASES if case.name == sys.argv[1])
-    for row in plain(wanted, sys.argv[2] == "1"):
-        print(json.dumps(row.row()), flush=True)

@@ -12,7 +12,6 @@ from benchmarks.pictures import pyplot
 
 COLOURS = {
     "stickslip": "C0",
-    "stickslip, plain": "C9",
     "MuJoCo": "C1",
     "MJX": "C2",
     "Pinocchio": "C3",

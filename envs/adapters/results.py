@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,19 +29,19 @@ class Columns:
             if kind.kind != "f"
         ]
 
-    def one(self, row: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def one(self, row: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, float]]:
         """What Gymnasium's step returns, from one environment's row."""
         numbers = row.tolist()
         reward, terminated, truncated, _ = numbers[2 * self.width : 2 * self.width + 4]
         obs = row[: self.width].astype(np.float32)
         return obs, reward, terminated != 0, truncated != 0, self._info(numbers)
 
-    def info_of(self, row: np.ndarray) -> dict[str, Any]:
+    def info_of(self, row: np.ndarray) -> dict[str, float]:
         """Info of one environment, in Python's numbers."""
         return self._info(row.tolist())
 
-    def _info(self, numbers: list[float]) -> dict[str, Any]:
-        info: dict[str, Any] = dict(zip(self.entries, numbers[2 * self.width + 4 :], strict=True))
+    def _info(self, numbers: list[float]) -> dict[str, float]:
+        info: dict[str, float] = dict(zip(self.entries, numbers[2 * self.width + 4 :], strict=True))
         for name, kind in self._not_real:
             info[name] = kind(info[name])
         return info
@@ -78,6 +78,6 @@ class Results:
             for column, (name, kind) in zip(columns, self._columns.entries.items(), strict=True)
         }
 
-    def info_of(self, index: int) -> dict[str, Any]:
+    def info_of(self, index: int) -> dict[str, float]:
         """Info of one environment, in Python's numbers."""
         return self._columns.info_of(self._table[index])
