@@ -48,7 +48,10 @@ STARTS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize(
+    "name",
+    ["everything", *(pytest.param(n, marks=pytest.mark.long) for n in ("phase", "crank_rate"))],
+)
 def test_the_bipeds_start_is_bit_by_bit_that_of_parameters_with_it(name):
     options = STARTS[name]
     drawn = Randomisation(**{one: (value, value) for one, value in options.items()})

@@ -50,8 +50,17 @@ def promised(point: Measurement) -> float:
     return max(point.torque.promised, point.contact.promised)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, pytest.param(1e-8, marks=pytest.mark.long), 1e-10])
-@pytest.mark.parametrize("kind", ["function", "waves"])
+@pytest.mark.parametrize(
+    ("kind", "tolerance"),
+    [
+        ("waves", 1e-4),
+        ("function", 1e-10),
+        *(
+            pytest.param(*case, marks=pytest.mark.long)
+            for case in (("waves", 1e-8), ("waves", 1e-10), ("function", 1e-4), ("function", 1e-8))
+        ),
+    ],
+)
 def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     track = as_waves() if kind == "waves" else Track.from_function(three_sines, 0.0, 10.0)
     found = recommend(tolerance, 16384, track, checks=False)

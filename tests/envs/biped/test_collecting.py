@@ -85,7 +85,7 @@ def test_going_on_is_one_long_walk(few):
     np.testing.assert_allclose(rest.progress.obs, few.progress.obs, atol=2e-5)
 
 
-@pytest.mark.parametrize("cores", [1, 2, 3])
+@pytest.mark.parametrize("cores", [1, 2, pytest.param(3, marks=pytest.mark.long)])
 def test_cores_change_roundings_at_most(few, cores):
     again = collected(6, cores=cores)
     np.testing.assert_allclose(again.reward, few.reward, atol=2e-6)
