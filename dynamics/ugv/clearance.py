@@ -13,7 +13,7 @@ from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.params import UGVParams
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.pose import Pose
+    from stickslip.dynamics.ugv.placed import Pose
     from stickslip.dynamics.ugv.shapes import Points, Values
 
 

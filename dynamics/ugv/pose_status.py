@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv.wheel import Contact, penetration
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Int
 
-    from stickslip.dynamics.ugv.pose import Pose
+    from stickslip.dynamics.ugv.placed import Pose
     from stickslip.dynamics.ugv.shapes import Values
 
 
