@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
-from benchmarks.ugv.program import Way, answers, given
+from benchmarks.ugv.program import Way, given, program
 from stickslip.dynamics.ugv import Track, UGVParams
 
 WEIGHT, RADIUS = float(UGVParams().weight), float(UGVParams().wheel_radius)
@@ -26,7 +25,7 @@ def truth_of(track: Track, batch: int) -> Truth:
     """The default solver's answers in float64."""
     with jax.enable_x64(True):
         arguments = given(track, "float64", batch)
-        found = jax.jit(partial(answers, Way(block=1024)))(*arguments)
+        found = program(Way(), *arguments).call(*arguments)
         answer = {name: np.asarray(of) for name, of in found._asdict().items()}
         return Truth(np.asarray(arguments[1]), np.asarray(arguments[2]), answer)
 

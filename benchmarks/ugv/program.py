@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,12 +12,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.timing import seconds_of
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, balance, place
+from benchmarks.timing import Compiled, built, seconds_of, without_kernels
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, equilibrium
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+FRICTION = 0.8
 PATIENCE = 0.05
 """About how long a timed run takes [s]; it is repeated five times."""
 
@@ -40,13 +42,11 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True)
 class Way:
-    """How a batch is computed: the solver, and the poses that go through it at once.
-
-    block: 0 for the whole batch in one go; else lax.map over blocks of so many.
-    """
+    """How a batch is computed: by which solver, and whether in kernels (`dynamics/fused.py`) or as
+    XLA takes it."""
 
     solver: PoseSolver = field(default=PoseSolver())
-    block: int = 0
+    kernels: bool = True
 
 
 class Timing(NamedTuple):
@@ -72,9 +72,9 @@ def drawn(dtype: str, batch: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray
     return x.astype(np.float32).astype(dtype), angles.astype(np.float32).astype(dtype)
 
 
-def answer(solver: PoseSolver, track: Track, x, angles) -> Answer:
-    """Poses and equilibria of the default vehicle; any shape."""
-    held = balance(UGVParams(), place(UGVParams(), track, x, angles, solver), 0.8)
+def answers(solver: PoseSolver, track: Track, x, angles) -> Answer:
+    """What users call, of poses of the default vehicle, in any shape."""
+    held = equilibrium(UGVParams(), track, x, angles, FRICTION, solver=solver)
     placed = held.pose
     x_body, y_body = placed.body[..., 0], placed.body[..., 1]
     return Answer(
@@ -89,14 +89,10 @@ def answer(solver: PoseSolver, track: Track, x, angles) -> Answer:
     )
 
 
-def answers(way: Way, track: Track, x, angles) -> Answer:
-    """The same of a batch [B], block by block."""
-    function = partial(answer, way.solver, track)
-    if not 0 < way.block < x.shape[0]:
-        return function(x, angles)
-    blocks = (x.reshape(-1, way.block), angles.reshape(-1, way.block, 2))
-    found = jax.lax.map(lambda block: function(*block), blocks)
-    return jax.tree.map(lambda of: of.reshape(-1), found)
+def program(way: Way, track: Track, x, angles) -> Compiled:
+    """`answers` of batches like this one, compiled; of track, x and angles."""
+    with nullcontext() if way.kernels else without_kernels():
+        return built(partial(answers, way.solver), track, x, angles)
 
 
 def given(track: Track, dtype: str, batch: int, seed: int = 0) -> tuple:

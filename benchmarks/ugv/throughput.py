@@ -10,10 +10,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from benchmarks.timing import CORES, built, on_threads
+from benchmarks.timing import CORES, on_threads
 from benchmarks.ugv import plain, tracks
 from benchmarks.ugv.errors import Truth, errors_of, truth_of
-from benchmarks.ugv.program import Way, answers, given, timed
+from benchmarks.ugv.program import Way, given, program, timed
 from stickslip.dynamics.ugv import PoseSolver, Track
 
 BATCHES = (1, 1 << 10, 1 << 16, 1 << 20)
@@ -26,15 +26,14 @@ BARE = PoseSolver(samples=0)
 FIXED = PoseSolver(samples=0, iterations=3)
 
 WAYS = {
-    "default": (Way(), (BATCHES[0], BATCHES[2])),
-    "default, blocks of 1024": (Way(block=1024), BATCHES[2:3]),
+    "default": (Way(), BATCHES),
+    "default, no kernels": (Way(kernels=False), BATCHES[2:3]),
     "samples=0": (Way(BARE), BATCHES),
-    "samples=0, blocks of 1024": (Way(BARE, 1024), BATCHES[2:]),
+    "samples=0, no kernels": (Way(BARE, kernels=False), BATCHES[2:3]),
     "samples=0, 3 iterations": (Way(FIXED), BATCHES[2:3]),
-    "samples=0, 3 iterations, blocks of 1024": (Way(FIXED, 1024), BATCHES[3:]),
 }
 """What is measured, and with which batches."""
-QUICK = ("default", "samples=0, 3 iterations")
+QUICK = ("default", "default, no kernels")
 
 
 def grounds() -> dict[str, tuple[Track, Any]]:
@@ -99,7 +98,7 @@ def _ours(track: Track, truth: Truth, name: str, way: Way, dtype: str, batch: in
     with jax.enable_x64(dtype == "float64"):
         parts = CORES if batch > BATCHES[1] else 1
         arguments = given(track, dtype, batch // parts)
-        call = built(partial(answers, way), *arguments)
+        call = program(way, *arguments)
         run = partial(call.call, *arguments)
         both = run if parts == 1 else lambda: on_threads([run] * parts)
         seconds = timed(both, call.seconds)

@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 
 import jax
 
-from benchmarks.timing import Compiled, built
+from benchmarks.timing import Compiled
 from benchmarks.ugv import tracks
 from benchmarks.ugv.errors import errors_of, truth_of
-from benchmarks.ugv.program import Way, answers, given, timed
+from benchmarks.ugv.program import Way, given, program, timed
 from stickslip.dynamics.ugv import PoseSolver, Track
 
 BATCHES = (1, 1 << 14)
-BLOCK = 1024
 DENSITIES = (1, 2, 4, 8, 16, 32, 64)
 """Pieces a metre of the tables."""
 DENSE = 16
@@ -108,7 +107,7 @@ def _program(case: Case, density: int, batch: int, programs: dict[tuple, Compile
         shapes = tuple(leaf.shape for leaf in jax.tree.leaves(arguments[0]))
         key = (case.solver, case.dtype, batch, type(ground.shape), shapes)
         if key not in programs:
-            programs[key] = built(partial(answers, Way(case.solver, BLOCK)), *arguments)
+            programs[key] = program(Way(case.solver), *arguments)
         return partial(programs[key].call, *arguments), programs[key].seconds
 
 

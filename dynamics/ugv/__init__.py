@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.names import TRACKS
     from stickslip.dynamics.ugv.odometer import Odometer
     from stickslip.dynamics.ugv.params import UGVParams
-    from stickslip.dynamics.ugv.pose import Pose, place, pose
+    from stickslip.dynamics.ugv.placed import Pose
+    from stickslip.dynamics.ugv.pose import place, pose
     from stickslip.dynamics.ugv.pose_solver import PoseSolver
     from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
     from stickslip.dynamics.ugv.rolling import wheel_turns
@@ -45,7 +46,8 @@ else:
             "names": ("TRACKS",),
             "odometer": ("Odometer",),
             "params": ("UGVParams",),
-            "pose": ("Pose", "place", "pose"),
+            "placed": ("Pose",),
+            "pose": ("place", "pose"),
             "pose_solver": ("PoseSolver",),
             "recommendation": ("Recommendation", "recommend"),
             "rolling": ("wheel_turns",),

@@ -20,7 +20,7 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.equilibrium import Equilibrium, equilibrium
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose
+from stickslip.dynamics.ugv.placed import Pose
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed
 from stickslip.dynamics.ugv.settings import Setting
 from stickslip.dynamics.ugv.track import Track, track_of

@@ -13,7 +13,8 @@ from stickslip.dynamics.numeric import Lists, Number
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose, require_place, stand
+from stickslip.dynamics.ugv.placed import Pose
+from stickslip.dynamics.ugv.pose import require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
 from stickslip.dynamics.ugv.systems import SYSTEMS, solve_system
 from stickslip.dynamics.ugv.track import Track

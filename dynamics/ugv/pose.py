@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -12,80 +11,19 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.numeric import Lists, Number, float_type
-from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.near import Near
+from stickslip.dynamics.ugv.clearance import clearance
 from stickslip.dynamics.ugv.params import UGVParams, legs
-from stickslip.dynamics.ugv.pose_solver import (
-    NEWTON,
-    PoseSolver,
-    depth_allowed,
-    locate,
-    size_near,
-)
+from stickslip.dynamics.ugv.placed import Pose
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, locate
+from stickslip.dynamics.ugv.pose_status import status_of
 from stickslip.dynamics.ugv.track import Track, track_of
-from stickslip.dynamics.ugv.wheel import Contact, contact, cross, dot, penetration
+from stickslip.dynamics.ugv.wheel import contact, cross, dot
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int, Real
+    from jaxtyping import Array, Real
 
-    from stickslip.dynamics.ugv.shapes import Points, Values
-
-
-class Pose(NamedTuple):
-    """The half vehicle on the track; points [..., 2] [m], y up, x forwards.
-
-    In the world frame, or, out of `stand`, from `origin`, which keeps the digits of differences
-    far from x = 0 and y = 0; `in_world` adds it.
-    """
-
-    rear: Contact
-    front: Contact
-    wheelbase: Float[Array, "..."]
-    """R: between the wheel centres [m] (eq. 39)."""
-    pitch: Float[Array, "..."]
-    """Angle of the body above the horizontal, nose up positive [rad]."""
-    rear_hinge: Float[Array, "... 2"]
-    front_hinge: Float[Array, "... 2"]
-    body: Float[Array, "... 2"]
-    """Centre of mass of the body; of the legs below."""
-    rear_leg: Float[Array, "... 2"]
-    front_leg: Float[Array, "... 2"]
-    clearance: Float[Array, "..."]
-    """Least height above the ground [m], measured vertically at points of the body, a line from
-    hinge to hinge, and of the legs as far as they stand out of the wheels."""
-    status: Int[Array, "..."]
-    """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
-    origin: Float[Array, "... 2"]
-    """Where the points' frame has its origin in the world [m]: zero, or out of `stand` where the
-    front wheel touches."""
-
-    def potential_energy(self, params: UGVParams) -> Values:
-        """Of all five bodies above y = 0 [J]; far up, energy_above_origin keeps more digits."""
-        return self.energy_above_origin(params) + params.weight * self.origin[..., 1]
-
-    def energy_above_origin(self, params: UGVParams) -> Values:
-        """Potential energy of all five bodies above `origin` [J]."""
-        wheels = params.wheel_mass * (self.rear.centre[..., 1] + self.front.centre[..., 1])
-        legs = params.leg_mass * (self.rear_leg[..., 1] + self.front_leg[..., 1])
-        return (wheels + legs + params.body_mass * self.body[..., 1]) * params.gravity
-
-    def in_world(self) -> Pose:
-        """The same with every point in the world frame."""
-        by = self.origin
-
-        def moved(wheel: Contact) -> Contact:
-            return wheel._replace(
-                x=wheel.x + by[..., 0], point=wheel.point + by, centre=wheel.centre + by
-            )
-
-        points = ("rear_hinge", "front_hinge", "body", "rear_leg", "front_leg")
-        return self._replace(
-            rear=moved(self.rear),
-            front=moved(self.front),
-            origin=jnp.zeros_like(by),
-            **{name: getattr(self, name) + by for name in points},
-        )
+    from stickslip.dynamics.ugv.shapes import Points
 
 
 def pose(
@@ -211,7 +149,7 @@ def stand(
         origin=jnp.stack([x_front, sum(ground.anchor)], -1),
     )
     placed = placed._replace(clearance=clearance(params, ground, placed, solver.samples))
-    return placed._replace(status=_status(params, ground, placed, (gap, rate), solver))
+    return placed._replace(status=status_of(params, ground, placed, (gap, rate), solver))
 
 
 @partial(jax.jit, static_argnums=4)
@@ -235,78 +173,8 @@ def _placed(
     return place(params, track, x_front, leg_angles, solver)
 
 
-def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Values:
-    """Least height above the ground of the body and of what the wheels leave of the legs [m]."""
-    if samples == 0:
-        return jnp.full_like(placed.wheelbase, jnp.inf)
-    bare = jnp.maximum(1 - params.wheel_radius / params.leg_length, 0)
-    rear = placed.rear_hinge + bare * (placed.rear.centre - placed.rear_hinge)
-    front = placed.front_hinge + bare * (placed.front.centre - placed.front_hinge)
-    corners = [rear, placed.rear_hinge, placed.front_hinge, front]
-    return _least_height(samples, ground, [(a, b - a) for a, b in pairwise(corners)])
-
-
-@partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]) -> Values:
-    """Of `samples` points on each line (begin, way) above the ground [m].
-
-    One point after the other: for a batch their numbers stay in the nearest cache. Derivatives are
-    those of jnp.min, which divides them among points of the same height.
-    """
-
-    def look(place, least):
-        part = (place.astype(least.dtype) + 0.5) / samples
-        for begin, way in lines:
-            x, y = begin[..., 0] + part * way[..., 0], begin[..., 1] + part * way[..., 1]
-            least = jnp.minimum(least, y - ground.height(x))
-        return least
-
-    nothing = jnp.full_like(lines[0][0][..., 0], jnp.inf)
-    return jax.lax.fori_loop(0, samples, look, nothing)
-
-
-@_least_height.defjvp
-def _least_height_jvp(samples: int, primals, tangents):
-    def at_once(ground, lines):
-        least = None
-        for begin, way in lines:
-            (x, y), (along, up) = ((v[..., :1], v[..., 1:]) for v in (begin, way))
-            part = (jnp.arange(samples, dtype=x.dtype) + 0.5) / samples
-            lowest = jnp.min(y + part * up - ground.height(x + part * along), axis=-1)
-            least = lowest if least is None else jnp.minimum(least, lowest)
-        return least
-
-    return jax.jvp(at_once, primals, tangents)
-
-
 def turned(vector: Points, along: Points) -> Points:
     """The vector in the world, given in a frame whose x axis is the unit vector `along`."""
     x, y = vector[..., 0], vector[..., 1]
     cos, sin = along[..., 0], along[..., 1]
     return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
-
-
-def _status(
-    params: UGVParams, ground: Near, placed: Pose, missed: tuple[Values, Values], solver: PoseSolver
-) -> Int[Array, "..."]:
-    """The first of the pose's failures that applies."""
-    dtype = placed.wheelbase.dtype
-    eps = jnp.finfo(dtype).eps
-    r = params.wheel_radius
-    size = size_near(ground, placed.wheelbase, r)
-    gap, rate = missed
-    # At a sharp edge the last digit of x moves the wheel by far more than that.
-    accepted = solver.accepted_gap(dtype) * size * jnp.maximum(jnp.abs(rate), 1)
-    status = jnp.where(jnp.abs(gap) > accepted, Status.NOT_CONVERGED, Status.OK)
-    hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
-    if solver.samples:
-        depth = jnp.maximum(
-            penetration(ground, placed.rear, r, solver.samples),
-            penetration(ground, placed.front, r, solver.samples),
-        )
-        hollow |= depth > depth_allowed(size)
-    status = jnp.where(hollow & (status == 0), Status.HOLLOW_GROUND, status)
-    vanished = placed.wheelbase <= 16 * eps * params.body_length
-    status = jnp.where(vanished, Status.NO_SOLUTION, status)
-    numbers = placed.wheelbase + placed.pitch + placed.rear.x + sum(ground.anchor) + size
-    return jnp.where(jnp.isfinite(numbers), status, Status.NON_FINITE).astype(jnp.int32)

@@ -46,7 +46,9 @@ class PoseSolver:
     Newton step follows in any case. iterations: a fixed number of them instead, unrolled; faster
     for batches on ground that is known to be gentle.
     samples: points of each wheel, the body and each leg at which the ground is looked up for
-    HOLLOW_GROUND and the clearance; 0 leaves both out (clearance is then infinite).
+    HOLLOW_GROUND and the clearance; 0 leaves both out (clearance is then infinite). Under the
+    wheels it is looked up only where the ground's own numbers do not prove it gentler than the
+    wheel everywhere (see hollow.py), with the same status.
     candidates: intervals for "scan".
     """
 

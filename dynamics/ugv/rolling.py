@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.ugv.odometer import Odometer
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose
+from stickslip.dynamics.ugv.placed import Pose
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import Pose
+from stickslip.dynamics.ugv.placed import Pose
 from stickslip.dynamics.ugv.wheel import cross
 
 if TYPE_CHECKING:

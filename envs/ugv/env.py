@@ -21,19 +21,19 @@ from stickslip.dynamics.ugv.pose import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
+from stickslip.envs.ugv.info import info_of, work_between
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
 from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
-from stickslip.envs.ugv.state import Attitude, StepWork, UGVEnvState, UGVTotals
-from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate, step_cost
+from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.station import Station, station_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float
 
 T = TypeVar("T")
@@ -224,7 +224,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         cost = jnp.where(failed, state.cost, cost).astype(dtype)
         increase = cost - state.cost + jnp.where(failed, params.failure_penalty, 0.0)
         reward = -params.reward_scale * increase
-        work = _work(before, after, dtype)
+        work = work_between(before, after, dtype)
         done = elapsed >= params.steps
         state = UGVEnvState(
             station=after,
@@ -235,7 +235,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             drawn=state.drawn,
             totals=state.totals.after(reward, work),
         )
-        info = {"status": status, **work._asdict(), **_info(state, params)}
+        info = {"status": status, **work._asdict(), **info_of(state, params)}
         return (
             observe(self.measure, self.preview, state, params),
             state,
@@ -291,38 +291,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         station = station._replace(status=status)
         attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
-
-
-def _work(before: Station, after: Station, dtype: DTypeLike) -> StepWork:
-    """What is put in on the way from one station to the next."""
-    wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
-    return StepWork(
-        jnp.asarray(step_cost(wheels, before, after), dtype),
-        jnp.asarray(step_cost(total, before, after), dtype),
-    )
-
-
-def _info(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
-    """What info says of the state."""
-    at = state.station
-    return {
-        "x": at.x,
-        "rear_angle": at.leg_angles[0],
-        "front_angle": at.leg_angles[1],
-        "pitch": state.attitude.pitch,
-        "torque": at.torque,
-        "friction_force": at.F_front,
-        "N_rear": at.N_rear,
-        "N_front": at.N_front,
-        "grip": at.grip,
-        "clearance": at.clearance,
-        "episode_return": state.totals.reward,
-        "episode_length": state.elapsed,
-        "episode_cost": state.cost,
-        "episode_distance": at.x - params.start,
-        "episode_wheel_energy": state.totals.wheel_energy,
-        "episode_total_energy": state.totals.total_energy,
-    }
 
 
 def _double(tree: T) -> T:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.envs.ugv.draw import ground
-from stickslip.envs.ugv.params import penalty_for
+from stickslip.envs.ugv.penalty import penalty_for
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -27,7 +26,9 @@ from stickslip.dynamics.numeric import (
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.functional import defaults_of
+from stickslip.envs.ugv.covering import cast, covering, odometer_over
 from stickslip.envs.ugv.names import RANDOM_TRACKS
+from stickslip.envs.ugv.penalty import penalty_in
 from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along
 
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.optim.posture.criteria import Criterion
-
-T = TypeVar("T")
 
 
 @register_derived
@@ -96,7 +95,7 @@ class UGVEnvParams:
         penalty = self.given_penalty
         numbers = (self.vehicle, self.odometer, self.friction, self.start, self.end)
         if holds_numbers(*numbers):
-            settle(self, odometer=_covering(self.odometer, self.start, self.end))
+            settle(self, odometer=covering(self.odometer, self.start, self.end))
             if penalty is None:
                 penalty = self._ample_penalty()
         settle(self, failure_penalty=penalty)
@@ -156,8 +155,8 @@ class UGVEnvParams:
         track = changes.pop("track", None)
         if track is not None:
             start, end = (changes.get(name, getattr(self, name)) for name in ("start", "end"))
-            changes["odometer"] = _odometer(track, start, end, dtype)
-        return _cast(replace(self, **changes).validate(), dtype)
+            changes["odometer"] = odometer_over(track, start, end, dtype)
+        return cast(replace(self, **changes).validate(), dtype)
 
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
@@ -272,7 +271,7 @@ def make_params(
     dtype = float_kind(dtype, jnp.result_type(float))
     params = UGVEnvParams(
         vehicle=vehicle,
-        odometer=_odometer(track, first, last, dtype),
+        odometer=odometer_over(track, first, last, dtype),
         randomisation=drawn,
         spacing=(last - first) / (len(places) - 1),
         start=first,
@@ -281,64 +280,4 @@ def make_params(
         penalty_unit=criterion.unit,
         **numbers,
     )
-    return _cast(params.validate(), dtype)
-
-
-def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, length: Numeric):
-    """A penalty that makes failing cost more than any drive to the end, in the criterion's unit.
-
-    A wheel that does not slip has |F| <= mu N, both have the same F, and the normal forces add up
-    to about the weight W. So |M| < W r (mu <= 2), what the motors put in over the drive stays below
-    (1 + mu) W length, a margin of grip below (1 + mu) W, a demand below 1 + mu. The legs' work in
-    total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
-    torque's variation: W r built up and let go once a metre stands for it.
-    """
-    return penalty_in(criterion.unit, vehicle, friction, length)
-
-
-def penalty_in(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
-    """`penalty_for` a criterion with this unit."""
-    W, r = vehicle.weight, vehicle.wheel_radius
-    bounds = {
-        "J": (1 + friction) * W * length,
-        "N m": W * r,
-        "N^2 m": (W * r) ** 2 * length,
-        "N": (1 + friction) * W,
-        "-": 1 + friction,
-    }
-    if unit not in bounds:
-        raise ValueError(
-            f"failure_penalty = None with a criterion whose unit is {unit!r}; accepted: a number "
-            ">= 0 in that unit"
-        )
-    return bounds[unit]
-
-
-def _covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
-    """The odometer, or one that reaches from start to end where it does not, or may not."""
-    ends = (odometer.start, odometer.end, start, end)
-    if is_concrete(*ends):
-        first, last, start, end = map(np.asarray, ends)
-        slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
-        if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
-            return odometer
-    if any(np.ndim(given) for given in (odometer.start, start, end)):
-        raise ValueError(
-            "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
-        )
-    return _odometer(odometer.track, start, end, jnp.result_type(odometer.start))
-
-
-def _odometer(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:
-    """Over the track and the drive, whichever reaches farther; of the numbers as they are rounded,
-    so that it comes out the same from those of a file."""
-    track.require_resolved(dtype)
-    track, start, end = (_cast(tree, dtype) for tree in (track, start, end))
-    known = is_concrete(track, start, end)
-    least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
-    first, last = least(track.start, start), greatest(track.end, end)
-    return _cast(Odometer.along(track, first, last), dtype)
-
-
-def _cast(tree: T, dtype: DTypeLike) -> T:
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), tree)
+    return cast(params.validate(), dtype)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
 from stickslip.optim.posture.station import Station, station
 
@@ -52,8 +53,8 @@ class Posture:
         friction: Float[Array, "..."],
         angles: Float[Array, "... 2"],
     ) -> Station:
-        """Any stations on the problem's track."""
-        return station(self.params, self.track, self.odometer, x, angles, friction, self.solver)
+        """Any stations on the problem's track, in one kernel of a processor (see `over_poses`)."""
+        return over_poses(_station, (self.solver,), self.params, self.odometer, x, angles, friction)
 
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
         """The stations of the waypoints, [K]."""
@@ -114,6 +115,17 @@ class Posture:
         if self.leg_rate is None:
             return margins
         return margins | {"leg_rate": self.rate_margins(angles)}
+
+
+def _station(
+    solver: PoseSolver,
+    params: UGVParams,
+    odometer: Odometer,
+    x: Float[Array, "..."],
+    angles: Float[Array, "... 2"],
+    friction: Float[Array, "..."],
+) -> Station:
+    return station(params, odometer.track, odometer, x, angles, friction, solver)
 
 
 @jax.jit
