@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 REST, FORWARDS, BACKWARDS = range(3)
 """Sheets of a floor on which the foot slips."""
 SLIDES = {"grip": (), "uniform": ("rest", "forwards", "backwards"), "smoothed": ("any velocity",)}
-CELLS = {"rest": (144, 160), "slide": (48, 56)}
+CELLS = {"rest": (144, 160), "slide": (36, 40)}
 """Of phase and crank rate."""
 SPEEDS = (0.0, 0.01, 0.03, 0.07, 0.15, 0.3, 0.6)
 """Nodes of the foot's speed while it slides [m/s]."""
@@ -97,9 +97,9 @@ class BipedStates:
             return Grid((Sheet("rest", plane("rest")),))
         if self.floor == "smoothed":
             both = (*(-one for one in reversed(SPEEDS[1:])), *SPEEDS)
-            velocity = Axis("foot_velocity", both, unit="m/s")
+            velocity = Axis("foot_velocity", np.asarray(both), unit="m/s")
             return Grid((Sheet("any velocity", (*plane("slide"), velocity)),))
-        speed = Axis("foot_speed", SPEEDS, unit="m/s")
+        speed = Axis("foot_speed", np.asarray(SPEEDS), unit="m/s")
         slide = (*plane("slide"), speed)
         return Grid(
             (Sheet("rest", plane("rest")), Sheet("forwards", slide), Sheet("backwards", slide))

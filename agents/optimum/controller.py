@@ -33,9 +33,9 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
     values: Float[Array, " nodes"]
     actions: Float[Array, "count act"]
     outside: float | Float[Array, ""]
+    grid: Grid
     env: FunctionalEnv[State, Params] = field(metadata={"static": True})
     states: StateMap[State, Params] = field(metadata={"static": True})
-    grid: Grid = field(metadata={"static": True})
     ahead: Ahead = field(default_factory=Ahead)
 
     def validate(self) -> ValuePolicy[State, Params]:
@@ -43,6 +43,7 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         require_kind("ahead", self.ahead, Ahead, "an Ahead")
         self.ahead.validate()
         require_kind("grid", self.grid, Grid, "a Grid")
+        self.grid.validate()
         names = tuple(tuple(axis.name for axis in sheet.axes) for sheet in self.grid.sheets)
         if names != self.states.axes:
             raise ValueError(f"grid has the axes {names}; accepted: {self.states.axes}")
@@ -61,7 +62,7 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
 
     def process(self, env_params: Params) -> EnvProcess[State, Params]:
         """What is searched."""
-        return EnvProcess(env_params, self.actions, self.env, self.states, self.grid)
+        return EnvProcess(env_params, self.actions, self.grid, self.env, self.states)
 
     def act(
         self, memory: None, obs: Float[Array, " obs"], env_state: State, env_params: Params

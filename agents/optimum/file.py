@@ -118,7 +118,7 @@ def _policy(
     values, actions = (jnp.asarray(arrays.pop(name)) for name in ("values", "actions"))
     ahead = Ahead(numbers["depth"], numbers["beam"])
     grid = _with_nodes(usual, arrays)
-    policy = ValuePolicy(values, actions, numbers["outside"], env, states, grid, ahead)
+    policy = ValuePolicy(values, actions, numbers["outside"], grid, env, states, ahead)
     return policy.validate(), params
 
 
@@ -137,8 +137,6 @@ def _with_nodes(grid: Grid, arrays: Mapping[str, np.ndarray]) -> Grid:
 
     def other(axis: Axis) -> Axis:
         nodes = arrays[next(named)]
-        if nodes.ndim != 1:
-            raise RefusedError(f"the nodes of {axis.name} have shape {nodes.shape}")
-        return Axis(axis.name, tuple(nodes.tolist()), axis.periodic, axis.unit)
+        return Axis(axis.name, nodes, axis.periodic, axis.unit)
 
     return Grid(tuple(Sheet(one.name, tuple(map(other, one.axes))) for one in grid.sheets))

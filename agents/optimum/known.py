@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.evaluation.rollout import horizon
 from stickslip.agents.evaluation.run import seeds_of
-from stickslip.agents.optimum.replay import Replay, expected_from, replay
+from stickslip.agents.optimum.replay import Replay, replay, values_at
 from stickslip.agents.protocol import Params, State
 from stickslip.dynamics.checks import require_number
 
@@ -115,7 +115,7 @@ def known(
     played = replay(policy, params, seeds)
     before = None
     if coarser is not None:
-        found = expected_from(coarser.policy, played.start, params)
+        found = values_at(coarser.policy, played.start, params)
         before = float(np.mean(np.asarray(found)))
     return Known(
         earned=played.earned,

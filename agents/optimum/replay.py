@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
+from stickslip.agents.evaluation.run import require_room
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval
 from stickslip.agents.protocol import Params, State
@@ -17,32 +18,30 @@ from stickslip.agents.protocol import Params, State
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, PRNGKeyArray
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.statistics import Interval
     from stickslip.agents.optimum.controller import ValuePolicy
-    from stickslip.agents.optimum.state_map import StateMap
-    from stickslip.agents.protocol import Player
-    from stickslip.optim.dynamic_programming.grid import Grid
+    from stickslip.agents.protocol import Controller
 
 
-class Replay(NamedTuple):
+class Replay(NamedTuple, Generic[State]):
     """Episodes under a controller, beside a value function; every entry [episodes]."""
 
-    reward: np.ndarray
+    reward: Array | np.ndarray
     """What the episode earned."""
-    terminated: np.ndarray
+    terminated: Array | np.ndarray
     """Whether it ended otherwise than by the time limit."""
-    expected: np.ndarray
+    expected: Array | np.ndarray
     """What the grid says of the episode's start."""
-    off_grid: np.ndarray
+    off_grid: Array | np.ndarray
     """Share of the episode's states that the grid does not cover."""
-    low: np.ndarray
-    """Least coordinates on each sheet [episodes, sheets, rank]; infinite where it never was."""
-    high: np.ndarray
-    """Greatest ones."""
-    start: object
+    sheet: Array | np.ndarray
+    """That each state is on [episodes, steps]; -1 after the episode's end."""
+    coordinates: Array | np.ndarray
+    """Of each state [episodes, steps, rank], see Place."""
+    start: State
     """The states that the episodes begin in."""
 
     @property
@@ -55,67 +54,62 @@ class Replay(NamedTuple):
         """Share of episodes that ended before their time."""
         return fraction_interval(self.terminated)
 
+    def extent(self, sheet: int) -> tuple[np.ndarray, np.ndarray] | None:
+        """Least and greatest coordinates [rank] of the states on a sheet; None without any."""
+        on = np.asarray(self.coordinates)[np.asarray(self.sheet) == sheet]
+        return (on.min(0), on.max(0)) if len(on) else None
+
 
 def replay(
     policy: ValuePolicy[State, Params],
     params: Params,
     seeds: Sequence[int],
-    player: Player[State, Params] | None = None,
-) -> Replay:
-    """The seeds' episodes under the policy, or under another player beside its value function."""
+    player: Controller[Any, State, Params] | None = None,
+) -> Replay[State]:
+    """The seeds' episodes under the policy, or under another controller beside its values."""
     player = policy if player is None else player
-    kept = play(policy.env, player, params, seeds, _Keep(policy.states, policy.grid))
-    expected = expected_from(policy, kept.start, params)
-    return Replay(
-        reward=np.asarray(kept.reward),
-        terminated=np.asarray(kept.terminated),
-        expected=np.asarray(expected),
-        off_grid=np.asarray(kept.off_grid),
-        low=np.asarray(kept.low),
-        high=np.asarray(kept.high),
-        start=kept.start,
-    )
-
-
-def expected_from(
-    policy: ValuePolicy[State, Params], starts: object, params: Params
-) -> Float[Array, " episodes"]:
-    """What the grid says of states [episodes] of the policy's environment."""
-    return _expected(policy, jax.tree.map(jnp.asarray, starts), params)
+    count = horizon(params)
+    require_room(len(seeds), count)
+    keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
+    return jax.tree.map(np.asarray, _replay(count, player.validate(), policy, params, keys))
 
 
 @jax.jit
-def _expected(policy: ValuePolicy[State, Params], starts: State, params: Params) -> Array:
-    return jax.vmap(lambda start: policy.value(start, params))(starts)
+def values_at(
+    policy: ValuePolicy[State, Params], states: State, params: Params
+) -> Float[Array, " n"]:
+    """What the grid says of states [n] of the policy's environment."""
+    return jax.vmap(lambda state: policy.value(state, params))(states)
 
 
-class _Kept(NamedTuple):
-    """See Replay."""
+@partial(jax.jit, static_argnums=0)
+def _replay(
+    count: int,
+    player: Controller[Any, State, Params],
+    policy: ValuePolicy[State, Params],
+    params: Params,
+    keys: PRNGKeyArray,
+) -> Replay[State]:
+    def one(key: PRNGKeyArray) -> Replay[State]:
+        return _kept(policy, rollout(policy.env, player, params, key, count), params)
 
-    reward: Array | np.ndarray
-    terminated: Array | np.ndarray
-    off_grid: Array | np.ndarray
-    low: Array | np.ndarray
-    high: Array | np.ndarray
-    start: object
+    return jax.vmap(one)(keys)
 
 
-@dataclass(frozen=True)
-class _Keep(Generic[State, Params]):
-    """What is kept of an episode; static."""
-
-    states: StateMap[State, Params]
-    grid: Grid
-
-    def __call__(self, played: Rollout[State], params: Params) -> _Kept:
-        standard = keep_of(played, params)
-        places = jax.vmap(lambda state: self.states.place(self.grid, state))(played.state)
-        off = jax.vmap(lambda place: self.grid.cell(place).outside)(places)
-        real = jnp.arange(len(played.reward)) < played.length
-        on = real[:, None] & (places.sheet[:, None] == jnp.arange(len(self.grid.sheets)))
-        on, at = on[..., None], places.coordinates[:, None, :]
-        low = jnp.min(jnp.where(on, at, jnp.inf), 0)
-        high = jnp.max(jnp.where(on, at, -jnp.inf), 0)
-        share = jnp.sum(off & real) / played.length
-        start = played.start_state
-        return _Kept(standard.reward, standard.terminated, share, low, high, start)
+def _kept(
+    policy: ValuePolicy[State, Params], played: Rollout[State], params: Params
+) -> Replay[State]:
+    """What is kept of an episode."""
+    standard = keep_of(played, params)
+    places = jax.vmap(policy.process(params).place)(played.state)
+    off = jax.vmap(lambda place: policy.grid.cell(place).outside)(places)
+    real = jnp.arange(len(played.reward)) < played.length
+    return Replay(
+        reward=standard.reward,
+        terminated=standard.terminated,
+        expected=policy.value(played.start_state, params),
+        off_grid=jnp.sum(off & real) / played.length,
+        sheet=jnp.where(real, places.sheet, -1),
+        coordinates=places.coordinates,
+        start=played.start_state,
+    )

@@ -18,13 +18,21 @@ from stickslip.agents.optimum.state_map import EnvProcess, StateMap
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.registry import machine_of_env
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.optim.dynamic_programming.grid import Grid
 from stickslip.optim.dynamic_programming.lookahead import Ahead
-from stickslip.optim.dynamic_programming.sweeps import Values, average_reward, finite_horizon
+from stickslip.optim.dynamic_programming.sweeps import (
+    Values,
+    average_reward,
+    finite_horizon,
+    greedy,
+)
 from stickslip.optim.dynamic_programming.transitions import Counts, transitions
 
 if TYPE_CHECKING:
+    from jaxtyping import Array, Int
+
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.optim.dynamic_programming.grid import Cell, Grid
+    from stickslip.optim.dynamic_programming.grid import Cell
 
 OBJECTIVES = ("episode", "average")
 RESTARTS = 256
@@ -44,6 +52,8 @@ class Solution(Generic[State, Params]):
     params: Params
     values: Values
     objective: str
+    chosen: Int[Array, " nodes"]
+    """Number of the action that is best at each node, one step ahead."""
     counts: Counts
     """Of the transitions."""
     seconds: float
@@ -83,17 +93,19 @@ def solve(
     require_kind("ahead", ahead, (Ahead, type(None)), "an Ahead or None")
     states = machine_of_env(env).state_map(env, params) if states is None else states
     grid = states.grid(params, fineness) if grid is None else grid
+    require_kind("grid", grid, Grid, "a Grid")
+    grid.validate()
     start = env.reset(episode_key(0), params)[1]
     kind = jax.eval_shape(lambda one: states.place(grid, one).coordinates, start).dtype
-    process = EnvProcess(params, even_actions(actions, kind), env, states, grid)
+    process = EnvProcess(params, even_actions(actions, kind), grid, env, states)
     outside = states.leaving(params)
     steps = horizon(params) if steps is None else require_integer("steps", steps)
     before, report = None, None
     if checkpoint is not None:
         path = Path(checkpoint)
         # The sweeps of an episode are those of a longer one, too: `steps` is no part of this.
-        what = version("stickslip"), repr((env, states, grid)), objective, outside
-        definition = digest_of(*what, params, process.actions)
+        what = version("stickslip"), repr((env, states)), objective, outside
+        definition = digest_of(*what, params, grid, process.actions)
         before, report = kept_values(path, definition, grid.size), keeper(path, definition)
     table = transitions(process, outside, progress=progress)
     how = {"start": before, "report": report, "progress": progress}
@@ -103,13 +115,17 @@ def solve(
                 f"{checkpoint} holds {before.sweeps} sweeps; accepted: at most steps = {steps}"
             )
         values = finite_horizon(table, steps, **how)
+        again = None
     else:
-        values = average_reward(table, _restarts(process, params), **how)
+        again = _restarts(process, params)
+        values = average_reward(table, again, **how)
+    chosen = greedy(table, values.value, again)[1]
     policy = ValuePolicy(
-        values.value, process.actions, outside, env, states, grid, ahead or Ahead()
+        values.value, process.actions, outside, grid, env, states, ahead or Ahead()
     )
     seconds = time.perf_counter() - began
-    return Solution(policy.validate(), params, values, objective, table.counts, seconds)
+    policy.validate()
+    return Solution(policy, params, values, objective, chosen, table.counts, seconds)
 
 
 def _restarts(process: EnvProcess[State, Params], params: Params) -> Cell:

@@ -59,9 +59,9 @@ class EnvProcess(Generic[State, Params]):
 
     params: Params
     actions: Float[Array, "count act"]
+    grid: Grid
     env: FunctionalEnv[State, Params] = field(metadata={"static": True})
     states: StateMap[State, Params] = field(metadata={"static": True})
-    grid: Grid = field(metadata={"static": True})
 
     def state(self, place: Place) -> State:
         """See Process."""

@@ -8,15 +8,21 @@ rest and sliding, across which values jump.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_number, shown
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_integer,
+    require_kind,
+    require_number,
+    shown,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,26 +35,32 @@ MOST_RANK = 6
 """Coordinates of a sheet; a cell of it has 2^6 corners."""
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Axis:
-    """Nodes along one coordinate, ascending.
+    """Nodes along one coordinate, ascending. Other nodes compile nothing, another count does.
 
     periodic: the coordinate wraps, and the last node is the first one again. unit: for people.
     """
 
-    name: str
-    nodes: tuple[float, ...]
-    periodic: bool = False
-    unit: str = "-"
+    name: str = field(metadata={"static": True})
+    nodes: np.ndarray | Float[Array, " nodes"]
+    periodic: bool = field(default=False, metadata={"static": True})
+    unit: str = field(default="-", metadata={"static": True})
 
-    def __post_init__(self):
+    def validate(self) -> Axis:
+        """Return self, or raise ValueError naming the axis and what is wrong with it."""
         require_kind("name", self.name, str, "a name")
         require_kind("periodic", self.periodic, bool, "True or False")
-        require_kind("nodes", self.nodes, tuple, "a tuple of numbers")
         accepted = "finite numbers in ascending order, at least two"
         require_number(f"nodes of {self.name}", self.nodes, accepted=accepted)
-        if len(self.nodes) < 2 or np.any(np.diff(np.asarray(self.nodes, float)) <= 0):
+        if np.ndim(self.nodes) != 1 or np.size(self.nodes) < 2:
+            raise ValueError(
+                f"nodes of {self.name} have shape {np.shape(self.nodes)}; accepted: {accepted}"
+            )
+        if is_concrete(self.nodes) and np.any(np.diff(np.asarray(self.nodes, float)) <= 0):
             raise ValueError(f"nodes of {self.name} = {shown(self.nodes)}; accepted: {accepted}")
+        return self
 
     @classmethod
     def even(
@@ -63,23 +75,18 @@ class Axis:
     ) -> Axis:
         """So many cells of one width."""
         require_integer(f"cells of {name}", cells, high=10**7)
-        return cls(name, tuple(np.linspace(low, high, cells + 1).tolist()), periodic, unit)
+        return cls(name, np.linspace(low, high, cells + 1), periodic, unit).validate()
 
     @property
-    def low(self) -> float:
-        """The first node."""
-        return self.nodes[0]
-
-    @property
-    def high(self) -> float:
-        """The last node."""
-        return self.nodes[-1]
+    def count(self) -> int:
+        """Nodes."""
+        return np.size(self.nodes)
 
     def finer(self) -> Axis:
         """The same with a node in the middle of every cell."""
         nodes = np.asarray(self.nodes)
         both = np.stack([nodes[:-1], (nodes[:-1] + nodes[1:]) / 2], 1).ravel()
-        return Axis(self.name, (*both.tolist(), self.high), self.periodic, self.unit)
+        return Axis(self.name, np.append(both, nodes[-1]), self.periodic, self.unit)
 
     def cell(
         self, at: Float[Array, ""]
@@ -89,7 +96,7 @@ class Axis:
         nodes = jnp.asarray(self.nodes, at.dtype)
         if self.periodic:
             at = nodes[0] + jnp.mod(at - nodes[0], nodes[-1] - nodes[0])
-        index = jnp.clip(jnp.searchsorted(nodes, at, side="right") - 1, 0, len(self.nodes) - 2)
+        index = jnp.clip(jnp.searchsorted(nodes, at, side="right") - 1, 0, self.count - 2)
         share = (at - nodes[index]) / (nodes[index + 1] - nodes[index])
         inside = (share >= -SLACK) & (share <= 1 + SLACK)
         share = jnp.where(inside, jnp.clip(share, 0.0, 1.0), jnp.where(share > 1, 1.0, 0.0))
@@ -114,25 +121,29 @@ class Place(NamedTuple):
     coordinates: Float[Array, " rank"]
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Sheet:
     """A box of coordinates with nodes along each axis."""
 
-    name: str
+    name: str = field(metadata={"static": True})
     axes: tuple[Axis, ...]
 
-    def __post_init__(self):
+    def validate(self) -> Sheet:
+        """Return self, or raise ValueError naming the sheet or the axis."""
         require_kind("name", self.name, str, "a name")
-        require_kind("axes", self.axes, tuple, "a tuple of Axis")
+        require_kind(f"axes of {self.name}", self.axes, tuple, "a tuple of Axis")
         for axis in self.axes:
             require_kind(f"axes of {self.name}", axis, Axis, "a tuple of Axis")
+            axis.validate()
         if not 1 <= len(self.axes) <= MOST_RANK:
             raise ValueError(f"{len(self.axes)} axes of {self.name}; accepted: 1 to {MOST_RANK}")
+        return self
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Nodes along each axis."""
-        return tuple(len(axis.nodes) for axis in self.axes)
+        return tuple(axis.count for axis in self.axes)
 
     @property
     def size(self) -> int:
@@ -150,34 +161,40 @@ class Sheet:
 
     def coordinates(self) -> np.ndarray:
         """Of every node [size, axes]."""
-        along = np.meshgrid(*(axis.nodes for axis in self.axes), indexing="ij")
+        along = np.meshgrid(*(np.asarray(axis.nodes) for axis in self.axes), indexing="ij")
         return np.stack([one.ravel() for one in along], 1)
 
 
+@jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Grid:
     """Sheets, whose nodes are numbered one after the other."""
 
     sheets: tuple[Sheet, ...]
 
-    def __post_init__(self):
-        require_kind("sheets", self.sheets, tuple, "a tuple of Sheet, at least one")
+    def validate(self) -> Grid:
+        """Return self, or raise ValueError naming the sheet or the axis."""
+        accepted = "a tuple of Sheet, at least one"
+        require_kind("sheets", self.sheets, tuple, accepted)
         for sheet in self.sheets or (None,):
-            require_kind("sheets", sheet, Sheet, "a tuple of Sheet, at least one")
+            require_kind("sheets", sheet, Sheet, accepted)
+        for sheet in self.sheets:
+            sheet.validate()
         if self.size >= 2**31:
             raise ValueError(f"a grid of {self.size:.3g} nodes; accepted: fewer than 2^31")
+        return self
 
     @property
     def rank(self) -> int:
         """Axes of the sheet that has most."""
         return max(len(sheet.axes) for sheet in self.sheets)
 
-    @cached_property
+    @property
     def size(self) -> int:
         """Nodes of all sheets."""
         return sum(sheet.size for sheet in self.sheets)
 
-    @cached_property
+    @property
     def offsets(self) -> tuple[int, ...]:
         """Number of each sheet's first node."""
         sizes = [sheet.size for sheet in self.sheets]

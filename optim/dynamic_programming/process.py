@@ -25,7 +25,7 @@ class Process(Protocol[State]):
 
     @property
     def grid(self) -> Grid:
-        """The nodes; static."""
+        """The nodes."""
         ...
 
     @property

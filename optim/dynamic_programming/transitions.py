@@ -46,7 +46,7 @@ class Transitions:
     base: Int[Array, "blocks block actions"]
     share: Float[Array, "blocks block actions rank"]
     reward: Float[Array, "blocks block actions"]
-    grid: Grid = field(metadata={"static": True})
+    grid: Grid
     counts: Counts = field(metadata={"static": True})
 
 
@@ -57,7 +57,7 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
     ValueError where the grid is too large for the memory limit, before anything of it exists.
     """
     require_number("outside", outside, accepted="a finite value")
-    grid, count = process.grid, len(process.actions)
+    grid, count = process.grid.validate(), len(process.actions)
     kind = jnp.result_type(process.actions)
     require_room(grid, count, kind.itemsize)
     block = max(1, min(grid.size, AT_ONCE // count))
