@@ -61,6 +61,12 @@ def save_value_policy(
     and for an environment of no machine.
     """
     policy.validate()
+    usual = _axes(policy.states.grid(params))
+    wraps = {name: axis.periodic for name, axis in _axes(policy.grid).items()}
+    if wraps != {name: axis.periodic for name, axis in usual.items()}:
+        raise ValueError(
+            f"axes are periodic as {wraps}; accepted: as in the usual grid of the task"
+        )
     numbers = int(policy.ahead.depth), policy.ahead.beam, float(policy.outside)
     own = {"format": FORMAT, "version": VERSION, **dict(zip(RULES, numbers, strict=True))}
     own |= describe_environment(policy.env, params)

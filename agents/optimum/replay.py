@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.evaluation.run import require_room
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval
-from stickslip.agents.protocol import Params, State
+from stickslip.agents.protocol import Params, Planner, State
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.statistics import Interval
     from stickslip.agents.optimum.controller import ValuePolicy
-    from stickslip.agents.protocol import Controller
+    from stickslip.agents.protocol import Player
 
 
 class Replay(NamedTuple, Generic[State]):
@@ -64,9 +64,12 @@ def replay(
     policy: ValuePolicy[State, Params],
     params: Params,
     seeds: Sequence[int],
-    player: Controller[Any, State, Params] | None = None,
+    player: Player[State, Params] | None = None,
 ) -> Replay[State]:
-    """The seeds' episodes under the policy, or under another controller beside its values."""
+    """The seeds' episodes under the policy, or under another controller beside its values.
+
+    ValueError for a planner, which needs a plan for each episode.
+    """
     player = policy if player is None else player
     count = horizon(params)
     require_room(len(seeds), count)
@@ -85,11 +88,16 @@ def values_at(
 @partial(jax.jit, static_argnums=0)
 def _replay(
     count: int,
-    player: Controller[Any, State, Params],
+    player: Player[State, Params],
     policy: ValuePolicy[State, Params],
     params: Params,
     keys: PRNGKeyArray,
 ) -> Replay[State]:
+    if isinstance(player, Planner):
+        raise ValueError(
+            f"player is a {type(player).__name__}, which plans; accepted: a controller"
+        )
+
     def one(key: PRNGKeyArray) -> Replay[State]:
         return _kept(policy, rollout(policy.env, player, params, key, count), params)
 
