@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.training.trained import Trained
 
@@ -175,6 +176,16 @@ class Machine(ABC, Generic[Env, Params, Config]):
     @abstractmethod
     def baseline(self, name: str, env: Env) -> AnyPlayer:
         """A baseline for an environment. ValueError for an unknown name."""
+
+    def state_map(self, env: Env, params: Params) -> StateMap[Any, Params]:
+        """The coordinates that later rewards of a task depend on, for `stickslip.agents.optimum`.
+
+        ValueError where they are too many, or nobody has said which they are.
+        """
+        raise ValueError(
+            f"nobody has said which coordinates the state of {type(env).__name__} has; accepted: "
+            "an environment whose machine says so, or states= of your own"
+        )
 
     # Evaluation.
 

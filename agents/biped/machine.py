@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.evaluate import Episodes
+    from stickslip.agents.biped.state_map import BipedStates
     from stickslip.agents.biped.task import BipedTask
     from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
@@ -143,6 +144,12 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.controllers import controller_by_name
 
         return controller_by_name(name)
+
+    def state_map(self, env: BipedEnv, params: BipedEnvParams) -> BipedStates:
+        """See Machine."""
+        from stickslip.agents.biped.state_map import BipedStates
+
+        return BipedStates.of(env, params)
 
     def measures(self, env: BipedEnv) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
         """See Machine."""

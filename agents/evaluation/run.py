@@ -101,7 +101,7 @@ def evaluate_in(
 
 
 def seeds_of(
-    episodes: int, seeds: Sequence[int] | None, **given: Mapping[str, Any]
+    episodes: int, seeds: Sequence[int] | None, **given: Mapping[str, object]
 ) -> tuple[int, ...]:
     """The seeds of an evaluation, by default 0, 1, ..., episodes - 1.
 

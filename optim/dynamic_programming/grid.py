@@ -1,0 +1,269 @@
+"""Grids over few coordinates, sheet by sheet, and multilinear interpolation in them.
+
+A sheet is a box of coordinates with nodes along each axis. A system that changes its kind has a
+sheet for each: a foot at rest needs no axis for its velocity, and nothing is interpolated between
+rest and sliding, across which values jump.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_integer,
+    require_kind,
+    require_number,
+    shown,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from jaxtyping import Array, Bool, Float, Int
+
+SLACK = 1e-3
+"""Share of an outermost cell by which rounding may leave the grid."""
+MOST_RANK = 6
+"""Coordinates of a sheet; a cell of it has 2^6 corners."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Axis:
+    """Nodes along one coordinate, ascending. Other nodes compile nothing, another count does.
+
+    periodic: the coordinate wraps, and the last node is the first one again. unit: for people.
+    """
+
+    name: str = field(metadata={"static": True})
+    nodes: np.ndarray | Float[Array, " nodes"]
+    periodic: bool = field(default=False, metadata={"static": True})
+    unit: str = field(default="-", metadata={"static": True})
+
+    def validate(self) -> Axis:
+        """Return self, or raise ValueError naming the axis and what is wrong with it."""
+        require_kind("name", self.name, str, "a name")
+        require_kind("periodic", self.periodic, bool, "True or False")
+        accepted = "finite numbers in ascending order, at least two"
+        require_number(f"nodes of {self.name}", self.nodes, accepted=accepted)
+        if np.ndim(self.nodes) != 1 or np.size(self.nodes) < 2:
+            raise ValueError(
+                f"nodes of {self.name} have shape {np.shape(self.nodes)}; accepted: {accepted}"
+            )
+        if is_concrete(self.nodes) and np.any(np.diff(np.asarray(self.nodes, float)) <= 0):
+            raise ValueError(f"nodes of {self.name} = {shown(self.nodes)}; accepted: {accepted}")
+        return self
+
+    @classmethod
+    def even(
+        cls,
+        name: str,
+        low: float,
+        high: float,
+        cells: int,
+        *,
+        periodic: bool = False,
+        unit: str = "-",
+    ) -> Axis:
+        """So many cells of one width."""
+        require_integer(f"cells of {name}", cells, high=10**7)
+        return cls(name, np.linspace(low, high, cells + 1), periodic, unit).validate()
+
+    @property
+    def count(self) -> int:
+        """Nodes."""
+        return np.size(self.nodes)
+
+    def finer(self) -> Axis:
+        """The same with a node in the middle of every cell."""
+        nodes = np.asarray(self.nodes)
+        both = np.stack([nodes[:-1], (nodes[:-1] + nodes[1:]) / 2], 1).ravel()
+        return Axis(self.name, np.append(both, nodes[-1]), self.periodic, self.unit)
+
+    def cell(
+        self, at: Float[Array, ""]
+    ) -> tuple[Int[Array, ""], Float[Array, ""], Bool[Array, ""]]:
+        """The cell's first node, the share of the cell before `at`, and whether that is outside;
+        there the nearest end stands for it. NaN is outside."""
+        nodes = jnp.asarray(self.nodes, at.dtype)
+        if self.periodic:
+            at = nodes[0] + jnp.mod(at - nodes[0], nodes[-1] - nodes[0])
+        index = jnp.clip(jnp.searchsorted(nodes, at, side="right") - 1, 0, self.count - 2)
+        share = (at - nodes[index]) / (nodes[index + 1] - nodes[index])
+        inside = (share >= -SLACK) & (share <= 1 + SLACK)
+        share = jnp.where(inside, jnp.clip(share, 0.0, 1.0), jnp.where(share > 1, 1.0, 0.0))
+        return index.astype(jnp.int32), share, ~inside
+
+
+class Cell(NamedTuple):
+    """Where a state lies in a grid."""
+
+    base: Int[Array, ""]
+    """Number of the corner from which all axes ascend."""
+    share: Float[Array, " rank"]
+    """Of the cell along each axis, in [0, 1]; 0 along axes that the sheet has not."""
+    outside: Bool[Array, ""]
+    """Whether the grid does not cover it; the cell is then the nearest one."""
+
+
+class Place(NamedTuple):
+    """A state's sheet and its coordinates there, filled up with zeros to the grid's rank."""
+
+    sheet: Int[Array, ""]
+    coordinates: Float[Array, " rank"]
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Sheet:
+    """A box of coordinates with nodes along each axis."""
+
+    name: str = field(metadata={"static": True})
+    axes: tuple[Axis, ...]
+
+    def validate(self) -> Sheet:
+        """Return self, or raise ValueError naming the sheet or the axis."""
+        require_kind("name", self.name, str, "a name")
+        require_kind(f"axes of {self.name}", self.axes, tuple, "a tuple of Axis")
+        for axis in self.axes:
+            require_kind(f"axes of {self.name}", axis, Axis, "a tuple of Axis")
+            axis.validate()
+        if not 1 <= len(self.axes) <= MOST_RANK:
+            raise ValueError(f"{len(self.axes)} axes of {self.name}; accepted: 1 to {MOST_RANK}")
+        return self
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Nodes along each axis."""
+        return tuple(axis.count for axis in self.axes)
+
+    @property
+    def size(self) -> int:
+        """Nodes."""
+        return math.prod(self.shape)
+
+    @property
+    def strides(self) -> tuple[int, ...]:
+        """Numbers of nodes from one to the next along each axis; the last axis runs fastest."""
+        return tuple(math.prod(self.shape[at + 1 :]) for at in range(len(self.axes)))
+
+    def finer(self) -> Sheet:
+        """The same with a node in the middle of every cell of every axis."""
+        return Sheet(self.name, tuple(axis.finer() for axis in self.axes))
+
+    def coordinates(self) -> np.ndarray:
+        """Of every node [size, axes]."""
+        along = np.meshgrid(*(np.asarray(axis.nodes) for axis in self.axes), indexing="ij")
+        return np.stack([one.ravel() for one in along], 1)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Grid:
+    """Sheets, whose nodes are numbered one after the other."""
+
+    sheets: tuple[Sheet, ...]
+
+    def validate(self) -> Grid:
+        """Return self, or raise ValueError naming the sheet or the axis."""
+        accepted = "a tuple of Sheet, at least one"
+        require_kind("sheets", self.sheets, tuple, accepted)
+        for sheet in self.sheets or (None,):
+            require_kind("sheets", sheet, Sheet, accepted)
+        for sheet in self.sheets:
+            sheet.validate()
+        if self.size >= 2**31:
+            raise ValueError(f"a grid of {self.size:.3g} nodes; accepted: fewer than 2^31")
+        return self
+
+    @property
+    def rank(self) -> int:
+        """Axes of the sheet that has most."""
+        return max(len(sheet.axes) for sheet in self.sheets)
+
+    @property
+    def size(self) -> int:
+        """Nodes of all sheets."""
+        return sum(sheet.size for sheet in self.sheets)
+
+    @property
+    def offsets(self) -> tuple[int, ...]:
+        """Number of each sheet's first node."""
+        sizes = [sheet.size for sheet in self.sheets]
+        return tuple(sum(sizes[:at]) for at in range(len(sizes)))
+
+    def in_words(self) -> str:
+        """Its sheets and their nodes."""
+        parts = [f"{one.name} {' x '.join(map(str, one.shape))}" for one in self.sheets]
+        return f"{', '.join(parts)}: {self.size:,} nodes"
+
+    def finer(self) -> Grid:
+        """Every cell of every sheet cut in half along each axis."""
+        return Grid(tuple(sheet.finer() for sheet in self.sheets))
+
+    def place(self, sheet: Int[Array, ""] | int, *coordinates: Float[Array, ""]) -> Place:
+        """A place of coordinates of one type, filled up."""
+        kind = coordinates[0].dtype
+        rest = [jnp.zeros((), kind)] * (self.rank - len(coordinates))
+        return Place(jnp.asarray(sheet, jnp.int32), jnp.stack([*coordinates, *rest]))
+
+    def cell(self, place: Place) -> Cell:
+        """The cell of a place. A sheet that the grid has not is outside."""
+        found = [self._cell_on(index, place) for index in range(len(self.sheets))]
+        base, share, outside = found[0]
+        for index, other in enumerate(found[1:], 1):
+            here = place.sheet == index
+            base = jnp.where(here, other.base, base)
+            share = jnp.where(here, other.share, share)
+            outside = jnp.where(here, other.outside, outside)
+        unknown = (place.sheet < 0) | (place.sheet >= len(self.sheets))
+        return Cell(base, share, outside | unknown)
+
+    def read(self, values: Float[Array, " nodes"], cell: Cell) -> Float[Array, ""]:
+        """The values' multilinear interpolation in a cell."""
+        total = jnp.zeros((), values.dtype)
+        for step, weight in self.corners(cell.base, cell.share):
+            total = total + weight * values[cell.base + step]
+        return total
+
+    def corners(
+        self, base: Int[Array, "*n"], share: Float[Array, "*n rank"]
+    ) -> Iterable[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
+        """Of the cells: how far each corner's number is from the base's, and its weight."""
+        bounds = jnp.asarray(self.offsets, jnp.int32)
+        sheet = jnp.sum(base[..., None] >= bounds[1:], -1) if len(self.sheets) > 1 else None
+        for corner in product((0, 1), repeat=self.rank):
+            table = self._steps(corner)
+            step = table[0] if sheet is None else jnp.asarray(table, jnp.int32)[sheet]
+            weight = jnp.ones(share.shape[:-1], share.dtype)
+            for axis, up in enumerate(corner):
+                weight = weight * (share[..., axis] if up else 1 - share[..., axis])
+            yield jnp.asarray(step, jnp.int32), weight
+
+    def _steps(self, corner: tuple[int, ...]) -> list[int]:
+        """For each sheet; a corner along an axis that a sheet has not is the one before it."""
+        return [
+            sum(up * stride for up, stride in zip(corner, sheet.strides, strict=False))
+            for sheet in self.sheets
+        ]
+
+    def _cell_on(self, index: int, place: Place) -> Cell:
+        sheet = self.sheets[index]
+        base = jnp.asarray(self.offsets[index], jnp.int32)
+        outside = jnp.zeros((), bool)
+        shares = []
+        for at, (axis, stride) in enumerate(zip(sheet.axes, sheet.strides, strict=True)):
+            node, share, beyond = axis.cell(place.coordinates[at])
+            base = base + stride * node
+            outside = outside | beyond
+            shares.append(share)
+        rest = [jnp.zeros((), place.coordinates.dtype)] * (self.rank - len(shares))
+        return Cell(base, jnp.stack([*shares, *rest]), outside)

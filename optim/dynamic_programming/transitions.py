@@ -1,0 +1,120 @@
+"""Where every action leads from every node, computed once with the process's own step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_memory, require_number
+from stickslip.optim.dynamic_programming.grid import Grid, Place
+from stickslip.optim.progress import Bar
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.optim.dynamic_programming.process import Process, State
+
+AT_ONCE = 2**15
+"""Steps that are computed together."""
+WORKING = 3
+"""Times the memory of all transitions that is needed while they are put together and swept."""
+STOPS = -1
+"""In place of a cell where a transition leads nowhere: the process has ended, or left the grid."""
+
+
+class Counts(NamedTuple):
+    """Of all transitions: how many end the process, and how many of the others leave the grid."""
+
+    ended: int
+    outside: int
+    all: int
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Transitions:
+    """Of every node under every action, in blocks of nodes; the last block is filled up.
+
+    base, share: the cell that is reached, see Cell; base is STOPS where nothing follows.
+    reward: of the step; where it leaves the grid, with what leaving is worth.
+    """
+
+    base: Int[Array, "blocks block actions"]
+    share: Float[Array, "blocks block actions rank"]
+    reward: Float[Array, "blocks block actions"]
+    grid: Grid
+    counts: Counts = field(metadata={"static": True})
+
+
+def transitions(process: Process[State], outside: float, *, progress: bool = False) -> Transitions:
+    """All of them. outside: what leaving the grid is worth, to be set so low that no policy wants
+    it: what is not covered is not guessed.
+
+    ValueError where the grid is too large for the memory limit, before anything of it exists.
+    """
+    require_number("outside", outside, accepted="a finite value")
+    grid, count = process.grid.validate(), len(process.actions)
+    kind = jnp.result_type(process.actions)
+    require_room(grid, count, kind.itemsize)
+    block = max(1, min(grid.size, AT_ONCE // count))
+    padded = -(-grid.size // block) * block
+    base = np.empty((padded, count), np.int32)
+    share = np.empty((padded, count, grid.rank), kind)
+    reward = np.empty((padded, count), kind)
+    ended = left = done = 0
+    with Bar("transitions", grid.size, "node", progress, large=True) as bar:
+        for index, sheet in enumerate(grid.sheets):
+            nodes = sheet.coordinates().astype(kind)
+            nodes = np.pad(nodes, ((0, 0), (0, grid.rank - nodes.shape[1])))
+            for first in range(0, len(nodes), block):
+                part = nodes[first : first + block]
+                filled = np.concatenate([part, np.repeat(part[-1:], block - len(part), 0)])
+                found = _from_nodes(process, index, filled, outside)
+                here = slice(done, done + len(part))
+                base[here], share[here], reward[here] = (
+                    np.asarray(one)[: len(part)] for one in found[:3]
+                )
+                ended += int(np.sum(np.asarray(found[3])[: len(part)]))
+                left += int(np.sum(np.asarray(found[4])[: len(part)]))
+                done += len(part)
+                bar.advance(len(part))
+    base[done:], share[done:], reward[done:] = STOPS, 0, 0
+    blocks = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
+    counts = Counts(ended, left, grid.size * count)
+    return Transitions(next(blocks), next(blocks), next(blocks), grid, counts)
+
+
+def require_room(grid: Grid, actions: int, itemsize: int = 4) -> None:
+    """ValueError where the transitions of a grid would not fit into memory."""
+    each = 4 + (1 + grid.rank) * itemsize
+    require_memory(
+        f"a grid of {grid.in_words()} with {actions} actions",
+        "transitions",
+        float(grid.size) * actions,
+        WORKING * each,
+    )
+
+
+@jax.jit
+def _from_nodes(
+    process: Process[State], sheet: int, nodes: Float[Array, "n rank"], outside: float
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Base, share, reward, ended and left of nodes [n] under all actions, each [n, actions]."""
+
+    def one(node: Float[Array, " rank"], action: Float[Array, " act"]):
+        at = Place(jnp.asarray(sheet, jnp.int32), node)
+        after, reward, ended = process.step(process.state(at), action)
+        cell = process.grid.cell(process.place(after))
+        left = cell.outside & ~ended
+        reward = reward + jnp.where(left, jnp.asarray(outside, reward.dtype), 0)
+        base = jnp.where(ended | left, STOPS, cell.base)
+        return base, cell.share, reward, ended, left
+
+    count = len(process.actions)
+    each = jnp.repeat(nodes, count, 0), jnp.tile(process.actions, (len(nodes), 1))
+    found = jax.vmap(one)(*each)
+    return jax.tree.map(lambda leaf: leaf.reshape(len(nodes), count, *leaf.shape[1:]), found)

@@ -1,0 +1,127 @@
+"""From an environment that the package does not know to what is known of its optimum."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.optimum import known, solve
+from stickslip.agents.optimum.replay import replay, values_at
+from tests.agents.mass import MassParams, Pull
+from tests.agents.optimum.masses import ENV, PARAMS, MassStates
+
+STATES = MassStates()
+
+
+@pytest.fixture(scope="module")
+def solution():
+    return solve(ENV, PARAMS, states=STATES, actions=21)
+
+
+@pytest.fixture(scope="module")
+def found(solution):
+    coarser = solve(ENV, PARAMS, states=STATES, actions=21, fineness=0.5)
+    return known(solution, coarser=coarser, episodes=12)
+
+
+def by_hand(policy, params, seed: int) -> float:
+    """What an episode earns, step by step through the public step."""
+    key = jax.random.split(jax.random.key(seed))[1]
+    env = replace(ENV, autoreset="disabled")
+    obs, state = env.reset(key, params)
+    total, over = 0.0, False
+    while not over:
+        action = policy.act(None, obs, state, params)[1]
+        obs, state, reward, ended, late, _ = env.step(key, state, action, params)
+        total, over = total + float(reward), bool(ended | late)
+    return total
+
+
+def test_the_lower_bound_is_what_the_policy_earns_step_by_step(solution, found):
+    rewards = np.asarray(found.replay.reward)
+    assert found.lower_bound == pytest.approx(rewards.mean())
+    policy = jax.jit(solution.policy.search)
+
+    class Stepped:
+        def act(self, memory, obs, state, params):
+            return memory, policy(state, params).action
+
+    assert by_hand(Stepped(), PARAMS, 3) == pytest.approx(rewards[3], abs=1e-4)
+
+
+def test_nobody_else_earns_as_much_and_the_grid_says_so(solution, found):
+    pulled = replay(solution.policy, PARAMS, range(12), Pull())
+    assert found.lower_bound > np.mean(pulled.reward) + 1
+    assert found.holds
+    assert abs(found.estimate - found.lower_bound) < 0.02 * found.upper_bound
+    assert 0 < found.refinement < 1
+    assert found.lower_bound < found.upper_bound == 30.0
+    words = found.in_words()
+    assert words.startswith("proved: ")
+    assert f"at least {found.lower_bound:.3f}" in words
+    assert "estimated: " in words
+
+
+def test_a_value_that_its_policy_does_not_earn_is_not_known(solution, found):
+    boast = replace(solution.policy, values=solution.policy.values + 5)
+    told = known(replace(solution, policy=boast), episodes=12)
+    assert told.lower_bound == pytest.approx(found.lower_bound)
+    assert not told.holds
+    assert "not known: the grid says" in told.in_words()
+    assert "estimated" not in told.in_words()
+
+
+def test_states_that_the_grid_does_not_cover_are_reported(solution):
+    narrow = solve(ENV, PARAMS, states=MassStates(low=0.0), actions=5, fineness=0.5)
+    told = known(narrow, episodes=12)
+    starts = np.asarray(told.replay.start.place)
+    assert np.any(starts < 0)
+    assert told.off_grid > 0
+    assert not told.holds
+    assert "lie off the grid" in told.in_words()
+    low, high = told.replay.extent(0)
+    assert low[0] < 0 < high[0]
+
+
+def test_the_average_reward_lies_in_bounds_that_refining_sweeps_narrow():
+    long = MassParams(time_limit=60.0)
+    found = solve(ENV, long, states=STATES, actions=21, fineness=0.5, objective="average")
+    assert found.values.low <= found.values.high <= 1.0
+    assert found.values.high - found.values.low < 1e-4
+    earned = np.mean(replay(found.policy, long, range(4)).reward) / 600
+    assert earned <= found.values.high + 0.02
+    with pytest.raises(ValueError, match="objective 'average'"):
+        known(found)
+
+
+def test_values_are_read_at_any_states(solution):
+    state = ENV.reset(jax.random.key(0), PARAMS)[1]
+    states = jax.tree.map(lambda leaf: jnp.stack([leaf, leaf]), state)
+    found = values_at(solution.policy, states, PARAMS)
+    assert found.shape == (2,)
+    assert found[0] == found[1] == solution.policy.value(state, PARAMS)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"actions": 1}, "actions = 1"),
+        ({"objective": "episodes"}, "did you mean episode"),
+        ({"steps": 0}, "steps = 0"),
+        ({"fineness": 0.0}, "cells of place"),
+        ({"grid": 3}, "grid = 3"),
+        ({"ahead": 3}, "ahead = 3"),
+        ({"states": None}, "env is a MassEnv"),
+    ],
+)
+def test_bad_settings_are_refused_by_name(given, words):
+    with pytest.raises(ValueError, match=words):
+        solve(ENV, PARAMS, **({"states": STATES} | given))
+
+
+def test_a_grid_that_memory_does_not_hold_is_refused_at_once(monkeypatch):
+    monkeypatch.setenv("STICKSLIP_MEMORY_LIMIT", "1e6")
+    with pytest.raises(ValueError, match="2,009 nodes with 41 actions"):
+        solve(ENV, PARAMS, states=STATES)

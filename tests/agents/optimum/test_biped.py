@@ -1,0 +1,142 @@
+"""Dynamic programming on the biped's own step."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import ComputedTorque
+from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
+from stickslip.agents.biped.task import from_anywhere
+from stickslip.agents.optimum import known, load_value_policy, replay, save_value_policy, solve
+from stickslip.dynamics import Scene
+from stickslip.envs import BipedEnv
+from stickslip.envs.biped.params import Randomisation
+from stickslip.optim.dynamic_programming import Ahead, Grid, Sheet
+
+ENV = BipedEnv(autoreset="disabled")
+
+
+def coarse(params, cells: int = 12) -> Grid:
+    """The usual grid with few nodes."""
+    usual = BipedStates.of(ENV, params).grid(params)
+    sheets = []
+    for sheet in usual.sheets:
+        axes = [
+            replace(one, nodes=np.linspace(one.nodes[0], one.nodes[-1], cells + 1))
+            for one in sheet.axes[:2]
+        ]
+        rest = [replace(one, nodes=one.nodes[::3]) for one in sheet.axes[2:]]
+        sheets.append(Sheet(sheet.name, (*axes, *rest)))
+    return Grid(tuple(sheets))
+
+
+@pytest.fixture(scope="module")
+def holding():
+    """A floor that holds, episodes of 0.4 s: what compiles and computes quickly."""
+    params = from_anywhere(ENV.make_params(scene=Scene.named("grip"), time_limit=0.4))
+    return solve(ENV, params, grid=coarse(params, 24), actions=9, ahead=Ahead(2, 3))
+
+
+@pytest.mark.parametrize("floor", ["slippery", "grip", Scene.smoothed(0.06)])
+def test_places_and_states_are_each_others_inverses(floor):
+    params = ENV.make_params(scene=floor)
+    states = BipedStates.of(ENV, params)
+    grid = states.grid(params)
+    for sheet in range(len(grid.sheets)):
+        speeds = (0.05, -0.05) if len(grid.sheets[sheet].axes) == 3 and sheet == 0 else (0.05,)
+        for speed in speeds:
+            given = (2.0, 3.5, speed)[: len(grid.sheets[sheet].axes)]
+            place = grid.place(sheet, *map(jnp.float32, given))
+            state = states.state(params, place)
+            again = states.place(grid, state)
+            assert int(again.sheet) == sheet
+            np.testing.assert_array_equal(again.coordinates, place.coordinates)
+            assert not grid.cell(again).outside
+
+
+def test_rest_and_slides_either_way_have_a_sheet_each():
+    params = ENV.default_params
+    states = BipedStates.of(ENV, params)
+    grid = states.grid(params)
+    for sheet, sign in ((REST, 0), (FORWARDS, 1), (BACKWARDS, -1)):
+        place = grid.place(sheet, *map(jnp.float32, (2.0, 3.0, 0.0)))
+        velocity = float(states.state(params, place).biped.foot_velocity)
+        assert np.sign(velocity) == sign
+        assert abs(velocity) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scene": "ice-patch"}, "floor = Patches; accepted: a floor that is the same everywhere"),
+        ({"randomisation": Randomisation(mass=(0.9, 1.1))}, "mass is drawn"),
+        ({"randomisation": Randomisation(friction=(0.9, 1.1))}, "friction is drawn"),
+        ({"commanded_rate": jnp.ones(3)}, "commanded_rate has shape"),
+    ],
+)
+def test_tasks_whose_rewards_depend_on_more_are_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        solve(ENV, ENV.make_params(**changes))
+
+
+def test_the_policy_earns_what_the_grid_says_on_a_floor_that_holds(holding):
+    found = known(holding, episodes=6, tolerance=0.15)
+    assert found.holds
+    assert found.upper_bound == pytest.approx(0.4)
+    assert found.lower_bound <= found.upper_bound
+    assert found.off_grid == 0
+
+
+def test_the_policy_comes_back_from_its_file(holding, tmp_path):
+    path = save_value_policy(holding.policy, holding.params, tmp_path / "p.npz", {"by": "dp"})
+    policy, params = load_value_policy(path)
+    assert jax.tree.structure(policy) == jax.tree.structure(holding.policy)
+    for one, other in zip(
+        jax.tree.leaves((policy, params)),
+        jax.tree.leaves((holding.policy, holding.params)),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, other)
+    with pytest.raises(ValueError, match="exists"):
+        save_value_policy(holding.policy, holding.params, path)
+    with pytest.raises(ValueError, match="metadata names beam"):
+        save_value_policy(holding.policy, holding.params, tmp_path / "q.npz", {"beam": 1})
+    sheet = holding.policy.grid.sheets[0]
+    straight = Grid((Sheet("rest", (replace(sheet.axes[0], periodic=False), sheet.axes[1])),))
+    with pytest.raises(ValueError, match="periodic"):
+        save_value_policy(replace(holding.policy, grid=straight), holding.params, path)
+    whole = path.read_bytes()
+    for raw in (whole[:-20], b"", whole[:200] + bytes(80) + whole[280:]):
+        path.write_bytes(raw)
+        with pytest.raises(ValueError, match=r"p\.npz: .*accepted: a \.npz written by"):
+            load_value_policy(path)
+
+
+def test_a_policy_whose_parts_do_not_fit_is_refused(holding):
+    policy = holding.policy
+    bad = {
+        "values": policy.values[1:],
+        "actions": 2 * policy.actions,
+        "grid": Grid(()),
+        "ahead": Ahead(0),
+        "outside": float("nan"),
+    }
+    for name, value in bad.items():
+        with pytest.raises(ValueError, match=name if name not in ("grid", "ahead") else "accepted"):
+            replace(policy, **{name: value}).validate()
+
+
+@pytest.mark.long
+def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
+    scene = Scene.uniform(0.06, 0.05)
+    params = from_anywhere(ENV.make_params(commanded_rate=6.0, scene=scene))
+    solution = solve(ENV, params, fineness=0.6, actions=31, ahead=Ahead(4, 4))
+    found = known(solution, episodes=48)
+    others = replay(solution.policy, params, range(48), ComputedTorque())
+    assert found.falls.value == 0
+    assert others.falls.value > 0.05
+    assert found.lower_bound > 8.6
+    assert found.holds

@@ -1,0 +1,87 @@
+"""Looking ahead with the process's own step."""
+
+from itertools import product
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.optim.dynamic_programming import Ahead, finite_horizon, look_ahead, transitions
+from tests.optim.dynamic_programming.processes import Balance
+
+OUTSIDE = -9.0
+
+
+def solved(cells: int):
+    process = Balance.of(cells)
+    return process, finite_horizon(transitions(process, OUTSIDE), 60).value
+
+
+def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:
+    """The best of all sequences of actions, one by one, and with which actions such begin."""
+    nodes = np.asarray(process.grid.sheets[0].axes[0].nodes)
+    found = {}
+    for sequence in product(np.asarray(process.actions)[:, 0], repeat=depth):
+        at, earned = x, 0.0
+        for action in sequence:
+            at = 1.5 * at + action / 4
+            if abs(at) > 1:
+                earned -= 9
+                break
+            earned += 1 + at
+        else:
+            earned += np.interp(at, nodes, values)
+        found[sequence[0]] = max(earned, found.get(sequence[0], -np.inf))
+    best = max(found.values())
+    return best, {first for first, worth in found.items() if worth > best - 1e-4}
+
+
+@pytest.mark.parametrize("depth", [1, 2, 4])
+def test_a_beam_that_keeps_every_way_finds_the_best_of_all(depth):
+    process, values = solved(6)
+    look = jax.jit(lambda x: look_ahead(process, values, x, OUTSIDE, Ahead(depth, 5**3)))
+    for x in np.random.default_rng(1).uniform(-0.7, 0.7, 20):
+        found = look(jnp.asarray(x, jnp.float32))
+        best, first = by_hand(process, values, float(np.float32(x)), depth)
+        assert float(found.value) == pytest.approx(best, abs=1e-4)
+        assert min(abs(float(found.action[0]) - one) for one in first) < 1e-6
+
+
+def balanced(process, values, ahead: Ahead, starts) -> np.ndarray:
+    """Steps until the pole falls, at most 60."""
+
+    def one(x):
+        def body(carry, _):
+            x, up = carry
+            found = look_ahead(process, values, x, OUTSIDE, ahead)
+            after, _, fell = process.step(x, found.action)
+            return (jnp.where(up, after, x), up & ~fell), up & ~fell
+
+        return jnp.sum(jax.lax.scan(body, (x, jnp.asarray(True)), None, length=60)[1])
+
+    return np.asarray(jax.jit(jax.vmap(one))(jnp.asarray(starts, jnp.float32)))
+
+
+def test_looking_ahead_finds_the_way_that_the_cells_hide():
+    process, values = solved(8)  # cells of 1/4; no way back from 0.5 on
+    starts = np.linspace(-0.49, 0.49, 50)
+    assert np.any(balanced(process, values, Ahead(1, 8), starts) < 60)
+    assert np.all(balanced(process, values, Ahead(6, 8), starts) == 60)
+
+
+def test_a_way_off_the_grid_is_said_to_be_one():
+    process, values = solved(6)
+    narrow = Balance.of(6)
+    axis = narrow.grid.sheets[0].axes[0]
+    small = jax.tree.map(lambda nodes: nodes * 0.01, narrow.grid)
+    process = Balance(narrow.actions, small)
+    found = look_ahead(process, values, jnp.asarray(0.4), OUTSIDE, Ahead())
+    assert axis.count == 7
+    assert found.outside
+
+
+@pytest.mark.parametrize("given", [{"depth": 0}, {"depth": 1.5}, {"beam": 0}, {"beam": True}])
+def test_what_is_no_search_is_refused(given):
+    with pytest.raises(ValueError, match=next(iter(given))):
+        Ahead(**given).validate()

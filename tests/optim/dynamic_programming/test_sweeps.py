@@ -1,0 +1,107 @@
+"""Value iteration against optima that are known."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.optim.dynamic_programming import (
+    Axis,
+    Grid,
+    Sheet,
+    average_reward,
+    finite_horizon,
+    greedy,
+    transitions,
+)
+from tests.optim.dynamic_programming.processes import Balance, Chain, Cycle, DoubleIntegrator
+
+
+def test_a_chain_has_the_values_counted_by_hand(dtype):
+    table = transitions(Chain.of(dtype), -50.0)
+    found = finite_horizon(table, 4)
+    # From the place 5 - n the prize is n moves away; place 5 itself is where one step more ends it.
+    assert found.value.dtype == dtype
+    assert found.value.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
+    longer = finite_horizon(table, 5)
+    assert longer.value.tolist()[0] == 2 - 5 * 0.125
+    assert table.counts.ended == 3  # from 4 rightwards, from 5 without moving and rightwards
+    assert table.counts.outside == 1  # from 0 leftwards
+    assert table.counts.all == 18
+
+
+def test_nobody_goes_where_the_grid_knows_nothing():
+    table = transitions(Chain.of(), -50.0)
+    chosen = greedy(table, finite_horizon(table, 1).value)[1]
+    assert chosen.tolist()[0] != 0
+
+
+def test_going_on_gives_the_same_bits_as_going_through(dtype):
+    table = transitions(Balance.of(40, dtype=dtype), -9.0)
+    kept = []
+    whole = finite_horizon(table, 35, report=kept.append)
+    assert [one.sweeps for one in kept] == [10, 20, 30, 35]
+    again = finite_horizon(table, 35, start=kept[1])
+    assert again.sweeps == 35
+    np.testing.assert_array_equal(again.value, whole.value)
+
+
+def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_the_cells(float64):
+    steps, errors = 20, []
+    inner = np.abs(DoubleIntegrator.of(16).grid.sheets[0].coordinates()).max(1) <= 1
+    at = DoubleIntegrator.of(16).grid.sheets[0].coordinates()[inner]
+    exact = -np.einsum("ni,ij,nj->n", at, DoubleIntegrator.of(16).riccati(steps), at)
+    for cells in (16, 32):
+        process = DoubleIntegrator.of(cells, float64)
+        value = finite_horizon(transitions(process, -1e3), steps).value
+        places = jax.vmap(process.place)(jnp.asarray(at))
+        found = jax.vmap(lambda place, p=process, v=value: p.grid.read(v, p.grid.cell(place)))
+        errors.append(np.max(np.abs(found(places) - exact)))
+    assert errors[1] < 0.05 * np.max(np.abs(exact))
+    assert errors[0] / errors[1] > 2.5
+
+
+def test_the_average_is_that_of_the_best_way_round(dtype):
+    process = Cycle.of([1.0, 0.2, 0.9, 0.1, 1.1, 0.3], dtype)  # 3.6 a round of six: 0.6 > 0.5
+    table = transitions(process, -1.0)
+    found = average_reward(table, _at(process, 0.0, dtype), tolerance=1e-4)
+    assert found.low <= 0.6 + 1e-6
+    assert found.high >= 0.6 - 1e-6
+    assert found.high - found.low <= 1e-4
+    lazy = Cycle.of([1.0, 0.2, 0.3, 0.1, 0.6, 0.3], dtype)  # 2.5 a round: better to stand
+    found = average_reward(transitions(lazy, -1.0), _at(lazy, 0.0, dtype), tolerance=1e-4)
+    assert found.low == pytest.approx(0.5, abs=2e-4)
+
+
+def test_what_ends_begins_again_where_averages_are_taken():
+    process = Chain.of()
+    found = average_reward(transitions(process, -50.0), _at(process, 0.0, jnp.float32))
+    best = (2 - 5 * 0.125) / 5  # five moves to the prize, and again from the left end
+    assert found.low - 1e-5 <= best <= found.high + 1e-5
+    assert found.high - found.low < 1e-4
+
+
+def test_bounds_hold_wherever_sweeping_stops():
+    process = Cycle.of([1.0, 0.2, 0.9, 0.1, 1.1, 0.3])
+    found = average_reward(transitions(process, -1.0), _at(process, 2.0, jnp.float32), most=3)
+    assert found.sweeps == 3
+    assert found.low <= 0.6 <= found.high
+
+
+def test_a_grid_too_large_is_refused_with_its_size_before_it_exists():
+    plane = tuple(Axis.even(name, 0.0, 1.0, 30_000) for name in "ab")
+    process = Chain(jnp.zeros((3, 1)), Grid((Sheet("plane", plane),)))
+    with pytest.raises(ValueError, match=r"30001 x 30001: 900,060,001 nodes with 3 actions.*2\.7e"):
+        transitions(process, 0.0)
+
+
+def test_values_of_another_grid_are_refused():
+    table = transitions(Chain.of(), -1.0)
+    other = finite_horizon(transitions(Balance.of(9), -9.0), 1)
+    with pytest.raises(ValueError, match=r"shape \(10,\); accepted: \(6,\)"):
+        finite_horizon(table, 3, start=other)
+
+
+def _at(process, place, dtype):
+    places = process.grid.place(0, jnp.asarray(place, dtype))
+    return jax.tree.map(lambda leaf: leaf[None], process.grid.cell(places))
