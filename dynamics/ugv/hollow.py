@@ -9,7 +9,7 @@ wheel. What is no such ground may still carry the wheel: then one has to look.
 from __future__ import annotations
 
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 import numpy as np
@@ -46,7 +46,7 @@ RISE = 10 / np.sqrt(3)
 """Greatest second derivative of the quintic rise from 0 to 1 over a length of 1."""
 
 
-def nowhere_hollow(shape: Any, radius: Values | float) -> Bool[Array, "..."] | None:
+def nowhere_hollow(shape: object, radius: Values | float) -> Bool[Array, "..."] | None:
     """Whether a wheel of this radius [m] is proved to touch the ground at one point, wherever it
     stands; None where nothing is known of the shape."""
     bend = greatest_bend(shape, radius)
@@ -57,63 +57,63 @@ def nowhere_hollow(shape: Any, radius: Values | float) -> Bool[Array, "..."] | N
 
 
 @singledispatch
-def greatest_bend(shape: Any, radius: Values | float) -> Values | None:
+def greatest_bend(shape: object, radius: Values | float) -> Values | None:
     """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known."""
     del shape, radius
     return None
 
 
 @greatest_bend.register
-def _(shape: Flat, radius: Any):
+def _(shape: Flat, radius: Values | float) -> Values:
     (r,) = as_floats(radius)
     return jnp.zeros_like(r)
 
 
 @greatest_bend.register
-def _(shape: Incline, radius: Any):
+def _(shape: Incline, radius: Values | float) -> Values:
     (m,) = as_floats(shape.slope)
     return jnp.zeros_like(m)
 
 
 @greatest_bend.register
-def _(shape: Bump, radius: Any):
+def _(shape: Bump, radius: Values | float) -> Values:
     h, w = as_floats(shape.height, shape.width)
     return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
 @greatest_bend.register
-def _(shape: Sinusoid, radius: Any):
+def _(shape: Sinusoid, radius: Values | float) -> Values:
     a, wavelength = as_floats(shape.amplitude, shape.wavelength)
     return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
 @greatest_bend.register
-def _(shape: Ramp, radius: Any):
+def _(shape: Ramp, radius: Values | float) -> Values:
     m, joint = as_floats(shape.slope, shape.joint)
     return 1.5 * jnp.abs(m) / joint
 
 
 @greatest_bend.register
-def _(shape: Step, radius: Any):
+def _(shape: Step, radius: Values | float) -> Values:
     h, length = as_floats(shape.height, shape.length)
     return RISE * jnp.abs(h) / length**2
 
 
 @greatest_bend.register
-def _(shape: Ditch, radius: Any):
+def _(shape: Ditch, radius: Values | float) -> Values:
     depth, width, side = as_floats(shape.depth, shape.width, shape.side)
     sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
     return sides * RISE * jnp.abs(depth) / side**2
 
 
 @greatest_bend.register
-def _(shape: Waves, radius: Any):
+def _(shape: Waves, radius: Values | float) -> Values:
     a, n = as_floats(shape.amplitudes, shape.frequencies)
     return jnp.sum(jnp.abs(a) * (2 * np.pi * n) ** 2, axis=-1)
 
 
 @greatest_bend.register
-def _(shape: Spline, radius: Any):
+def _(shape: Spline, radius: Values | float) -> Values | None:
     """Of each piece the largest coefficient in Bernstein's form, between which a polynomial lies;
     infinite where heights or slopes jump at knots by more than rounding."""
     pieces, powers = shape.coefficients.shape[-2:]
