@@ -42,7 +42,9 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
         if tolerance == LAST:
             break
         taken = MORE * np.where(missed > HELD, missed, 0.0)
-        longest = None if numbers.longest is None else numbers.longest * (1 - max(late, 0.0))
+        longest = (
+            None if numbers.longest is None else numbers.longest / (1 + min(max(late, 0.0), 1.0))
+        )
         numbers = replace(numbers, C=numbers.C - taken, longest=longest)
         solved = program_of(structure).solve(numbers)
         solves += 1
