@@ -13,6 +13,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.problem import GaitProblem
+    from stickslip.optim.gait.replay import Replay, replay
     from stickslip.optim.gait.result import Certificate, GaitResult
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.names import METHODS
@@ -28,6 +29,7 @@ else:
         {
             "gait.gait": ("Gait",),
             "gait.problem": ("GaitProblem",),
+            "gait.replay": ("Replay", "replay"),
             "gait.result": ("Certificate", "GaitResult"),
             "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
             "posture.names": ("METHODS",),
@@ -55,12 +57,14 @@ __all__ = [
     "PostureProblem",
     "PostureResult",
     "Problem",
+    "Replay",
     "Result",
     "Station",
     "Structure",
     "Weighted",
     "criterion_by_name",
     "methods_of",
+    "replay",
     "solve",
     "station",
 ]

@@ -38,7 +38,12 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
     if isinstance(answer, Solved):
         status, message, solves = blamed(instance, answer)
         return GaitResult.without_point(
-            method="conic", status=status, began=began, message=message, evaluations=solves
+            method="conic",
+            status=status,
+            began=began,
+            message=message,
+            evaluations=solves,
+            bound_of=OF_GRID.format(cells=problem.cells),
         )
     certificate, solved = answer.certificate, answer.solved
     evaluation = problem.looked_at(answer.gait)
