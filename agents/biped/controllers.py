@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
@@ -141,7 +141,7 @@ def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]
     require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return kind(**settings).validate()
+    return replace(kind(), **settings).validate()
 
 
 __all__ = [

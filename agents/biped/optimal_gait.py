@@ -80,8 +80,8 @@ class GaitTable(NamedTuple):
             rise = (a[i, cell + 1] - start) / h
             return start + rise * x, b[i, cell] + 2 * start * x + rise * x**2
 
-        slow, fast = at(row), at(above)
-        return tuple(u + share * (v - u) for u, v in zip(slow, fast, strict=True))
+        (a_slow, b_slow), (a_fast, b_fast) = at(row), at(above)
+        return a_slow + share * (a_fast - a_slow), b_slow + share * (b_fast - b_slow)
 
 
 @jax.tree_util.register_dataclass

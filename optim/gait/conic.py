@@ -30,7 +30,7 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
     The program of a structure is built once and kept; other numbers solve it again. evaluations:
     how often it was solved. Status: OPTIMAL where the bound of `certificate`, worked out apart from
     the solver, meets the value to 1e-6; INFEASIBLE where that is proved, and the message names the
-    limit. details: cells, and what the grid leaves open.
+    limit. details: cells. What the grid leaves open: the result's `discretisation`.
     """
     began = time.perf_counter()
     instance = problem.instance
@@ -52,7 +52,7 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
     proved = np.isfinite(certificate.bound)
     every = answer.every
     x = np.concatenate([[answer.gait.b[0, 0]], answer.gait.a.ravel()])
-    result = GaitResult.of(
+    return GaitResult.of(
         x,
         evaluation,
         method="conic",
@@ -67,10 +67,8 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
         held_value=held_value,
         every_bound=every,
         certificate=certificate,
+        details={"cells": problem.cells},
     )
-    open_by = result.discretisation
-    result.details.update(cells=problem.cells, discretisation=open_by)
-    return result
 
 
 def _judged(problem: GaitProblem, answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:

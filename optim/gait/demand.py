@@ -10,6 +10,7 @@ from stickslip.optim.gait.answer import Answer, conditions
 from stickslip.optim.gait.impossible import excluded, relaxed
 from stickslip.optim.gait.limits import FRICTION
 from stickslip.optim.gait.program import Solved
+from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +32,7 @@ def least_demand(instance: Instance) -> Answer | Solved:
     with t'.
     """
     demand, best, solves = 1.0, None, 0
+    solved = Solved(OptimStatus.FAILED, "nothing was solved")
     for _ in range(ROUNDS):
         at = _with(instance, demand)
         _, solved = relaxed(at, FRICTION)

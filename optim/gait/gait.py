@@ -65,6 +65,12 @@ class Gait:
         """Zero-moment point from the ankle forwards at the nodes [m]."""
         return zmp_of(self.nodes, self.a, self.b)
 
+    @property
+    def repeats(self) -> bool:
+        """Whether it is one step that ends as it begins."""
+        begins, ends = float(self.b[0, 0]), float(self.b[-1, -1])
+        return self.grid.steps == 1 and begins > 0 and abs(ends - begins) <= 1e-9 * begins
+
     def at(self, crank_angle: Float[np.ndarray, "m"]) -> tuple[np.ndarray, np.ndarray]:
         """a [rad/s^2] and b [rad^2/s^2] at crank angles counted on from the gait's beginning, at
         pi/2, without wrapping [rad]; a periodic gait's step repeats itself."""
@@ -72,7 +78,7 @@ class Gait:
         step = np.floor(turned / np.pi).astype(int)
         step = np.where((turned == np.pi * self.grid.steps) & (step > 0), step - 1, step)
         theta = turned - np.pi * step + SUPPORT_START
-        row = step % self.grid.steps if self.grid.steps == 1 else step
+        row = step % self.grid.steps if self.repeats else step
         if np.any((row < 0) | (row >= self.grid.steps)):
             raise ValueError(
                 f"crank_angle outside the gait's {self.grid.steps} steps; accepted: "

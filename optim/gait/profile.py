@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.inertia import inertia_and_moment
+from stickslip.dynamics.biped.kinematics import as_batch
 from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:
@@ -72,8 +73,8 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     support without an impact where it has to."""
     accepted = "a BipedParams of one robot (carry a payload in params.payload)"
     require_kind("params", params, BipedParams, accepted)
-    if np.ndim(params.crank):
-        raise ValueError(f"params is a batch of shape {np.shape(params.crank)}; accepted: one")
+    if batch := as_batch(params)[0]:
+        raise ValueError(f"params is a batch of shape {batch}; accepted: one robot")
     params.validate()
     kind = jnp.result_type(params.crank)
     with jax.enable_x64(True):

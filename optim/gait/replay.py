@@ -110,7 +110,7 @@ def replay(
     require_scalar("feedback", feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     require_kind("zmp", zmp, bool, "True or False")
     n = gait.grid.steps
-    count = (3 if n == 1 and gait.b[0, 0] > 0 else n) if walk_steps is None else walk_steps
+    count = (3 if gait.repeats else n) if walk_steps is None else walk_steps
     require_integer("walk_steps", count, high=10_000)
     duration = gait.duration
     if not np.isfinite(duration):
@@ -153,7 +153,7 @@ def _block(
 ) -> Trace:  # fmt: skip
     """BLOCK holds; the torque is the gait's at the middle of what a hold will cover."""
 
-    def body(now: BipedState, _: None) -> tuple[BipedState, Trace]:
+    def body(now: BipedState, nothing: None) -> tuple[BipedState, Trace]:
         steps = jnp.asarray(now.steps)
         phase, rate = jnp.asarray(now.phase), jnp.asarray(now.crank_rate)
         a, _ = law.at(phase, steps)

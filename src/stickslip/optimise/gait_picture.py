@@ -97,17 +97,20 @@ def _clock(gait: Gait, steps: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([[0.0], turned[:, 1:].ravel()]), time
 
 
-def _draw_robot(axis: Axes, mechanism: Mechanism, phase: float, at: float, paleness: float) -> None:
+def _draw_robot(axis: Axes, mechanism: Mechanism, phase: float, at: float) -> None:
     """One robot with its supporting ankle at a place of the floor [m]."""
     pose = mechanism.pose(phase)
+
+    def bar(a: np.ndarray, b: np.ndarray, colour: str, width: float) -> None:
+        look = {"color": colour, "lw": width, "solid_capstyle": "round"}
+        axis.plot([a[0] + at, b[0] + at], [a[1], b[1]], **look)
+
     for leg, colours in ((1, theme.SWING), (0, theme.SUPPORT)):
         for begin, end, width in BARS:
-            a, b = pose.pins[begin][leg], pose.pins[end][leg]
-            axis.plot([a[0] + at, b[0] + at], [a[1], b[1]], color=colours[width],
-                      lw=WIDTHS[width], solid_capstyle="round")  # fmt: skip
+            bar(pose.pins[begin][leg], pose.pins[end][leg], colours[width], WIDTHS[width])
         ankle, ahead = pose.pins["E"][leg], pose.feet[leg]
         heel, toe = ankle - mechanism.heel * ahead, ankle + mechanism.toe * ahead
-        axis.plot([heel[0] + at, toe[0] + at], [heel[1], toe[1]], color=colours["main"],
-                  lw=WIDTHS["main"])  # fmt: skip
-        A, pin = pose.pins["A"][0], pose.pins["crank_pin"][leg]
-        axis.plot([A[0] + at, pin[0] + at], [A[1], pin[1]], color=theme.MOTOR, lw=1.6)
+        bar(heel, toe, colours["main"], WIDTHS["main"])
+        bar(pose.pins["A"][0], pose.pins["crank_pin"][leg], theme.MOTOR, 1.8)
+    for one, other in (("A", "B"), ("B", "D")):
+        bar(pose.pins[one][0], pose.pins[other][0], theme.HIP_EDGE, 1.2)
