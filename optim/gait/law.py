@@ -17,7 +17,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_START
-from stickslip.dynamics.numeric import Numeric
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -31,9 +30,9 @@ if TYPE_CHECKING:
 class GaitLaw:
     """theta [n, K+1] rad, a [n, K+1] rad/s^2, b [n, K+1] rad^2/s^2 as in Gait."""
 
-    theta: Numeric
-    a: Numeric
-    b: Numeric
+    theta: Float[Array, "n K+1"]
+    a: Float[Array, "n K+1"]
+    b: Float[Array, "n K+1"]
 
     @classmethod
     def of(cls, gait: Gait) -> GaitLaw:

@@ -11,7 +11,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 from stickslip.parser import Names, Parser, add_tables
 from stickslip.programs import compiled_programs
@@ -284,8 +284,10 @@ def _demo(given: argparse.Namespace) -> int:
 def _optimise(given: argparse.Namespace) -> int:
     if given.machine == "biped":
         from stickslip.optimise.gait_command import optimise_gait_command
+        from stickslip.optimise.gait_flags import GaitFlags
 
-        return OK if optimise_gait_command(vars(given)) else NOTHING_FOUND
+        flags = cast("GaitFlags", vars(given))
+        return OK if optimise_gait_command(flags) else NOTHING_FOUND
     from stickslip.optimise.command import optimise_command
 
     return OK if optimise_command(vars(given)) else NOTHING_FOUND

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
@@ -13,6 +11,7 @@ from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.goal import goal_of
 from stickslip.optim.options import require_scalar
+from stickslip.optimise.gait_flags import GaitFlags
 from stickslip.optimise.gait_report import gait_csv, gait_json, gait_rows
 from stickslip.optimise.report import table
 from stickslip.records.files import write_whole
@@ -23,7 +22,7 @@ WALKED = 3
 """Steps that a periodic gait is replayed for."""
 
 
-def optimise_gait_command(flags: Mapping[str, Any]) -> bool:
+def optimise_gait_command(flags: GaitFlags) -> bool:
     """The command with its flags read; whether a gait was found.
 
     Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
@@ -56,37 +55,52 @@ def optimise_gait_command(flags: Mapping[str, Any]) -> bool:
     return result.gait is not None
 
 
-def gait_problem_of(flags: Mapping[str, Any]) -> GaitProblem:
+def gait_problem_of(flags: GaitFlags) -> GaitProblem:
     """The problem that the flags describe."""
     require_scalar("payload", flags["payload"], low=0.0, accepted="a finite mass >= 0 [kg]")
     require_scalar("gravity", flags["gravity"], low=0.0, strict=True, accepted="finite, > 0")
-    rule = {"low": 0.0, "high": 0.999, "accepted": "a share from 0 to below 1"}
-    require_scalar("reserve", flags["reserve"], **rule)
+    share = "a share from 0 to below 1"
+    require_scalar("reserve", flags["reserve"], low=0.0, high=0.999, accepted=share)
     robot = BipedParams.from_bars(payload=flags["payload"], gravity=flags["gravity"])
-    mu = flags["mu"]
-    if mu is not None:
-        for one in mu:
+    mu: list[float] | float | None = None
+    if flags["mu"] is not None:
+        for one in flags["mu"]:
             require_scalar("mu", one, low=0.0, accepted="a finite number >= 0")
-        mu = [one * (1 - flags["reserve"]) for one in mu]
-        mu = mu[0] if len(mu) == 1 else mu
-    common: dict[str, Any] = {
-        "objective": _objective(flags["objective"]),
-        "mu": mu,
-        "torque_limit": _torque(flags["torque_limit"]),
-        "mean_rate": flags["speed"],
-        "min_normal": flags["min_normal"],
-        "zmp": flags["zmp"],
-        "copper_loss": flags["copper_loss"],
-        "steps": flags["cells"],
-    }
-    if flags["steps"] is None:
-        for name in ("start", "end"):
-            if flags[name] is not None:
+        left = [one * (1 - flags["reserve"]) for one in flags["mu"]]
+        mu = left[0] if len(left) == 1 else left
+    objective, torque = _objective(flags["objective"]), _torque(flags["torque_limit"])
+    walk, end = flags["steps"], flags["end"]
+    if walk is None:
+        for name, value in (("start", flags["start"]), ("end", end)):
+            if value is not None:
                 raise ValueError(f"--{name} without --steps; accepted: with a walk of --steps N")
-        return GaitProblem.periodic(robot, **common)
-    start = 0.0 if flags["start"] is None else flags["start"]
-    walk = {"start_rate": start, "end_rate": flags["end"]}
-    return GaitProblem.transfer(robot, flags["steps"], **walk, **common)
+        if isinstance(mu, list):
+            raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
+        return GaitProblem.periodic(
+            robot,
+            objective,
+            mu=mu,
+            torque_limit=torque,
+            mean_rate=flags["speed"],
+            min_normal=flags["min_normal"],
+            zmp=flags["zmp"],
+            copper_loss=flags["copper_loss"],
+            steps=flags["cells"],
+        )
+    return GaitProblem.transfer(
+        robot,
+        walk,
+        objective,
+        start_rate=0.0 if flags["start"] is None else flags["start"],
+        end_rate=end,
+        mu=mu,
+        torque_limit=torque,
+        mean_rate=flags["speed"],
+        min_normal=flags["min_normal"],
+        zmp=flags["zmp"],
+        copper_loss=flags["copper_loss"],
+        steps=flags["cells"],
+    )
 
 
 def _objective(text: str) -> str | dict[str, float]:
@@ -120,9 +134,7 @@ def _torque(text: str) -> float | None:
         ) from None
 
 
-def _replays(
-    problem: GaitProblem, result: GaitResult, flags: Mapping[str, Any]
-) -> dict[str, Replay]:
+def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict[str, Replay]:
     """The gait walked open loop and with feedback, on a floor of the friction asked for; of several
     frictions the foot is held, and the replay says how much it used."""
     if result.gait is None or not result.best.duration < float("inf"):
@@ -139,13 +151,12 @@ def _replays(
     }
 
 
-def _asked(flags: Mapping[str, Any]) -> dict[str, Any]:
-    names = ("objective", "mu", "speed", "torque_limit", "payload", "gravity", "min_normal", "zmp")
-    names += ("copper_loss", "reserve", "steps", "start", "end", "cells", "feedback")
-    return {name: flags[name] for name in names}
+def _asked(flags: GaitFlags) -> dict[str, object]:
+    files = ("out", "overwrite", "pictures", "machine", "run", "keep_programs")
+    return {name: value for name, value in flags.items() if name not in files}
 
 
-def _folder(flags: Mapping[str, Any]) -> Path:
+def _folder(flags: GaitFlags) -> Path:
     """Where the files go; ValueError if something is there and may not be replaced."""
     default = f"biped-{flags['objective'].replace('=', '').replace(',', '-')}"
     out = Path("runs", default) if flags["out"] is None else Path(flags["out"])

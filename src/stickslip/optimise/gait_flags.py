@@ -3,9 +3,33 @@
 from __future__ import annotations
 
 import argparse
+from typing import TypedDict
 
 from stickslip.optim.gait.names import METHODS, OBJECTIVES
 from stickslip.parser import add_tables
+
+
+class GaitFlags(TypedDict):
+    """The flags as they are read."""
+
+    objective: str
+    mu: list[float] | None
+    speed: float | None
+    torque_limit: str
+    payload: float
+    gravity: float
+    min_normal: float
+    zmp: bool
+    copper_loss: float
+    reserve: float
+    steps: int | None
+    start: float | None
+    end: float | None
+    cells: int
+    feedback: float
+    out: str | None
+    overwrite: bool
+    pictures: bool
 
 
 def add_gait_flags(parser: argparse.ArgumentParser) -> None:
