@@ -19,6 +19,8 @@ HELD = 1e-8
 """By how much a limit may be missed, in its unit of size."""
 LAST = 1e-7
 """The same after the last round."""
+MUCH = 0.3
+"""Later than by this share a gait stands still between two nodes, which a limit mends."""
 MORE = 1.25
 """What is taken off, over what is missed: the worst place lies between the points looked at."""
 
@@ -42,9 +44,8 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
         if tolerance == LAST:
             break
         taken = MORE * np.where(missed > HELD, missed, 0.0)
-        longest = (
-            None if numbers.longest is None else numbers.longest / (1 + min(max(late, 0.0), 1.0))
-        )
+        slower = late if 0 < late < MUCH else 0.0
+        longest = None if numbers.longest is None else numbers.longest / (1 + slower)
         numbers = replace(numbers, C=numbers.C - taken, longest=longest)
         solved = program_of(structure).solve(numbers)
         solves += 1

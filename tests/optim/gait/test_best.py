@@ -41,7 +41,7 @@ def test_the_grid_is_of_second_order(objective: str, options: dict):
     assert coarse.discretisation > 4**1.6 * fine.discretisation > 0
     for of_bound, of_value in ((coarse, fine), (fine, coarse)):
         assert of_bound.every_bound <= of_value.held_value
-    assert abs(coarse.value - fine.value) < 0.01 * fine.value
+    assert abs(coarse.value - fine.value) < 0.02 * fine.value
 
 
 def test_with_a_strong_motor_no_friction_is_needed_at_constant_speed_of_the_centre_of_mass():
@@ -147,6 +147,11 @@ def test_friction_may_differ_from_step_to_step_and_by_place():
     scene = Scene.patches([0.5 * length, 1.5 * length], [0.3, 0.02, 0.3], [0.3, 0.02, 0.3])
     by_place = solve(transfer(3, mu=scene, steps=40))
     assert by_place.value == pytest.approx(by_step.value, rel=1e-6)
+
+
+def test_a_gait_that_stands_still_between_nodes_is_not_made_much_faster_instead():
+    slow, fast = (solved("energy", mu=0.2, mean_rate=v, steps=200) for v in (2.0, 3.0))
+    assert slow.held_value <= fast.held_value * (1 + 1e-3)
 
 
 def test_a_walk_stops_where_it_is_told_to_and_goes_on_at_the_rate_it_is_told_to():
