@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.optim.gait.limits import STANDING
 from stickslip.optim.gait.program import program_of
 
 if TYPE_CHECKING:
@@ -14,13 +15,15 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.instance import Instance
 
-ROUNDS = 4
+ROUNDS = 6
 HELD = 1e-8
 """By how much a limit may be missed, in its unit of size."""
 LAST = 1e-7
 """The same after the last round."""
 MUCH = 0.3
-"""Later than by this share a gait stands still between two nodes, which a limit mends."""
+"""Later than by this share a gait stands still between two nodes. Then it has to keep moving."""
+SHARE = 0.05
+"""Of the mean rate: how fast at least, doubled as often as that does not do."""
 MORE = 1.25
 """What is taken off, over what is missed: the worst place lies between the points looked at."""
 
@@ -36,7 +39,7 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
     if free:
         numbers.weights.clear()
         structure = structure._replace(terms=())
-    solves = 0
+    solves, share = 0, SHARE
     for tolerance in (*[HELD] * ROUNDS, LAST):
         missed, late = overshoot(instance, gait, free), _late(instance, gait)
         if np.max(missed) <= tolerance and late <= tolerance:
@@ -44,9 +47,17 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
         if tolerance == LAST:
             break
         taken = MORE * np.where(missed > HELD, missed, 0.0)
-        slower = late if 0 < late < MUCH else 0.0
+        slower, C = 0.0, numbers.C - taken
+        if 0 < late < MUCH:
+            slower = late
+        elif late > 0:  # it stands still between two nodes
+            floor = (share * instance.units.rate * np.pi * instance.grid.steps) ** 2
+            floor = floor / (numbers.longest or np.inf) ** 2 / instance.rows[0].size[-1]
+            standing = np.array(instance.limits.names) == STANDING
+            C = np.where(standing[:, None], np.minimum(C, -floor), C)
+            share = 2 * share
         longest = None if numbers.longest is None else numbers.longest / (1 + slower)
-        numbers = replace(numbers, C=numbers.C - taken, longest=longest)
+        numbers = replace(numbers, C=C, longest=longest)
         solved = program_of(structure).solve(numbers)
         solves += 1
         if solved.a is None or solved.b is None:
