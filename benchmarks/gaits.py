@@ -78,6 +78,7 @@ def constant(p: Profile, mu: float | None) -> float:
 def thrift(robot: BipedParams) -> list[dict[str, Any]]:
     """Least energy (copper loss 0.5 W/(N m)^2) as cost of transport at each speed and floor."""
     rows = []
+    profile = GaitProblem.periodic(robot).instance.profiles[0]
     for speed in SPEEDS:
         row: dict[str, Any] = {"mean crank rate [rad/s]": speed}
         for mu in FLOORS:
@@ -89,7 +90,7 @@ def thrift(robot: BipedParams) -> list[dict[str, Any]]:
             there = found.gait is not None
             row[name] = found.best.cost_of_transport(0.5) if there else np.nan
             row[f"{name}, rate"] = found.mean_rate if there else np.nan
-        row["constant rate"] = constant_cost(problem.instance.profiles[0], speed)
+        row["constant rate"] = constant_cost(profile, speed)
         rows.append(row)
     return rows
 
