@@ -44,8 +44,9 @@ class GaitResult(Result):
     gait: the best one of the grid, its limits kept at the nodes. held: a gait whose limits hold
     between the nodes, too (to 1e-8 of their size), and held_value its value, integrated between
     them; None where none was found. every_bound: no gait whatever is better, of any acceleration
-    that may change at any place (None: not proved); its integral is a quadrature, whose error is not
-    bounded. So the best possible lies between every_bound and held_value, whatever the grid. certificate: of the grid's optimum.
+    that may change at any place (None: not proved); its integral is a quadrature, whose error is
+    not bounded. So the best possible lies between every_bound and held_value, whatever the grid.
+    certificate: of the grid's optimum.
     """
 
     gait: Gait | None = None
