@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.computed_torque import ComputedTorque
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
+    from stickslip.agents.biped.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.evaluate import evaluate
     from stickslip.agents.evaluation.rollout import Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
@@ -37,6 +38,7 @@ else:
                 "ConstantTorque",
                 "CrankSpeedPI",
             ),
+            "biped.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
             "evaluate": ("evaluate",),
             "evaluation.rollout": (
                 "Rollout",
@@ -87,9 +89,11 @@ __all__ = [
     "Evaluation",
     "FixedPosture",
     "FollowPath",
+    "GaitTable",
     "LevelBody",
     "MLPPolicy",
     "Machine",
+    "OptimalGait",
     "Optimum",
     "RecedingHorizon",
     "Rollout",
@@ -101,6 +105,7 @@ __all__ = [
     "evaluate",
     "film",
     "from_sb3",
+    "gaits_of",
     "load_policy",
     "machines",
     "read_metadata",

@@ -2,6 +2,7 @@
 
 What a problem is, whatever it is about (`Problem`), and one door to all methods (`solve`). The
 UGV's: which leg angles to drive over a track with (`PostureProblem`), by which of several criteria.
+The biped's: the best gait of all that do not slip (`GaitProblem`).
 Nothing here imports a solver: each method's module is imported when that method is asked for.
 """
 
@@ -10,6 +11,10 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.optim.gait.gait import Gait
+    from stickslip.optim.gait.problem import GaitProblem
+    from stickslip.optim.gait.replay import Replay, replay
+    from stickslip.optim.gait.result import Certificate, GaitResult
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.names import METHODS
     from stickslip.optim.posture.problem import PostureProblem
@@ -22,6 +27,10 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
+            "gait.gait": ("Gait",),
+            "gait.problem": ("GaitProblem",),
+            "gait.replay": ("Replay", "replay"),
+            "gait.result": ("Certificate", "GaitResult"),
             "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
             "posture.names": ("METHODS",),
             "posture.problem": ("PostureProblem",),
@@ -36,20 +45,26 @@ else:
 __all__ = [
     "CRITERIA",
     "METHODS",
+    "Certificate",
     "Criterion",
     "Evaluation",
     "FreeProblem",
+    "Gait",
+    "GaitProblem",
+    "GaitResult",
     "Method",
     "OptimStatus",
     "PostureProblem",
     "PostureResult",
     "Problem",
+    "Replay",
     "Result",
     "Station",
     "Structure",
     "Weighted",
     "criterion_by_name",
     "methods_of",
+    "replay",
     "solve",
     "station",
 ]

@@ -35,16 +35,19 @@ class Ended(NamedTuple):
         return self.status in ANSWERED
 
 
-def solve_quietly(problem: cp.Problem, solver: str, *, bounded: bool = False) -> Ended:
+def solve_quietly(
+    problem: cp.Problem, solver: str, *, bounded: bool = False, **settings: float
+) -> Ended:
     """Solve, and name the outcome; FAILED where the solver gave up.
 
-    bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE. cvxpy's
-    warning that a solution may be inaccurate is left out: the status says it.
+    bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE.
+    settings: the solver's own. cvxpy's warning that a solution may be inaccurate is left out: the
+    status says it.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Solution may be inaccurate")
         try:
-            problem.solve(solver=solver)
+            problem.solve(solver=solver, **settings)
         except cp.SolverError as error:
             return Ended(OptimStatus.FAILED, f"{solver}: {error}")
     words = f"{solver} ended with status {problem.status}"

@@ -10,8 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.action import action_of
+from stickslip.agents.biped.admissible import admissible
+from stickslip.agents.biped.secant import secant
 from stickslip.dynamics.biped import SUPPORT_END, BipedModel, RK4Split, step
-from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
+from stickslip.dynamics.biped.contact import Motion, sticking
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.draw import drawn_robot
@@ -26,10 +28,6 @@ if TYPE_CHECKING:
 
 HOLDS = 10.0
 """A static friction coefficient that no start or stride exceeds."""
-PREDICTIONS = 3
-"""Of the coming period, each of which corrects the torque; the outcome is nearly linear in it."""
-SMALLEST_RUN = 1e-4
-"""Torques closer than this give no slope [N m]."""
 
 
 class Schedule(NamedTuple):
@@ -111,21 +109,7 @@ class ComputedTorque:
 
         idle, driven: the foot at rest, under no torque and under 1 N m; all is linear in between.
         """
-
-        def excess(motion: Motion):
-            """Not positive where a motion is allowed: friction both ways, toe, heel."""
-            f, N = motion.friction_force, motion.normal_force
-            at = robot.inertia.moment_at(biped.phase)
-            moment = ankle_moment(robot, at, biped.crank_rate, motion)
-            toe, heel = self.footing * robot.toe * N, self.footing * robot.heel * N
-            cone = self.friction * N
-            return jnp.stack([f - cone, -f - cone, moment - toe, -moment - heel])
-
-        base = excess(idle)
-        slope = excess(driven) - base
-        bound = -base / jnp.where(slope == 0, 1.0, slope)
-        highest = jnp.min(jnp.where(slope > 0, bound, jnp.inf))
-        lowest = jnp.minimum(jnp.max(jnp.where(slope < 0, bound, -jnp.inf)), highest)
+        lowest, highest = admissible(robot, biped, idle, driven, self.friction, self.footing)
         per_torque = driven.friction_force - idle.friction_force
         return tuple(idle.friction_force + per_torque * torque for torque in (lowest, highest))
 
@@ -179,13 +163,4 @@ def _torque_to_reach(
         after, _ = step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))
         return robot.inertia.at(after.phase).P * after.crank_rate - target
 
-    def correct(_: int, search: tuple[Array, ...]) -> tuple[Array, ...]:
-        torque, missed, run, slope = search
-        now = miss(torque)
-        moved = jnp.abs(run) > SMALLEST_RUN
-        slope = jnp.where(moved, (now - missed) / jnp.where(moved, run, 1.0), slope)
-        run = -now / slope
-        return torque + run, now, run, slope
-
-    search = guess, jnp.zeros_like(guess), jnp.zeros_like(guess), slope
-    return jax.lax.fori_loop(0, PREDICTIONS, correct, search)[0]
+    return secant(miss, guess, slope)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.agents.biped.action import action_of
 from stickslip.agents.biped.computed_torque import ComputedTorque
 from stickslip.agents.biped.names import BIPED_BASELINES
+from stickslip.agents.biped.optimal_gait import OptimalGait
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_choice, require_known, require_number
@@ -128,8 +129,9 @@ class CrankSpeedPI:
         return after, action_of(torque, env_params, env_state)
 
 
-CONTROLLERS: dict[str, type[ConstantTorque | CrankSpeedPI | ComputedTorque]] = dict(
-    zip(BIPED_BASELINES, (ConstantTorque, CrankSpeedPI, ComputedTorque), strict=True)
+KINDS = (ConstantTorque, CrankSpeedPI, ComputedTorque, OptimalGait)
+CONTROLLERS: dict[str, type[ConstantTorque | CrankSpeedPI | ComputedTorque | OptimalGait]] = dict(
+    zip(BIPED_BASELINES, KINDS, strict=True)
 )
 """The baselines by the names that the command line knows."""
 
@@ -139,7 +141,7 @@ def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]
     require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return kind(**settings).validate()
+    return replace(kind(), **settings).validate()
 
 
 __all__ = [
@@ -148,5 +150,6 @@ __all__ = [
     "ConstantTorque",
     "Controller",
     "CrankSpeedPI",
+    "OptimalGait",
     "controller_by_name",
 ]

@@ -70,6 +70,15 @@ def ground_moment(params: BipedParams, theta: Real[Number, ""]) -> GroundMoment:
     return GroundMoment(L, dL, X, Y)
 
 
+def inertia_and_moment(
+    params: BipedParams, theta: Real[Number, ""]
+) -> tuple[ReducedInertia, GroundMoment]:
+    """`reduced_inertia` and `ground_moment` in one program half as large as the two."""
+    (M, P, Y, L), (dM, dP, dY, dL) = _momenta_and_slopes(params, theta)
+    X, height = jnp.sum(body_masses(params)[:, None] * kinematics(params, theta).centres, axis=0)
+    return ReducedInertia(M, dM, P, dP, Y, dY), GroundMoment(L, dL, X, height)
+
+
 def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     """Masses of the 24 bodies in the order of BODIES [kg], the payload on the hip."""
     mass = jnp.asarray(params.mass)

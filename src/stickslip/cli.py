@@ -11,7 +11,7 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 from stickslip.parser import Names, Parser, add_tables
 from stickslip.programs import compiled_programs
@@ -37,8 +37,8 @@ WHO = "a policy file, a run's directory or a baseline, see below"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return the exit status: 0, 1 where optimise finds no drive, 2 for wrong
-    input, 130 after Ctrl-C."""
+    """Run a command and return the exit status: 0, 1 where optimise finds no drive or gait, 2 for
+    wrong input, 130 after Ctrl-C."""
     try:
         parser = make_parser(sys.argv[1:] if arguments is None else arguments)
         given = parser.parse_args(arguments)
@@ -219,9 +219,17 @@ def _add_demo(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 def _add_optimise(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
     from stickslip.optimise.flags import add_flags
+    from stickslip.optimise.gait_flags import add_gait_flags
 
-    parser.add_argument("machine", choices=("ugv",), help="what to optimise")
-    add_flags(parser)
+    machines = ("ugv", "biped")
+    parser.add_argument(
+        "machine",
+        choices=machines,
+        help="what to optimise: the UGV's leg angles or the biped's gait; each has flags of its "
+        "own, see --help after its name",
+    )
+    named = next((word for word in arguments if word in machines), machines[0])
+    (add_gait_flags if named == "biped" else add_flags)(parser)
 
 
 def _add_reproduce(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
@@ -274,6 +282,12 @@ def _demo(given: argparse.Namespace) -> int:
 
 
 def _optimise(given: argparse.Namespace) -> int:
+    if given.machine == "biped":
+        from stickslip.optimise.gait_command import optimise_gait_command
+        from stickslip.optimise.gait_flags import GaitFlags
+
+        flags = cast("GaitFlags", vars(given))
+        return OK if optimise_gait_command(flags) else NOTHING_FOUND
     from stickslip.optimise.command import optimise_command
 
     return OK if optimise_command(vars(given)) else NOTHING_FOUND
@@ -291,7 +305,11 @@ COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
     "evaluate": (_add_evaluate, _evaluate, "compare policies and baselines in a table"),
     "view": (_add_view, _view, "an animation of a policy or baseline at work"),
     "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
-    "optimise": (_add_optimise, _optimise, "the leg angles to drive a UGV over a track with"),
+    "optimise": (
+        _add_optimise,
+        _optimise,
+        "a UGV's leg angles along a track, or the biped's best gait",
+    ),
     "reproduce": (
         _add_reproduce,
         _reproduce,

@@ -169,7 +169,7 @@ def test_a_circle_is_found():
 
 ROOMS = {
     "dynamics": ("biped", "ugv"),
-    "optim": ("posture", "torque_split"),
+    "optim": ("gait", "posture", "torque_split"),
     "envs": ("biped", "ugv", "rendering.biped", "rendering.ugv"),
     "agents": ("biped", "ugv"),
 }

@@ -1,0 +1,165 @@
+"""A gait: the squared crank rate along the support phases, and all that follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.optim.gait.grid import Grid
+from stickslip.optim.gait.limits import ground_of, torque_of, zmp_of
+from stickslip.optim.gait.program import STRAIN, TIME, TORQUE, WORK
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+    from stickslip.optim.gait.profile import Profile
+
+
+@dataclass(frozen=True)
+class Gait:
+    """Crank acceleration a [n, K+1] at the nodes of a grid, straight between them, and b = crank
+    rate^2, a parabola in each cell: b[k+1] = b[k] + h (a[k] + a[k+1]).
+
+    nodes, inside: the robot's profile at the grid's nodes and inside its cells [n, K, Q]. In the
+    acceleration there is no step but at an exchange of support, so torque and forces are continuous
+    inside a step. The foot rests on the floor throughout.
+    """
+
+    grid: Grid
+    a: Float[np.ndarray, "n K+1"]
+    b: Float[np.ndarray, "n K+1"]
+    nodes: Profile
+    within: Profile
+
+    @property
+    def theta(self) -> Float[np.ndarray, "n K+1"]:
+        """The nodes as crank angles of the supporting leg [rad]."""
+        return self.grid.theta
+
+    @property
+    def crank_rate(self) -> Float[np.ndarray, "n K+1"]:
+        """At the nodes [rad/s]."""
+        return np.sqrt(np.maximum(self.b, 0.0))
+
+    @property
+    def torque(self) -> Float[np.ndarray, "n K+1"]:
+        """Of the motor at the nodes [N m]."""
+        return torque_of(self.nodes, self.a, self.b)
+
+    @property
+    def friction_force(self) -> Float[np.ndarray, "n K+1"]:
+        """Of the ground on the foot at the nodes [N]."""
+        return ground_of(self.nodes, self.a, self.b)[0]
+
+    @property
+    def normal_force(self) -> Float[np.ndarray, "n K+1"]:
+        """Of the ground on the foot at the nodes [N]."""
+        return ground_of(self.nodes, self.a, self.b)[1]
+
+    @property
+    def zmp(self) -> Float[np.ndarray, "n K+1"]:
+        """Zero-moment point from the ankle forwards at the nodes [m]."""
+        return zmp_of(self.nodes, self.a, self.b)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is one step that ends as it begins."""
+        begins, ends = float(self.b[0, 0]), float(self.b[-1, -1])
+        return self.grid.steps == 1 and begins > 0 and abs(ends - begins) <= 1e-9 * begins
+
+    def at(self, crank_angle: Float[np.ndarray, "m"]) -> tuple[np.ndarray, np.ndarray]:
+        """a [rad/s^2] and b [rad^2/s^2] at crank angles counted on from the gait's beginning, at
+        pi/2, without wrapping [rad]; a periodic gait's step repeats itself."""
+        turned = np.asarray(crank_angle, float) - SUPPORT_START
+        step = np.floor(turned / np.pi).astype(int)
+        step = np.where((turned == np.pi * self.grid.steps) & (step > 0), step - 1, step)
+        theta = turned - np.pi * step + SUPPORT_START
+        row = step % self.grid.steps if self.repeats else step
+        if np.any((row < 0) | (row >= self.grid.steps)):
+            raise ValueError(
+                f"crank_angle outside the gait's {self.grid.steps} steps; accepted: "
+                f"pi/2 to pi/2 + {self.grid.steps} pi"
+            )
+        nodes = self.theta
+        cell = np.empty(theta.shape, int)
+        for j in np.unique(row):
+            mine = row == j
+            found = np.searchsorted(nodes[j], theta[mine], side="right") - 1
+            cell[mine] = np.clip(found, 0, self.grid.cells - 1)
+        x, h = theta - nodes[row, cell], self.grid.h[row, cell]
+        a, rise = self.a[row, cell], (self.a[row, cell + 1] - self.a[row, cell]) / h
+        return a + rise * x, self.b[row, cell] + 2 * a * x + rise * x**2
+
+    @cached_property
+    def inner(self) -> tuple[Float[np.ndarray, "n K Q"], Float[np.ndarray, "n K Q"]]:
+        """a and b at `grid.inside`."""
+        x = self.grid.inside[0]
+        a = self.a[:, :-1, None]
+        rise = (np.diff(self.a, axis=1) / self.grid.h)[..., None]
+        return a + rise * x, self.b[:, :-1, None] + 2 * a * x + rise * x**2
+
+    @cached_property
+    def spent(self) -> dict[str, float]:
+        """The terms of the objectives, integrated between the nodes, too: see program.TERMS."""
+        weight = self.grid.inside[1]
+        a, b = self.inner
+        with np.errstate(divide="ignore"):
+            pace = weight / np.sqrt(np.maximum(b, 0.0))
+        torque = torque_of(self.within, a, b)
+        return {
+            TIME: float(np.sum(pace)),
+            TORQUE: float(np.sum(torque**2 * pace)),
+            WORK: float(np.sum(np.maximum(torque, 0.0) * weight)),
+            STRAIN: float(np.sum(torque**2 * weight)),
+        }
+
+    @property
+    def on_grid(self) -> dict[str, float]:
+        """The same terms as the program adds them up."""
+        h, rate, torque = self.grid.h, self.crank_rate, self.torque
+        with np.errstate(divide="ignore"):
+            pace = h / (rate[:, :-1] + rate[:, 1:])
+        squares = torque[:, :-1] ** 2 + torque[:, 1:] ** 2
+        weights = self.grid.weights
+        return {
+            TIME: float(np.sum(2 * pace)),
+            TORQUE: float(np.sum(squares * pace)),
+            WORK: float(np.sum(np.maximum(torque, 0.0) * weights)),
+            STRAIN: float(np.sum(torque**2 * weights)),
+        }
+
+    @property
+    def duration(self) -> float:
+        """Of all steps [s]; infinite where the crank stands still on the way."""
+        return self.spent[TIME]
+
+    @property
+    def mean_rate(self) -> float:
+        """Mean crank rate [rad/s]."""
+        return float(np.pi * self.grid.steps / self.duration)
+
+    @cached_property
+    def friction_use(self) -> float:
+        """Largest |friction| / normal force, at the nodes and between them [-]."""
+        return max(self.friction_at_nodes, _use(*ground_of(self.within, *self.inner)))
+
+    @property
+    def friction_at_nodes(self) -> float:
+        """The same at the nodes alone [-]."""
+        return _use(*ground_of(self.nodes, self.a, self.b))
+
+    def cost_of_transport(self, copper_loss: float = 0.0) -> float:
+        """(Positive work + copper_loss times torque^2 over time) / (weight x way) [-]."""
+        robot = self.nodes.robot
+        way = self.grid.steps * robot.step_length
+        energy = self.spent[WORK] + copper_loss * self.spent[TORQUE]
+        return energy / (robot.weight * way)
+
+
+def _use(friction: np.ndarray, normal: np.ndarray) -> float:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.max(np.where(normal > 0, np.abs(friction) / normal, np.inf)))

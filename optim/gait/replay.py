@@ -1,0 +1,219 @@
+"""A gait walked in simulation: what it promised, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import BipedState, EventExact, Table, prepare, step
+from stickslip.dynamics.biped.kinematics import SUPPORT_END
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
+from stickslip.optim.gait.law import GaitLaw
+from stickslip.optim.gait.program import WORK
+from stickslip.optim.options import require_scalar
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped import BipedModel, BipedParams
+    from stickslip.dynamics.biped.state import Contact
+    from stickslip.optim.gait.gait import Gait
+
+NO_TIME = 1e-4
+"""Of a hold: so near to the exchange of support it counts as reached."""
+SLIPPED = 1e-6
+"""Of a step's length: a foot that slid less did not slip. Where a torque jumps between two instants
+of the simulation it may be outside the friction cone for less than a microsecond."""
+EXACT = EventExact(rtol=1e-9, atol=1e-12)
+FINE = Table(64, 9)
+"""Inertia functions exact to 1e-13 on the default robot."""
+HOLDS = 4000
+"""Of a step, where none are asked for."""
+BLOCK = 4000
+"""Holds of one compiled scan; a walk takes as many blocks as it needs."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A gait's torque in `dynamics.biped`, event_exact, in float64.
+
+    mu: of the floor, static and kinetic (None: the foot cannot slip). feedback [1/rad]: see
+    GaitLaw; 0 is open loop, the torque over the crank angle and nothing corrected. hold: how long a
+    torque is held [s]. status: the gravest one met. slid: path of the foot over the floor [m];
+    breaks: how many holds it slid in. steps: exchanges reached. duration [s], work (positive, [J])
+    and mean_rate [rad/s] up to the last exchange, beside the promised ones. friction_use: largest
+    |friction| / normal force at the ends of holds, exchanges left out [-]. rate_error: largest
+    |crank rate - gait's| [rad/s] there; end_rate: the crank rate in the end. arrived: whether all
+    steps were done; of a gait that stops, whether the crank was within a hundredth of a step of its
+    place at the time promised.
+    """
+
+    mu: float | None
+    feedback: float
+    hold: float
+    status: Status
+    slid: float
+    breaks: int
+    steps: int
+    duration: float
+    promised_duration: float
+    work: float
+    promised_work: float
+    mean_rate: float
+    promised_mean_rate: float
+    friction_use: float
+    rate_error: float
+    end_rate: float
+    arrived: bool
+    step_length: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the walk came to its end, and slid less than a millionth of a step's length."""
+        inside = self.status <= Status.SLIP_ONSET
+        return inside and self.arrived and self.slid <= SLIPPED * self.step_length
+
+
+class Trace(NamedTuple):
+    """Of each hold."""
+
+    state: BipedState
+    contact: Contact
+    error: Float[Array, ""]
+
+
+def replay(
+    params: BipedParams,
+    gait: Gait,
+    *,
+    mu: float | None = None,
+    feedback: float = 0.0,
+    walk_steps: int | None = None,
+    hold: float | None = None,
+    zmp: bool = False,
+) -> Replay:
+    """Walk a gait from its own beginning. See Replay.
+
+    params: the robot that walks, the gait's own or another. walk_steps: how far, by default the
+    gait's own steps, of a periodic one 3. hold: by default a 4000th of a step's mean time. zmp:
+    whether a zero-moment point outside the foot topples the robot; a gait that was not told of the
+    foot's edges may pass them. ValueError for a gait that stands still on its way.
+    """
+    if mu is not None:
+        require_scalar("mu", mu, low=0.0, accepted="None, or a finite number >= 0")
+    require_scalar("feedback", feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
+    require_kind("zmp", zmp, bool, "True or False")
+    n = gait.grid.steps
+    count = (3 if gait.repeats else n) if walk_steps is None else walk_steps
+    require_integer("walk_steps", count, high=10_000)
+    duration = gait.duration
+    if not np.isfinite(duration):
+        raise ValueError("the gait stands still on its way; accepted: one of finite duration")
+    hold = duration / n / HOLDS if hold is None else hold
+    require_scalar("hold", hold, low=0.0, strict=True, accepted="a finite time > 0 [s]")
+    whole = duration * count / n
+    require_memory(f"hold = {hold:g}", "holds", 1.5 * whole / hold, 400)
+    with jax.enable_x64(True):
+        trace = _walked(params, gait, mu, float(feedback), count, float(hold), zmp, whole)
+    return _summed(gait, trace, mu, float(feedback), float(hold), count, whole)
+
+
+def _walked(
+    params: BipedParams, gait: Gait, mu: float | None, feedback: float, count: int, hold: float,
+    zmp: bool, whole: float,
+) -> Trace:  # fmt: skip
+    """All holds, until as many steps are done or the walk takes half as long again as promised."""
+    outputs = "forces" if zmp else "state"
+    scene = Scene.grip(outputs=outputs) if mu is None else Scene.uniform(mu, mu, outputs=outputs)
+    scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), scene)
+    model = prepare(params.astype(jnp.float64), fidelity=FINE)
+    law = GaitLaw.of(gait)
+    state = BipedState(crank_rate=float(np.sqrt(gait.b[0, 0]))).astype(jnp.float64)
+    blocks, most = [], int(np.ceil(1.5 * whole / hold / BLOCK)) + 1
+    for _ in range(most):
+        trace = jax.tree.map(np.asarray, _block(model, scene, law, state, feedback, hold))
+        blocks.append(trace)
+        state = jax.tree.map(lambda leaf: jnp.asarray(leaf[-1]), trace.state)
+        ended = np.any(trace.contact.status > Status.SLIP_ONSET)
+        if ended or trace.state.steps[-1] >= count or trace.state.time[-1] > 1.5 * whole:
+            break
+    return jax.tree.map(lambda *parts: np.concatenate(parts), *blocks)
+
+
+@jax.jit
+def _block(
+    model: BipedModel, scene: Scene, law: GaitLaw, state: BipedState,
+    feedback: Float[Array, ""], hold: Float[Array, ""],
+) -> Trace:  # fmt: skip
+    """BLOCK holds; the torque is the gait's at the middle of what a hold will cover."""
+
+    def body(now: BipedState, nothing: None) -> tuple[BipedState, Trace]:
+        steps = jnp.asarray(now.steps)
+        phase, rate = jnp.asarray(now.phase), jnp.asarray(now.crank_rate)
+        a, _ = law.at(phase, steps)
+        # end on the exchange of support, where the gait's torque may jump
+        to_go = jnp.maximum(SUPPORT_END - phase, 0.0)
+        root = jnp.sqrt(jnp.maximum(rate**2 + 2 * a * to_go, 0.0))
+        due = 2 * to_go / jnp.maximum(rate + root, 1e-12)
+        near = (due < 1.5 * hold) & (due > NO_TIME * hold)
+        length = jnp.where(near, due, hold)
+        ahead = phase + jnp.maximum(rate * length / 2 + a * length**2 / 8, 0.0)
+        excess = law.excess(model, phase, steps, rate)
+        torque = law.torque(model, ahead, steps) - feedback * excess
+        after, contact = step(model, scene, now, torque, length, integrator=EXACT)
+        _, b = law.at(jnp.asarray(after.phase), jnp.asarray(after.steps))
+        error = after.crank_rate - jnp.sqrt(jnp.maximum(b, 0.0))
+        return after, Trace(after, contact, error)
+
+    return jax.lax.scan(body, state, None, length=BLOCK)[1]
+
+
+def _summed(
+    gait: Gait, trace: Trace, mu: float | None, feedback: float, hold: float, count: int,
+    whole: float,
+) -> Replay:  # fmt: skip
+    """The numbers of a walk, up to its last exchange."""
+    n, times = gait.grid.steps, trace.state.time
+    failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]
+    angle = trace.state.phase - np.pi / 2 + np.pi * trace.state.steps
+    if gait.grid.to_rest:  # look at the time that was promised
+        done = np.nonzero(times >= whole)[0]
+    else:
+        done = np.nonzero(trace.state.steps >= count)[0]
+    end = int(done[0]) if len(done) else len(times) - 1
+    end = min(end, int(failed[0])) if len(failed) else end
+    upto = slice(0, end + 1)
+    state, contact = (jax.tree.map(lambda leaf: leaf[upto], part) for part in trace[:2])
+    rate, turned, duration = float(state.crank_rate[-1]), float(angle[end]), float(times[end])
+    arrived = abs(turned - np.pi * count) < 0.01 * np.pi
+    if turned > np.pi * count and rate > 0 and not gait.grid.to_rest:
+        duration, turned = duration - (turned - np.pi * count) / rate, np.pi * count
+    status = Status(int(np.max(contact.status)))
+    inside = np.diff(state.steps, prepend=0) == 0
+    use = np.abs(contact.friction_force) / np.maximum(contact.normal_force, 1e-300)
+    return Replay(
+        mu=mu,
+        feedback=feedback,
+        hold=hold,
+        status=status,
+        slid=float(np.sum(contact.slide_distance)),
+        breaks=int(np.sum(contact.slide_distance > 0)),
+        steps=int(state.steps[-1]),
+        duration=duration,
+        promised_duration=whole,
+        work=float(np.sum(contact.positive_work)),
+        promised_work=gait.spent[WORK] * count / n,
+        mean_rate=turned / duration if duration > 0 else 0.0,
+        promised_mean_rate=float(np.pi * count / whole),
+        friction_use=float(np.max(np.where(inside, use, 0.0))),
+        rate_error=float(np.max(np.abs(trace.error[upto]))),
+        end_rate=rate,
+        arrived=bool(arrived),
+        step_length=gait.nodes.robot.step_length,
+    )

@@ -1,0 +1,167 @@
+"""`stickslip optimise biped`: find the best gait, replay it, print and write what came out."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.checks import shown
+from stickslip.envs.rendering.extras import require
+from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
+from stickslip.optim.gait.goal import goal_of
+from stickslip.optim.options import require_scalar
+from stickslip.optimise.gait_flags import GaitFlags
+from stickslip.optimise.gait_report import gait_csv, gait_json, gait_rows
+from stickslip.optimise.report import table
+from stickslip.records.files import write_whole
+
+NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
+NO_LIMIT = "none"
+WALKED = 3
+"""Steps that a periodic gait is replayed for."""
+
+
+def optimise_gait_command(flags: GaitFlags) -> bool:
+    """The command with its flags read; whether a gait was found.
+
+    Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
+    only result.json. Wrong input is refused before anything is computed or written.
+    """
+    problem = gait_problem_of(flags)
+    out = _folder(flags)
+    require_scalar("feedback", flags["feedback"], low=0.0, accepted="a finite number >= 0 [1/rad]")
+    if flags["pictures"]:
+        require("matplotlib.figure")
+    result = solve(problem, progress=sys.stderr.isatty())
+    replays = _replays(problem, result, flags)
+    print(table(gait_rows(problem, result, replays)), end="")
+    files: dict[str, bytes | str] = {RESULT: gait_json(problem, result, replays, _asked(flags))}
+    if result.gait is not None:
+        files[NODES] = gait_csv(problem, result)
+        if flags["pictures"]:
+            from stickslip.optimise.gait_picture import draw_gait
+            from stickslip.paper.drawing import png
+
+            unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
+            title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
+            files[PICTURE] = png(draw_gait(problem, result), title)
+    if flags["overwrite"]:  # nothing of an earlier result stays beside this one
+        for name in {NODES, RESULT, PICTURE} - set(files):
+            (out / name).unlink(missing_ok=True)
+    for name, content in files.items():
+        write_whole(out / name, content, overwrite=flags["overwrite"])
+    print(f"{', '.join(files)}: {out}", file=sys.stderr)
+    return result.gait is not None
+
+
+def gait_problem_of(flags: GaitFlags) -> GaitProblem:
+    """The problem that the flags describe."""
+    require_scalar("payload", flags["payload"], low=0.0, accepted="a finite mass >= 0 [kg]")
+    require_scalar("gravity", flags["gravity"], low=0.0, strict=True, accepted="finite, > 0")
+    share = "a share from 0 to below 1"
+    require_scalar("reserve", flags["reserve"], low=0.0, high=0.999, accepted=share)
+    robot = BipedParams.from_bars(payload=flags["payload"], gravity=flags["gravity"])
+    mu: list[float] | float | None = None
+    if flags["mu"] is not None:
+        for one in flags["mu"]:
+            require_scalar("mu", one, low=0.0, accepted="a finite number >= 0")
+        left = [one * (1 - flags["reserve"]) for one in flags["mu"]]
+        mu = left[0] if len(left) == 1 else left
+    objective, torque = _objective(flags["objective"]), _torque(flags["torque_limit"])
+    walk, end = flags["steps"], flags["end"]
+    if walk is None:
+        for name, value in (("start", flags["start"]), ("end", end)):
+            if value is not None:
+                raise ValueError(f"--{name} without --steps; accepted: with a walk of --steps N")
+        if isinstance(mu, list):
+            raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
+        return GaitProblem.periodic(
+            robot,
+            objective,
+            mu=mu,
+            torque_limit=torque,
+            mean_rate=flags["speed"],
+            min_normal=flags["min_normal"],
+            zmp=flags["zmp"],
+            copper_loss=flags["copper_loss"],
+            steps=flags["cells"],
+        )
+    return GaitProblem.transfer(
+        robot,
+        walk,
+        objective,
+        start_rate=0.0 if flags["start"] is None else flags["start"],
+        end_rate=end,
+        mu=mu,
+        torque_limit=torque,
+        mean_rate=flags["speed"],
+        min_normal=flags["min_normal"],
+        zmp=flags["zmp"],
+        copper_loss=flags["copper_loss"],
+        steps=flags["cells"],
+    )
+
+
+def _objective(text: str) -> str | dict[str, float]:
+    """A name, or names and weights: time=1,energy=0.2."""
+    if "=" not in text:
+        goal_of(text, 0.5)
+        return text
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, sign, number = part.partition("=")
+        try:
+            found[name.strip()] = float(number)
+        except ValueError:
+            sign = ""
+        if not sign:
+            raise ValueError(
+                f"--objective {shown(text)}; accepted: a name, or name=weight with commas between"
+            )
+    return found
+
+
+def _torque(text: str) -> float | None:
+    """A torque [N m], or None for no limit."""
+    if text == NO_LIMIT:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"--torque-limit {shown(text)}; accepted: a number > 0 [N m], or {NO_LIMIT}"
+        ) from None
+
+
+def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict[str, Replay]:
+    """The gait walked open loop and with feedback, on a floor of the friction asked for; of several
+    frictions the foot is held, and the replay says how much it used."""
+    if result.gait is None or not result.best.duration < float("inf"):
+        return {}
+    given = flags["mu"]
+    mu = given[0] if given is not None and len(set(given)) == 1 else None
+    steps = WALKED if problem.is_periodic else None
+    kinds = {"open loop": 0.0, f"feedback {flags['feedback']:g}/rad": float(flags["feedback"])}
+    return {
+        name: replay(
+            problem.params, result.best, mu=mu, feedback=gain, walk_steps=steps, zmp=problem.zmp
+        )
+        for name, gain in kinds.items()
+    }
+
+
+def _asked(flags: GaitFlags) -> dict[str, object]:
+    files = ("out", "overwrite", "pictures", "machine", "run", "keep_programs")
+    return {name: value for name, value in flags.items() if name not in files}
+
+
+def _folder(flags: GaitFlags) -> Path:
+    """Where the files go; ValueError if something is there and may not be replaced."""
+    default = f"biped-{flags['objective'].replace('=', '').replace(',', '-')}"
+    out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
+    if not flags["overwrite"] and out.is_dir() and any(out.iterdir()):
+        raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
+    return out

@@ -1,0 +1,135 @@
+"""The flags of `stickslip optimise biped`: words and numbers only, nothing heavy is imported."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TypedDict
+
+from stickslip.optim.gait.names import METHODS, OBJECTIVES
+from stickslip.parser import add_tables
+
+
+class GaitFlags(TypedDict):
+    """The flags as they are read."""
+
+    objective: str
+    mu: list[float] | None
+    speed: float | None
+    torque_limit: str
+    payload: float
+    gravity: float
+    min_normal: float
+    zmp: bool
+    copper_loss: float
+    reserve: float
+    steps: int | None
+    start: float | None
+    end: float | None
+    cells: int
+    feedback: float
+    out: str | None
+    overwrite: bool
+    pictures: bool
+
+
+def add_gait_flags(parser: argparse.ArgumentParser) -> None:
+    """The problem's flags and those of the files; what names mean stands below."""
+    _add_problem(parser.add_argument_group("problem"))
+    _add_walk(parser.add_argument_group("walk"))
+    parser.add_argument(
+        "--out", metavar="DIR", help="where files go (default: runs/biped-OBJECTIVE)"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
+    parser.add_argument(
+        "--no-pictures", dest="pictures", action="store_false", help="no plot of the gait"
+    )
+    add_tables(parser, {"objectives": OBJECTIVES, "methods": METHODS})
+
+
+def _add_problem(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--objective",
+        default="time",
+        metavar="NAME",
+        help="what is to be small, see below, or a sum: time=1,energy=0.2 (default: %(default)s)",
+    )
+    group.add_argument(
+        "--mu",
+        type=float,
+        nargs="+",
+        metavar="MU",
+        help="static friction, one number or one a step (default: the foot never slips)",
+    )
+    group.add_argument(
+        "--speed",
+        type=float,
+        metavar="RATE",
+        help="mean crank rate at least [rad/s] (default: any)",
+    )
+    group.add_argument(
+        "--torque-limit",
+        default="4",
+        metavar="NM",
+        help="of the motor [N m], or none (default: %(default)s)",
+    )
+    group.add_argument("--payload", type=float, default=0.0, metavar="KG", help="on the hip [kg]")
+    group.add_argument(
+        "--gravity", type=float, default=9.81, metavar="G", help="[m/s^2] (default: %(default)s)"
+    )
+    group.add_argument(
+        "--min-normal",
+        type=float,
+        default=0.0,
+        metavar="N",
+        help="least normal force [N] (default: %(default)s)",
+    )
+    group.add_argument(
+        "--zmp", action="store_true", help="keep the zero-moment point inside the foot"
+    )
+    group.add_argument(
+        "--copper-loss",
+        type=float,
+        default=0.5,
+        metavar="W",
+        help="of the objective energy [W/(N m)^2] (default: %(default)s)",
+    )
+    group.add_argument(
+        "--reserve",
+        type=float,
+        default=0.0,
+        metavar="SHARE",
+        help="of the friction that the gait leaves unused; 0.02 lets the replay walk without a "
+        "slip (default: %(default)s)",
+    )
+
+
+def _add_walk(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--steps", type=int, metavar="N", help="a walk of so many (default: one periodic step)"
+    )
+    group.add_argument(
+        "--start",
+        type=float,
+        metavar="RATE",
+        help="crank rate at the beginning of a walk [rad/s] (default: 0, rest)",
+    )
+    group.add_argument(
+        "--end",
+        type=float,
+        metavar="RATE",
+        help="crank rate at its end [rad/s], 0 for a stop (default: any)",
+    )
+    group.add_argument(
+        "--cells",
+        type=int,
+        default=200,
+        metavar="N",
+        help="of the grid in each step (default: 200)",
+    )
+    group.add_argument(
+        "--feedback",
+        type=float,
+        default=2.0,
+        metavar="GAIN",
+        help="of the second replay [1/rad]; the first one has none (default: %(default)s)",
+    )

@@ -1,0 +1,151 @@
+"""A solved gait problem in words, as a table of nodes and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.optim.gait.problem import RESIDUAL_UNITS
+from stickslip.records.table import Table, json_text
+
+if TYPE_CHECKING:
+    from stickslip.optim import Gait, GaitProblem, GaitResult, Replay
+
+
+def gait_rows(
+    problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
+) -> list[tuple[str, str]]:
+    """What the command prints, a name and its value a row."""
+    unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
+    walk = "one periodic step" if problem.is_periodic else f"{problem.steps_taken} steps"
+    found = [
+        ("objective", problem.goal.words),
+        ("walk", f"{walk}, {problem.cells} cells each"),
+        ("status", f"{result.status.name}: {result.status.value}"),
+        ("message", result.message),
+    ]
+    if result.gait is None:
+        return [*found, ("value", "no gait found"), ("time", f"{result.seconds:.3g} s")]
+    found += [
+        ("value", f"{result.value:.8g}{unit}, of {result.bound_of}"),
+        ("lower bound", _number(result.lower_bound, unit) + ", for the same"),
+        ("whatever the grid", _bracket(result, unit)),
+        ("constraints missed by", _missed(result.residuals)),
+        *_of_gait(problem, result.best),
+    ]
+    for name, one in replays.items():
+        found.append((f"replay, {name}", _replayed(one)))
+    found.append(("time", f"{result.seconds:.3g} s, {result.evaluations} programs solved"))
+    return found
+
+
+def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
+    """The gait's own numbers."""
+    robot, rate, spent = gait.nodes.robot, gait.crank_rate, gait.spent
+    speed = gait.mean_rate / np.pi * robot.step_length
+    transport = gait.cost_of_transport(problem.copper_loss)
+    return [
+        ("mean crank rate", f"{gait.mean_rate:.6g} rad/s, {speed:.4g} m/s"),
+        ("crank rate", f"{np.min(rate):.4g} to {np.max(rate):.4g} rad/s"),
+        ("torque", f"{np.min(gait.torque):.4g} to {np.max(gait.torque):.4g} N m"),
+        ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
+        ("normal force", f"{np.min(gait.normal_force):.4g} to {np.max(gait.normal_force):.4g} N"),
+        ("zero-moment point", f"{np.min(gait.zmp):.4g} to {np.max(gait.zmp):.4g} m"),
+        ("positive work", f"{spent['work']:.6g} J"),
+        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J"),
+        ("cost of transport", f"{transport:.5g}, copper included"),
+    ]
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "none proved" if value is None else f"{value:.8g}{unit}"
+
+
+def _bracket(result: GaitResult, unit: str) -> str:
+    low = _number(result.every_bound, unit)
+    high = f"{result.held_value:.8g}{unit}" if np.isfinite(result.held_value) else "not found"
+    return f"the best gait of all takes {low} or more; this one, kept between nodes too, {high}"
+
+
+def _missed(residuals: Mapping[str, float]) -> str:
+    worst = {name: by for name, by in residuals.items() if by > 1e-12}
+    text = ", ".join(f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in worst.items())
+    return text or "nothing"
+
+
+def _replayed(one: Replay) -> str:
+    floor = "foot held" if one.mu is None else f"mu {one.mu:g}"
+    slid = "no slip" if one.kept else f"slid {one.slid:.2g} m, {one.status.name}"
+    return (
+        f"{floor}: {slid}; {one.mean_rate:.6g} rad/s (promised {one.promised_mean_rate:.6g}), "
+        f"{one.work:.6g} J ({one.promised_work:.6g}), friction used {one.friction_use:.4g}"
+    )
+
+
+def gait_csv(problem: GaitProblem, result: GaitResult) -> str:
+    """A line a node, numbers in SI units and radians."""
+    gait = result.best
+    steps = np.repeat(np.arange(gait.grid.steps), gait.grid.cells + 1)
+    rate = gait.crank_rate
+    with np.errstate(divide="ignore"):
+        pace = 2 * gait.grid.h / (rate[:, :-1] + rate[:, 1:])
+    ends = np.concatenate([[0.0], np.cumsum(np.sum(pace, axis=1))[:-1]])
+    begun = np.zeros((gait.grid.steps, 1))
+    time = ends[:, None] + np.concatenate([begun, np.cumsum(pace, axis=1)], axis=1)
+    columns = {
+        "step": steps,
+        "crank angle [rad]": gait.theta.ravel(),
+        "time [s]": time.ravel(),
+        "crank rate [rad/s]": rate.ravel(),
+        "crank acceleration [rad/s^2]": gait.a.ravel(),
+        "torque [N m]": gait.torque.ravel(),
+        "friction force [N]": gait.friction_force.ravel(),
+        "normal force [N]": gait.normal_force.ravel(),
+        "zero-moment point [m]": gait.zmp.ravel(),
+    }
+    return Table.of_columns(columns).csv(digits=12)
+
+
+def gait_json(
+    problem: GaitProblem,
+    result: GaitResult,
+    replays: Mapping[str, Replay],
+    asked: Mapping[str, object],
+) -> str:
+    """Everything: what was asked for, the robot's numbers, the result. null: not finite."""
+    robot = {one.name: getattr(problem.params, one.name) for one in fields(problem.params)}
+    found: dict[str, object] = {
+        "status": result.status.name,
+        "message": result.message,
+        "value": result.value,
+        "unit": problem.goal.unit,
+        "lower_bound": result.lower_bound,
+        "bound_of": result.bound_of,
+        "every_bound": result.every_bound,
+        "held_value": result.held_value,
+        "feasible": result.feasible,
+        "residuals": dict(result.residuals),
+        "seconds": result.seconds,
+        "evaluations": result.evaluations,
+    }
+    if result.certificate is not None:
+        found["certificate"] = asdict(result.certificate)
+    if result.gait is not None:
+        gait = result.best
+        found |= {
+            "mean_rate": gait.mean_rate,
+            "friction_use": gait.friction_use,
+            "spent": gait.spent,
+            "cost_of_transport": gait.cost_of_transport(problem.copper_loss),
+            "theta": gait.theta,
+            "crank_rate": gait.crank_rate,
+            "torque": gait.torque,
+            "replays": {
+                name: asdict(one) | {"status": one.status.name, "kept": one.kept}
+                for name, one in replays.items()
+            },
+        }
+    return json_text({"asked": dict(asked), "robot": robot, "result": found})

@@ -1,0 +1,77 @@
+"""Gaits walked in simulation keep what they promise."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.optim import replay, solve
+from stickslip.optim.gait.law import GaitLaw
+from tests.optim.gait.helpers import periodic, robot, solved, transfer
+
+MU, RESERVE = 0.06, 0.02
+
+
+@pytest.mark.parametrize("feedback", [0.0, 2.0])
+def test_a_periodic_gait_walks_without_a_slip_at_the_promised_speed_and_energy(feedback: float):
+    found = solved("energy", mu=MU * (1 - RESERVE), mean_rate=4.5, steps=200)
+    walked = replay(robot(), found.best, mu=MU, feedback=feedback, walk_steps=2)
+    assert walked.kept, walked
+    assert walked.mean_rate == pytest.approx(walked.promised_mean_rate, rel=1e-5)
+    assert walked.work == pytest.approx(walked.promised_work, rel=1e-4)
+    assert walked.rate_error < 1e-3
+
+
+def test_a_start_from_rest_and_a_stop_walk_as_promised():
+    found = solve(transfer(2, mu=MU * (1 - RESERVE), end_rate=0.0, steps=200))
+    walked = replay(robot(), found.best, mu=MU)
+    assert walked.kept, walked
+    assert walked.duration == pytest.approx(walked.promised_duration, rel=2e-3)
+    assert walked.end_rate < 0.1
+
+
+def test_a_gait_that_uses_more_friction_than_there_is_slips():
+    found = solved("energy", mu=MU * (1 - RESERVE), mean_rate=4.5, steps=200)
+    walked = replay(robot(), found.best, mu=0.8 * MU, walk_steps=1)
+    assert not walked.kept
+    assert walked.slid > 1e-4
+
+
+def test_feedback_takes_away_what_another_robot_makes_of_the_torque():
+    found = solved("energy", mu=MU * (1 - RESERVE), mean_rate=4.5, steps=200)
+    heavier = robot(payload=0.02)
+    errors = [
+        replay(heavier, found.best, feedback=gain, walk_steps=4).rate_error for gain in (0.0, 4.0)
+    ]
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_the_traced_law_is_the_gait(float64: object):
+    gait = solve(transfer(2, mu=0.2, steps=40)).best
+    law = GaitLaw.of(gait)
+    angles = np.pi / 2 + np.linspace(0.01, 2 * np.pi - 0.01, 56)
+    steps = np.floor((angles - np.pi / 2) / np.pi).astype(np.int32)
+    a, b = jax.vmap(law.at)(jnp.asarray(angles - np.pi * steps), jnp.asarray(steps))
+    np.testing.assert_allclose(np.stack([a, b]), np.stack(gait.at(angles)), rtol=1e-12, atol=1e-12)
+    slope = (gait.at(angles + 1e-6)[1] - gait.at(angles - 1e-6)[1]) / 2e-6
+    np.testing.assert_allclose(slope, 2 * gait.at(angles)[0], rtol=1e-4, atol=1e-3)
+
+
+def test_what_cannot_be_walked_is_refused():
+    gait = solved("energy", mu=MU, mean_rate=4.5, steps=60).best
+    for options, said in (
+        ({"mu": -1.0}, "mu = -1.0"),
+        ({"feedback": np.nan}, "feedback = nan"),
+        ({"hold": 1e-13}, "holds, about"),
+        ({"walk_steps": 0}, "walk_steps"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            replay(robot(), gait, **options)
+    still = replace(gait, b=np.zeros_like(gait.b))
+    with pytest.raises(ValueError, match="stands still"):
+        replay(robot(), still)
+    with pytest.raises(ValueError, match="outside the gait"):
+        solve(transfer(1, mu=0.2, steps=40)).best.at(np.array([10.0]))
+    assert periodic(mu=0.1).is_periodic

@@ -1,0 +1,83 @@
+"""`stickslip optimise biped`: what it prints, what it writes, how it refuses."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+
+SMALL = ["optimise", "biped", "--cells=40", "--mu=0.1"]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
+    pytest.importorskip("matplotlib")
+    assert main([*SMALL, "--objective=energy", "--speed=4", "--reserve=0.05", "--out=run"]) == OK
+    printed = capsys.readouterr().out
+    found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
+    with Path("run/gait.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    columns = {name: np.array(of, float) for name, *of in zip(*rows, strict=True)}
+    torque, angle = columns["torque [N m]"], columns["crank angle [rad]"]
+    work = np.trapezoid(np.maximum(torque, 0.0), angle)
+    assert found["spent"]["work"] == pytest.approx(work, rel=2e-2)
+    assert columns["time [s]"][-1] == pytest.approx(np.pi / 4, rel=1e-2)
+    use = np.abs(columns["friction force [N]"] / columns["normal force [N]"])
+    assert np.max(use) <= 0.095 * (1 + 1e-6)
+    assert found["status"] == "OPTIMAL"
+    assert found["every_bound"] <= found["lower_bound"] * (1 + 1e-2)
+    assert f"{found['value']:.8g} J" in printed
+    assert all(one["steps"] == 3 for one in found["replays"].values())
+    assert Path("run/gait.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys):
+    assert main([*SMALL, "--objective=energy", "--speed=30", "--no-pictures"]) == NOTHING_FOUND
+    printed = capsys.readouterr().out
+    assert "INFEASIBLE" in printed
+    assert "mean_rate = 30 rad/s cannot be met" in printed
+    assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("--objective speed", "objective = 'speed' is unknown; accepted: 'time'"),
+        ("--objective time=", "accepted: a name, or name=weight"),
+        ("--objective time=1,friction=1", "mu as a limit"),
+        ("--mu -1", "mu = -1.0"),
+        ("--mu 0.1 0.2", r"mu has shape \(2,\); accepted: one number"),
+        ("--torque-limit much", "--torque-limit 'much'"),
+        ("--end 0", "--end without --steps"),
+        ("--steps 0", "steps_taken = 0"),
+        ("--cells 3", "steps = 3"),
+        ("--cells 999999999", "nodes, about"),
+        ("--reserve 1", "reserve = 1.0"),
+        ("--feedback -1", "feedback = -1.0"),
+        ("--payload nan", "payload = nan"),
+        ("--gravity 0", "gravity = 0.0"),
+        ("--speeds 3", "did you mean --speed"),
+    ],
+)
+def test_wrong_input_is_refused_in_a_line(arguments: str, said: str, capsys):
+    assert main(["optimise", "biped", *arguments.split()]) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
+    assert re.search(said, line), line
+    assert not Path("runs").exists()
+
+
+def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
+    Path("run").mkdir()
+    Path("run/notes").write_text("mine")
+    assert main([*SMALL, "--out=run"]) == WRONG_INPUT
+    assert "run exists" in capsys.readouterr().err
+    assert [one.name for one in Path("run").iterdir()] == ["notes"]
