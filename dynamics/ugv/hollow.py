@@ -63,56 +63,56 @@ def greatest_bend(shape: object, radius: Values | float) -> Values | None:
     return None
 
 
-@greatest_bend.register
+@greatest_bend.register(Flat)
 def _(shape: Flat, radius: Values | float) -> Values:
     (r,) = as_floats(radius)
     return jnp.zeros_like(r)
 
 
-@greatest_bend.register
+@greatest_bend.register(Incline)
 def _(shape: Incline, radius: Values | float) -> Values:
     (m,) = as_floats(shape.slope)
     return jnp.zeros_like(m)
 
 
-@greatest_bend.register
+@greatest_bend.register(Bump)
 def _(shape: Bump, radius: Values | float) -> Values:
     h, w = as_floats(shape.height, shape.width)
     return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
-@greatest_bend.register
+@greatest_bend.register(Sinusoid)
 def _(shape: Sinusoid, radius: Values | float) -> Values:
     a, wavelength = as_floats(shape.amplitude, shape.wavelength)
     return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
-@greatest_bend.register
+@greatest_bend.register(Ramp)
 def _(shape: Ramp, radius: Values | float) -> Values:
     m, joint = as_floats(shape.slope, shape.joint)
     return 1.5 * jnp.abs(m) / joint
 
 
-@greatest_bend.register
+@greatest_bend.register(Step)
 def _(shape: Step, radius: Values | float) -> Values:
     h, length = as_floats(shape.height, shape.length)
     return RISE * jnp.abs(h) / length**2
 
 
-@greatest_bend.register
+@greatest_bend.register(Ditch)
 def _(shape: Ditch, radius: Values | float) -> Values:
     depth, width, side = as_floats(shape.depth, shape.width, shape.side)
     sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
     return sides * RISE * jnp.abs(depth) / side**2
 
 
-@greatest_bend.register
+@greatest_bend.register(Waves)
 def _(shape: Waves, radius: Values | float) -> Values:
     a, n = as_floats(shape.amplitudes, shape.frequencies)
     return jnp.sum(jnp.abs(a) * (2 * np.pi * n) ** 2, axis=-1)
 
 
-@greatest_bend.register
+@greatest_bend.register(Spline)
 def _(shape: Spline, radius: Values | float) -> Values | None:
     """Of each piece the largest coefficient in Bernstein's form, between which a polynomial lies;
     infinite where heights or slopes jump at knots by more than rounding."""
