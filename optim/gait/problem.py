@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.gait.goal import goal_of
 from stickslip.optim.gait.grid import Grid
 from stickslip.optim.gait.instance import Instance
@@ -243,7 +243,7 @@ def _check(p: GaitProblem) -> None:
     require_kind("params", p.params, BipedParams, accepted)
     require_integer("steps_taken", p.steps_taken, high=MOST_STEPS)
     require_integer("steps", p.cells, low=LEAST_CELLS, accepted="an integer >= 8, cells of a step")
-    require_memory(f"steps = {p.cells}", "nodes", p.steps_taken * (p.cells + 1.0), NODE)
+    require_memory(f"steps = {shown(p.cells)}", "nodes", p.steps_taken * (p.cells + 1), NODE)
     require_kind("zmp", p.zmp, bool, "True or False")
     for name in (TORQUE + "_limit", "mean_rate", "max_rate"):
         given = getattr(p, name)

@@ -392,4 +392,30 @@ def others() -> dict[str, Plan]:
             {"params": ugv.UGVParams(), "track": ugv.Track.bump(), "spacing": 0.5},
         ),
         "TrainConfig.of": Plan(TrainConfig.of, config),
+    } | gaits()
+
+
+def gaits() -> dict[str, Plan]:
+    """Gaits, periodic and from one rate to another."""
+    any_above = maybe("half", "subnormal", "overflow")
+    shared = {
+        "params": KIND,
+        "objective": CHOICE,
+        "mu": any_above,
+        "torque_limit": any_above,
+        "mean_rate": any_above,
+        "min_normal": ("half", "subnormal", "overflow"),
+        "zmp": FLAG,
+        "max_rate": any_above,
+        "copper_loss": ("half", "subnormal", "overflow"),
+        "steps": INTEGER,
+    }
+    rates = {"start_rate": any_above, "end_rate": any_above}
+    return {
+        "GaitProblem.periodic": Plan(optim.GaitProblem.periodic, shared, {"params": bare()}),
+        "GaitProblem.transfer": Plan(
+            optim.GaitProblem.transfer,
+            {"steps_taken": INTEGER, **shared, **rates},
+            {"params": bare(), "steps_taken": 1},
+        ),
     }

@@ -33,6 +33,7 @@ NO_CONSTRUCTORS = {
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
     "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
+    "Certificate", "Gait", "GaitResult", "Replay", "replay",
 }  # fmt: skip
 
 

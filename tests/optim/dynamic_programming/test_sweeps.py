@@ -51,14 +51,14 @@ def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_t
     inner = np.abs(DoubleIntegrator.of(16).grid.sheets[0].coordinates()).max(1) <= 1
     at = DoubleIntegrator.of(16).grid.sheets[0].coordinates()[inner]
     exact = -np.einsum("ni,ij,nj->n", at, DoubleIntegrator.of(16).riccati(steps), at)
-    for cells in (16, 32):
+    for cells in (32, 64):
         process = DoubleIntegrator.of(cells, float64)
         value = finite_horizon(transitions(process, -1e3), steps).value
         places = jax.vmap(process.place)(jnp.asarray(at))
         found = jax.vmap(lambda place, p=process, v=value: p.grid.read(v, p.grid.cell(place)))
         errors.append(np.max(np.abs(found(places) - exact)))
     assert errors[1] < 0.05 * np.max(np.abs(exact))
-    assert errors[0] / errors[1] > 2.5
+    assert errors[0] / errors[1] > 3
 
 
 def test_the_average_is_that_of_the_best_way_round(dtype):
