@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
@@ -11,6 +10,7 @@ import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.foreign.arrays import arrays_in
+from stickslip.agents.foreign.metadata import metadata_text
 from stickslip.agents.foreign.reading import (
     RefusedError,
     parse_json,
@@ -70,14 +70,7 @@ def save_value_policy(
     numbers = int(policy.ahead.depth), policy.ahead.beam, float(policy.outside)
     own = {"format": FORMAT, "version": VERSION, **dict(zip(RULES, numbers, strict=True))}
     own |= describe_environment(policy.env, params)
-    extra = dict(metadata or {})
-    if taken := sorted(own.keys() & extra.keys()):
-        raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
-    try:
-        text = json.dumps(own | extra, allow_nan=False, ensure_ascii=False)
-        parse_json(text, "metadata")
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(f"metadata is no JSON ({error}); accepted: finite JSON values") from error
+    text = metadata_text(own, metadata)
     arrays = {"values": np.asarray(policy.values), "actions": np.asarray(policy.actions)}
     for name, axis in _axes(policy.grid).items():
         arrays[name] = np.asarray(axis.nodes, np.float64)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -13,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.foreign.arrays import LARGEST, arrays_in
+from stickslip.agents.foreign.metadata import metadata_text
 from stickslip.agents.foreign.reading import (
-    LARGEST_TEXT,
     RefusedError,
     parse_json,
     read_bytes,
@@ -61,17 +60,7 @@ def save_policy(
         "observation_clip": policy.observation_clip,
         "versions": _versions(),
     }
-    extra = dict(metadata or {})
-    if taken := sorted(own.keys() & extra.keys()):
-        raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
-    try:
-        text = json.dumps(own | extra, allow_nan=False, ensure_ascii=False)
-        parse_json(text, "metadata")
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(
-            f"metadata is no JSON ({error}); accepted: finite JSON values, at most "
-            f"{LARGEST_TEXT} bytes"
-        ) from error
+    text = metadata_text(own, metadata)
     arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
     arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
     arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}

@@ -12,11 +12,10 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optimise.ground import options_of, track_of
+from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
-from stickslip.records.files import write_whole
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
-NO_LIMIT = "none"
 NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
@@ -43,12 +42,7 @@ def optimise_command(flags: Mapping[str, Any]) -> bool:
     for warning in warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
     files = _files(problem, result, spent, flags)
-    if flags["overwrite"]:  # nothing of an earlier result stays beside this one
-        for name in {STATIONS, RESULT, PICTURE} - set(files):
-            (out / name).unlink(missing_ok=True)
-    for name, content in files.items():
-        write_whole(out / name, content, overwrite=flags["overwrite"])
-    print(f"{', '.join(files)}: {out}", file=sys.stderr)
+    write_all(out, files, (STATIONS, RESULT, PICTURE), flags["overwrite"])
     return result.x is not None
 
 
@@ -61,34 +55,18 @@ def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
         spacing=flags["spacing"],
         start=flags["start"],
         end=flags["end"],
-        leg_rate=_rate(flags["leg_rate"]),
+        leg_rate=limit_of("--leg-rate", flags["leg_rate"], "rad/m"),
         friction=flags["friction"],
         start_angles=flags["start_angles"],
         end_angles=flags["end_angles"],
     )
 
 
-def _rate(text: str) -> float | None:
-    """A leg rate [rad/m], or None for no limit."""
-    if text == NO_LIMIT:
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(
-            f"--leg-rate {text!r}; accepted: a number > 0 [rad/m], or {NO_LIMIT}"
-        ) from None
-
-
 def _folder(flags: Mapping[str, Any]) -> Path:
     """Where the files go; ValueError if something is there and may not be replaced."""
     default = f"ugv-{Path(flags['track']).stem}-{flags['criterion']}-{flags['method']}"
     out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
-    if not flags["overwrite"] and out.is_dir() and any(out.iterdir()):
-        raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
-    return out
+    return require_folder(out, flags["overwrite"])
 
 
 def _files(

@@ -13,11 +13,10 @@ from stickslip.optim.gait.goal import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optimise.gait_flags import GaitFlags
 from stickslip.optimise.gait_report import gait_csv, gait_json, gait_rows
+from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import table
-from stickslip.records.files import write_whole
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
-NO_LIMIT = "none"
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
 
@@ -46,12 +45,7 @@ def optimise_gait_command(flags: GaitFlags) -> bool:
             unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
             files[PICTURE] = png(draw_gait(problem, result), title)
-    if flags["overwrite"]:  # nothing of an earlier result stays beside this one
-        for name in {NODES, RESULT, PICTURE} - set(files):
-            (out / name).unlink(missing_ok=True)
-    for name, content in files.items():
-        write_whole(out / name, content, overwrite=flags["overwrite"])
-    print(f"{', '.join(files)}: {out}", file=sys.stderr)
+    write_all(out, files, (NODES, RESULT, PICTURE), flags["overwrite"])
     return result.gait is not None
 
 
@@ -68,7 +62,10 @@ def gait_problem_of(flags: GaitFlags) -> GaitProblem:
             require_scalar("mu", one, low=0.0, accepted="a finite number >= 0")
         left = [one * (1 - flags["reserve"]) for one in flags["mu"]]
         mu = left[0] if len(left) == 1 else left
-    objective, torque = _objective(flags["objective"]), _torque(flags["torque_limit"])
+    objective, torque = (
+        _objective(flags["objective"]),
+        limit_of("--torque-limit", flags["torque_limit"], "N m"),
+    )
     walk, end = flags["steps"], flags["end"]
     if walk is None:
         for name, value in (("start", flags["start"]), ("end", end)):
@@ -122,18 +119,6 @@ def _objective(text: str) -> str | dict[str, float]:
     return found
 
 
-def _torque(text: str) -> float | None:
-    """A torque [N m], or None for no limit."""
-    if text == NO_LIMIT:
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(
-            f"--torque-limit {shown(text)}; accepted: a number > 0 [N m], or {NO_LIMIT}"
-        ) from None
-
-
 def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict[str, Replay]:
     """The gait walked open loop and with feedback, on a floor of the friction asked for; of several
     frictions the foot is held, and the replay says how much it used."""
@@ -160,8 +145,4 @@ def _folder(flags: GaitFlags) -> Path:
     """Where the files go; ValueError if something is there and may not be replaced."""
     default = f"biped-{flags['objective'].replace('=', '').replace(',', '-')}"
     out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
-    if not flags["overwrite"] and out.is_dir() and any(out.iterdir()):
-        raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
-    return out
+    return require_folder(out, flags["overwrite"])
