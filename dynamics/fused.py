@@ -41,7 +41,7 @@ LARGEST_CUT = 2**13
 """Numbers of a block's part of an argument; blocks are smaller where members are larger."""
 GRAIN = 8
 """Where there are several blocks, their size is a multiple of this."""
-REMEMBERED = 1024
+REMEMBERED = 128
 """Kernels that are not built anew when another program needs them."""
 
 Result = TypeVar("Result")
