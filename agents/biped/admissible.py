@@ -6,25 +6,14 @@ from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
+from stickslip.dynamics.biped.contact import ankle_moment
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped import BipedModel, BipedState
-
-
-def admissible_torques(
-    robot: BipedModel, biped: BipedState, friction: ArrayLike, footing: ArrayLike
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Least and greatest torque [N m] for which |f| <= friction x N and the zero-moment point is
-    within `footing` of the way to heel and toe, the foot at rest."""
-    inertia = robot.inertia.at(biped.phase)
-    rate = jnp.asarray(biped.crank_rate)
-    idle = sticking(robot, inertia, rate, jnp.zeros_like(rate))
-    driven = sticking(robot, inertia, rate, jnp.ones_like(rate))
-    return admissible(robot, biped, idle, driven, friction, footing)
+    from stickslip.dynamics.biped.contact import Motion
 
 
 def admissible(
@@ -35,7 +24,11 @@ def admissible(
     friction: ArrayLike,
     footing: ArrayLike,
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """The same from the motions under no torque and under 1 N m; all is linear in between."""
+    """Least and greatest torque [N m] for which |f| <= friction x N and the zero-moment point is
+    within `footing` of the way to heel and toe, the foot at rest.
+
+    idle, driven: its motion under no torque and under 1 N m; all is linear in between.
+    """
 
     def excess(motion: Motion):
         """Not positive where a motion is allowed: friction both ways, toe, heel."""

@@ -11,23 +11,19 @@ import numpy as np
 
 from stickslip.agents.biped.action import action_of
 from stickslip.agents.biped.admissible import admissible
-from stickslip.agents.biped.secant import secant
-from stickslip.dynamics.biped import SUPPORT_END, BipedModel, RK4Split, step
+from stickslip.agents.biped.secant import after_a_period, secant
+from stickslip.dynamics.biped import SUPPORT_END, BipedModel
 from stickslip.dynamics.biped.contact import Motion, sticking
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike, DTypeLike
+    from jax.typing import ArrayLike
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped import BipedState
     from stickslip.envs.biped.env import BipedEnvState
     from stickslip.envs.biped.params import BipedEnvParams
-
-HOLDS = 10.0
-"""A static friction coefficient that no start or stride exceeds."""
 
 
 class Schedule(NamedTuple):
@@ -100,8 +96,8 @@ class ComputedTorque:
         target = jnp.clip(cruise, now + period * low, now + period * high)
         per_torque = driven.friction_force - idle.friction_force
         guess = ((target - now) / period - idle.friction_force) / per_torque
-        floor = self._floor(dtype)
-        torque = _torque_to_reach(target, guess, period * per_torque, robot, floor, biped, period)
+        slope = period * per_torque
+        torque = _torque_to_reach(target, guess, slope, robot, self.friction, biped, period)
         return memory, action_of(torque, env_params, env_state)
 
     def _admissible(self, robot: BipedModel, biped: BipedState, idle: Motion, driven: Motion):
@@ -112,11 +108,6 @@ class ComputedTorque:
         lowest, highest = admissible(robot, biped, idle, driven, self.friction, self.footing)
         per_torque = driven.friction_force - idle.friction_force
         return tuple(idle.friction_force + per_torque * torque for torque in (lowest, highest))
-
-    def _floor(self, dtype: DTypeLike) -> Scene:
-        """The floor that predictions are made on: it holds a foot at rest, and drags on a slide."""
-        holds, drags = jnp.full((), HOLDS, dtype), jnp.asarray(self.friction, dtype)
-        return Scene.uniform(holds, drags, outputs="state")
 
 
 def _timed(
@@ -150,7 +141,7 @@ def _torque_to_reach(
     guess: Float[Array, ""],
     slope: Float[Array, ""],
     robot: BipedModel,
-    floor: Scene,
+    friction: ArrayLike,
     biped: BipedState,
     period: Float[Array, ""],
 ) -> Float[Array, ""]:
@@ -160,7 +151,7 @@ def _torque_to_reach(
     """
 
     def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
-        after, _ = step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))
+        after = after_a_period(robot, biped, torque, period, friction)
         return robot.inertia.at(after.phase).P * after.crank_rate - target
 
     return secant(miss, guess, slope)

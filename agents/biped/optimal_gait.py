@@ -11,13 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.action import action_of
-from stickslip.agents.biped.admissible import admissible_torques
-from stickslip.agents.biped.secant import secant
+from stickslip.agents.biped.admissible import admissible
+from stickslip.agents.biped.secant import after_a_period, secant
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.biped import SUPPORT_START, BipedParams, RK4Split, step
+from stickslip.dynamics.biped import SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.optim.gait.gait import Gait
 
-HOLDS = 10.0
-"""A static friction coefficient that no start or stride exceeds."""
 RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 """Mean crank rates of the usual gaits [rad/s]."""
 CELLS = 64
@@ -136,16 +133,14 @@ class OptimalGait(Memoryless):
         commanded = jnp.asarray(env_state.drawn.commanded_rate, dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         inertia = robot.inertia.at(biped.phase)
-        low, high = admissible_torques(robot, biped, self.friction, self.footing)
-        a, _ = self.gaits.target(commanded, biped.phase)
         idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))
+        driven = sticking(robot, inertia, biped.crank_rate, jnp.ones((), dtype))
+        low, high = admissible(robot, biped, idle, driven, self.friction, self.footing)
+        a, _ = self.gaits.target(commanded, biped.phase)
         guess = inertia.M * (a - idle.crank_acceleration)
-        floor = Scene.uniform(
-            jnp.full((), HOLDS, dtype), jnp.asarray(self.friction, dtype), outputs="state"
-        )
 
         def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
-            after, _ = step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))
+            after = after_a_period(robot, biped, torque, period, self.friction)
             _, wanted = self.gaits.target(commanded, after.phase)
             return after.crank_rate - jnp.sqrt(jnp.maximum(wanted, 0.0))
 

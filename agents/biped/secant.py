@@ -7,15 +7,38 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.biped import RK4Split, step
+from stickslip.dynamics.scene import Scene
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.biped import BipedModel, BipedState
+
+HOLDS = 10.0
+"""A static friction coefficient that no start or stride exceeds."""
 PREDICTIONS = 3
 """Of the coming period, each of which corrects the torque; the outcome is nearly linear in it."""
 SMALLEST_RUN = 1e-4
 """Torques closer than this give no slope [N m]."""
+
+
+def after_a_period(
+    robot: BipedModel,
+    biped: BipedState,
+    torque: Float[Array, ""],
+    period: Float[Array, ""],
+    friction: ArrayLike,
+) -> BipedState:
+    """Where a held torque [N m] is predicted to lead, on a floor that holds a foot at rest and
+    drags on a slide by this coefficient."""
+    dtype = biped.crank_rate.dtype
+    holds, drags = jnp.full((), HOLDS, dtype), jnp.asarray(friction, dtype)
+    floor = Scene.uniform(holds, drags, outputs="state")
+    return step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))[0]
 
 
 def secant(
