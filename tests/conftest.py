@@ -44,6 +44,10 @@ from tests.times import (  # noqa: F401  (pytest finds its hooks here)
     pytest_terminal_summary,
 )
 
+# Traced programs are many small objects that stay: looking through all of them for garbage as often
+# as Python does by default takes a twentieth of the time.
+gc.set_threshold(100_000, 50, 100)
+
 LONGEST = ("test_wheel.py", "test_readme.py")
 """Files of few and dear tests, of which two would otherwise begin when the others end."""
 

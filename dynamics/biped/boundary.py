@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -14,11 +13,14 @@ from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import is_concrete, require_kind, require_memory, shown
 from stickslip.dynamics.numeric import require_numeric
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.integrators import Integrator
     from stickslip.dynamics.numeric import Number
+
+_mismatch = run_once(exchange_mismatch)
 
 TIME_STEP = "a finite time step > 0 [s]"
 
@@ -58,7 +60,7 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
         return
     if np.ndim(params.crank) > 0:
         return  # a batch: Status.NO_EXCHANGE tells the members apart
-    mismatch = float(jax.jit(exchange_mismatch)(params))
+    mismatch = float(_mismatch(params))
     accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
     if not mismatch < accepted:
         raise ValueError(

@@ -16,9 +16,9 @@ from stickslip.dynamics.biped.contact import (
 )
 from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.floor import Friction, smoothed_direction
-from stickslip.dynamics.biped.inertia import ground_moment, reduced_inertia
+from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.joint_inertia import JointInertia
-from stickslip.dynamics.biped.kinematics import kinematics
+from stickslip.dynamics.biped.kinematics import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
 from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
@@ -119,16 +119,15 @@ def inverse_dynamics(
     theta, crank_rate, alpha, speed, a1 = _floats(
         params, theta, crank_rate, crank_acceleration, foot_velocity, foot_acceleration
     )
-    inertia = reduced_inertia(params, theta)
+    inertia, (L, dL, X, height) = inertia_and_moment(params, theta)
     torque = motor_torque(params, inertia, crank_rate, alpha, a1)
     friction, normal = ground_force(params, inertia, crank_rate, alpha, a1)
-    L, dL, X, height = ground_moment(params, theta)
     moment = L * alpha + dL * crank_rate**2 + params.gravity * X - a1 * height
     joints = None
     if outputs == "joints":
         joints = JointInertia(params).joint_forces(theta, crank_rate, alpha, a1)
     zmp = zero_moment_point(moment, normal)
-    closes = kinematics(params, theta).closure >= 0
+    closes = closing_margin(params, theta) >= 0
     numbers = (theta, crank_rate, alpha, speed, a1, torque, friction, normal, zmp, joints)
     status = jnp.where(closes, Status.OK, Status.NO_SOLUTION)
     status = jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
@@ -158,7 +157,7 @@ def forward_dynamics(
     require_choice("outputs", outputs, OUTPUTS)
     model = prepare(params, fidelity=fidelity)
     if isinstance(model.inertia, ExactInertia):  # one instant: only here must the linkage close
-        closes = kinematics(model.inertia.params, jnp.asarray(theta)).closure >= 0
+        closes = closing_margin(model.inertia.params, jnp.asarray(theta)) >= 0
         model = rebuilt(model, closes=closes)
     theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic = _floats(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, kinematics
+from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, centres_and_angles
 from stickslip.dynamics.numeric import Number, float_type
 
 if TYPE_CHECKING:
@@ -59,23 +59,24 @@ def reduced_inertia(params: BipedParams, theta: Real[Number, ""]) -> ReducedIner
     Exact: forward-mode differentiation of the kinematics, where the chapter's eqs. (23)-(25) take
     forward differences. Scalars: batch with vmap.
     """
-    (M, P, Y, _), (dM, dP, dY, _) = _momenta_and_slopes(params, theta)
-    return ReducedInertia(M, dM, P, dP, Y, dY)
+    return inertia_and_moment(params, theta)[0]
 
 
 def ground_moment(params: BipedParams, theta: Real[Number, ""]) -> GroundMoment:
     """L, dL and the first mass moments about the supporting ankle, at crank angle `theta` [rad]."""
-    (_, _, _, L), (_, _, _, dL) = _momenta_and_slopes(params, theta)
-    X, Y = jnp.sum(body_masses(params)[:, None] * kinematics(params, theta).centres, axis=0)
-    return GroundMoment(L, dL, X, Y)
+    return inertia_and_moment(params, theta)[1]
 
 
 def inertia_and_moment(
     params: BipedParams, theta: Real[Number, ""]
 ) -> tuple[ReducedInertia, GroundMoment]:
     """`reduced_inertia` and `ground_moment` in one program half as large as the two."""
-    (M, P, Y, L), (dM, dP, dY, dL) = _momenta_and_slopes(params, theta)
-    X, height = jnp.sum(body_masses(params)[:, None] * kinematics(params, theta).centres, axis=0)
+    if jnp.issubdtype(jnp.result_type(theta), jnp.integer):
+        theta = jnp.asarray(theta, float_type(params))
+    (M, P, Y, L), (dM, dP, dY, dL), centres = jax.jvp(
+        lambda angle: _momenta(params, angle), (theta,), (jnp.ones_like(theta),), has_aux=True
+    )
+    X, height = jnp.sum(body_masses(params)[:, None] * centres, axis=0)
     return ReducedInertia(M, dM, P, dP, Y, dY), GroundMoment(L, dL, X, height)
 
 
@@ -86,20 +87,13 @@ def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     return jnp.where(at_hip, mass + params.payload, mass)[LINK_OF_BODY]
 
 
-def _momenta_and_slopes(params: BipedParams, theta: Number):
-    if jnp.issubdtype(jnp.result_type(theta), jnp.integer):
-        theta = jnp.asarray(theta, float_type(params))
-    return jax.jvp(lambda angle: _momenta(params, angle), (theta,), (jnp.ones_like(theta),))
-
-
 def _momenta(
     params: BipedParams, theta: Float[Array, ""]
-) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
-    """Generalised momenta per unit crank rate: M, P, Y, L."""
+) -> tuple[tuple[Float[Array, ""], ...], Float[Array, "24 2"]]:
+    """Generalised momenta per unit crank rate, M, P, Y, L, and the centres of mass [m]."""
 
     def place(angle: Float[Array, ""]):
-        now = kinematics(params, angle)
-        return now.centres, now.angles
+        return centres_and_angles(params, angle)
 
     (centres, _), (velocity, turning) = jax.jvp(place, (theta,), (jnp.ones_like(theta),))
     mass, inertia = body_masses(params), jnp.asarray(params.inertia)[LINK_OF_BODY]
@@ -107,4 +101,4 @@ def _momenta(
     P, Y = jnp.sum(mass[:, None] * velocity, axis=0)
     spin = centres[:, 0] * velocity[:, 1] - centres[:, 1] * velocity[:, 0]
     L = jnp.sum(mass * spin) + jnp.sum(inertia * turning)
-    return M, P, Y, L
+    return (M, P, Y, L), centres

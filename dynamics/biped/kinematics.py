@@ -7,6 +7,7 @@ and parallel to the foot, y up. The supporting foot is flat, so the hip turns by
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -14,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
+from stickslip.dynamics.once import run_once
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -84,27 +86,9 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     is not included. Differentiable in theta and params. Scalars: batch with vmap.
     """
     support, swing = _legs(params, theta)
-    hip_turn = support.directions[0]  # e(theta10): the foot's direction seen from the hip
-    centre = jnp.asarray(params.centre)
-
-    def to_ground(vectors: Float[Array, "links 2"]) -> Float[Array, "links 2"]:
-        c, s = hip_turn
-        x, y = vectors[..., 0], vectors[..., 1]
-        return jnp.stack([c * x + s * y, c * y - s * x], axis=-1)
-
-    ankle = support.pins.E
-    origins = jnp.concatenate([support.origins, swing.origins[_SWING]])
-    directions = to_ground(jnp.concatenate([support.directions, swing.directions[_SWING]]))
-    normals = jnp.stack([-directions[:, 1], directions[:, 0]], axis=-1)
-    local = centre[LINK_OF_BODY]
-    centres = to_ground(origins - ankle[None]) + local[:, :1] * directions + local[:, 1:] * normals
-    pins = LegPins(
-        *(
-            to_ground(jnp.stack([a, b]) - ankle[None])
-            for a, b in zip(support.pins, swing.pins, strict=True)
-        )
-    )
-    zero = jnp.zeros_like(ankle[0])
+    centres, angles = _bodies(params, support, swing)
+    pins = jnp.stack([jnp.stack(support.pins), jnp.stack(swing.pins)], axis=1)
+    zero = jnp.zeros_like(support.pins.E[0])
     hip = jnp.stack(
         [
             jnp.stack([zero, zero]),
@@ -114,17 +98,30 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     )
     return Kinematics(
         centres=centres,
-        angles=jnp.arctan2(directions[:, 1], directions[:, 0]),
-        pins=pins,
-        hip_pins=to_ground(hip - ankle[None]),
+        angles=angles,
+        pins=LegPins(*_to_ground(support, pins - support.pins.E)),
+        hip_pins=_to_ground(support, hip - support.pins.E),
         closure=jnp.minimum(support.closure, swing.closure),
     )
 
 
+def centres_and_angles(
+    params: Linkage, theta: Real[Number, ""]
+) -> tuple[Float[Array, "24 2"], Float[Array, " 24"]]:
+    """Of `kinematics` what the masses need: centres of mass [m] and link angles [rad]."""
+    return _bodies(params, *_legs(params, theta))
+
+
+def closing_margin(params: Linkage, theta: Real[Number, ""]) -> Float[Array, ""]:
+    """Least closing margin of the loops [-] at one crank angle [rad], as `Kinematics.closure`."""
+    support, swing = _legs(params, theta)
+    return jnp.minimum(support.closure, swing.closure)
+
+
 def step_length(params: Linkage) -> Float[Array, ""]:
     """Distance from one foothold to the next without slip [m]: 8 crank lengths by default."""
-    at_exchange = kinematics(params, jnp.asarray(SUPPORT_END, _dtype(params)))
-    return at_exchange.pins.E[1, 0]
+    support, swing = _legs(params, jnp.asarray(SUPPORT_END, _dtype(params)))
+    return _to_ground(support, swing.pins.E - support.pins.E)[0]
 
 
 def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
@@ -136,8 +133,10 @@ def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
     """
 
     def other_foot(theta: Float[Array, ""]) -> Float[Array, " 3"]:
-        now = kinematics(params, theta)
-        return jnp.stack([*(now.pins.E[1] / params.crank), now.angles[13]])
+        support, swing = _legs(params, theta)
+        ankle = _to_ground(support, swing.pins.E - support.pins.E)
+        along, up = _to_ground(support, swing.directions[0])
+        return jnp.stack([*(ankle / params.crank), jnp.arctan2(up, along)])
 
     def mismatch(theta: Float[Array, ""]) -> Float[Array, ""]:
         place, rate = jax.jvp(other_foot, (theta,), (jnp.ones_like(theta),))
@@ -180,7 +179,7 @@ def require_closure(params: Linkage, samples: int = 720) -> None:
     batch, whole = as_batch(params)
     count, depth = int(np.prod(batch)), len(batch)
     flat = jax.tree.map(lambda leaf: leaf.reshape(count, *leaf.shape[depth:]), whole)
-    margin, angles = map(np.asarray, _closure_margins(flat, samples))
+    margin, angles = map(np.asarray, _closure_margins(samples, flat))
     if np.all(margin >= 0):
         return
     member = int(np.nanargmin(margin))
@@ -193,8 +192,8 @@ def require_closure(params: Linkage, samples: int = 720) -> None:
     )
 
 
-@jax.jit(static_argnums=1)
-def _closure_margins(params: Linkage, samples: int):
+@partial(run_once, fixed=1)
+def _closure_margins(samples: int, params: Linkage):
     """Per member: the least closing margin, and the crank angle [rad] it belongs to."""
     return jax.vmap(lambda member: least_closure(member, samples))(params)
 
@@ -232,6 +231,25 @@ def _legs(params: Linkage, theta: Number) -> tuple[_Leg, _Leg]:
     """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
     both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
     return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))
+
+
+def _bodies(params: Linkage, support: _Leg, swing: _Leg):
+    """Centres of mass [m] and angles [rad] of the 24 bodies in the ground frame."""
+    origins = jnp.concatenate([support.origins, swing.origins[_SWING]])
+    directions = jnp.concatenate([support.directions, swing.directions[_SWING]])
+    directions = _to_ground(support, directions)
+    normals = jnp.stack([-directions[:, 1], directions[:, 0]], axis=-1)
+    local = jnp.asarray(params.centre)[LINK_OF_BODY]
+    centres = _to_ground(support, origins - support.pins.E)
+    centres = centres + local[:, :1] * directions + local[:, 1:] * normals
+    return centres, jnp.arctan2(directions[:, 1], directions[:, 0])
+
+
+def _to_ground(support: _Leg, vectors: Float[Array, "*any 2"]) -> Float[Array, "*any 2"]:
+    """Hip frame to ground frame: the supporting foot lies along x (eq. 11)."""
+    c, s = support.directions[0]  # e(theta10): the foot's direction seen from the hip
+    x, y = vectors[..., 0], vectors[..., 1]
+    return jnp.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
 def _leg(params: Linkage, angle: Float[Array, ""]) -> _Leg:

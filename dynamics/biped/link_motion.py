@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import LegPins, kinematics
+from stickslip.dynamics.biped.kinematics import LegPins, centres_and_angles, kinematics
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -95,8 +95,7 @@ def require_difference_step(step: float) -> None:
 
 def _places(params: BipedParams, theta: Float[Array, ""]) -> Places:
     """What is differentiated: centres [24, 2] and angles [24]."""
-    now = kinematics(params, theta)
-    return now.centres, now.angles
+    return centres_and_angles(params, theta)
 
 
 def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Array, "..."]:

@@ -32,6 +32,7 @@ from stickslip.dynamics.derived import (
     settle,
 )
 from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
@@ -199,7 +200,7 @@ def _derive(spec: Fidelity, params: BipedParams) -> Derived:
     return function(params)
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(run_once, fixed=1)
 def _derive_one(spec: Fidelity, params: BipedParams) -> Derived:
     """One program for every robot, payload and unit payload of a fidelity and a type."""
     eps = jnp.finfo(jnp.result_type(params.crank)).eps

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -70,6 +70,8 @@ LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields that are lengths [m]."""
 POSITIVE = (*ABOVE_ZERO, "gravity")
 NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
+Massive = TypeVar("Massive", jax.Array, np.ndarray)
+
 NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
 
@@ -173,13 +175,15 @@ class BipedParams:
         numbers = dict(locals())  # all arguments by name
         for name in NO_NUMBERS:
             del numbers[name]
-        dtype = _checked(numbers, hip_centre, dtype)
-        arrays = {name: jnp.asarray(value, dtype) for name, value in numbers.items()}
+        kind = _checked(numbers, hip_centre, dtype)
+        xp = np if is_concrete(numbers, hip_centre) else jnp
+        arrays = {name: xp.asarray(value, kind) for name, value in numbers.items()}
         unit = arrays["crank_length"]
         lengths = {name: unit * arrays[name] for name in LENGTHS if name != "crank"}
         lengths["crank"] = unit
-        ahead, above = (unit * jnp.asarray(part, dtype) for part in hip_centre)
+        ahead, above = (unit * xp.asarray(part, kind) for part in hip_centre)
         links = link_masses(
+            xp,
             lengths,
             arrays["bar_density"],
             arrays["foot_mass"],
@@ -187,13 +191,12 @@ class BipedParams:
             Hip(arrays["hip_mass"], ahead, above, span=unit * arrays["hip_span"]),
         )
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
-        return cls(**lengths, **links._asdict(), **rest).validate()
+        return cls(**lengths, **links._asdict(), **rest).astype(kind).validate()
 
     @property
     def total_mass(self) -> jax.Array:
         """All 24 bodies and the payload [kg]: hip and crank once, every other link twice."""
-        mass = jnp.asarray(self.mass)
-        return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + self.payload
+        return _total_mass(jnp.asarray(self.mass), self.payload)
 
     def astype(self, dtype: DTypeLike) -> BipedParams:
         """The same robot with every field as an array of `dtype`."""
@@ -228,14 +231,19 @@ class BipedParams:
         for name in (*NON_NEGATIVE, "mass", "inertia"):
             require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
-        require_number(
-            "total mass", self.total_mass, low=0.0, strict=True, accepted="a finite mass > 0 [kg]"
-        )
+        if is_concrete(self.mass, self.payload):
+            whole = _total_mass(np.asarray(self.mass), np.asarray(self.payload))
+            accepted = "a finite mass > 0 [kg]"
+            require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
         if is_concrete(self):
             from stickslip.dynamics.biped.kinematics import require_closure
 
             require_closure(self)
         return self
+
+
+def _total_mass(mass: Massive, payload: Numeric) -> Massive:
+    return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + payload
 
 
 @cache

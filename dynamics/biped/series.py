@@ -17,8 +17,7 @@ import numpy as np
 from stickslip.dynamics.biped.inertia import (
     GroundMoment,
     ReducedInertia,
-    ground_moment,
-    reduced_inertia,
+    inertia_and_moment,
 )
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer
@@ -67,9 +66,7 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     nodes, transform, integrate = _transform(spec.degree)
     half = (SUPPORT_END - SUPPORT_START) / 2
     angles = jnp.asarray(SUPPORT_START + half * (1 + nodes), dtype)
-    inertia, moment = jax.vmap(
-        lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle))
-    )(angles)
+    inertia, moment = jax.vmap(lambda angle: inertia_and_moment(params, angle))(angles)
     to_slope = jnp.asarray(transform, dtype)
     to_value = jnp.asarray(half * integrate, dtype)
 

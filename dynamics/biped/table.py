@@ -20,6 +20,7 @@ from stickslip.dynamics.biped.inertia import (
     GroundMoment,
     ReducedInertia,
     ground_moment,
+    inertia_and_moment,
     reduced_inertia,
 )
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
@@ -92,9 +93,9 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
     nodes, to_powers = _nodes_and_transform(table.degree)
     middles = SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
     angles = middles[:, None] + width / 2 * np.append(nodes, 0.0)
-    inertia, moment = jax.vmap(
-        jax.vmap(lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle)))
-    )(jnp.asarray(angles, dtype))
+    inertia, moment = jax.vmap(jax.vmap(lambda angle: inertia_and_moment(params, angle)))(
+        jnp.asarray(angles, dtype)
+    )
 
     counts = jnp.arange(1, table.degree + 1, dtype=dtype)
 

@@ -23,6 +23,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
 from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
 from stickslip.dynamics.ugv.spline import Spline
@@ -137,7 +138,7 @@ def _concrete(track: Track, start: float, end: float, cells: int | None) -> Odom
         ]
         sums = np.concatenate([[0.0], np.cumsum(np.concatenate(parts))])
         found = _made(wide, start, end, *in_two(edges), sums, even)
-        before = np.asarray(found.excess_at(jnp.asarray(start), jnp.zeros(())))
+        before = 0.0 if start == edges[0] else np.asarray(_excess_once(found, start))
     return _made(track, start, end, found.edges, found.rests, sums - before, even)
 
 
@@ -227,4 +228,9 @@ def _summed(track: Track, edges: jax.Array) -> jax.Array:
     return jnp.concatenate([jnp.zeros(1, edges.dtype), jnp.cumsum(_pieces(track, edges))])
 
 
-_integrals = jax.jit(_pieces)
+def _excess_of(odometer: Odometer, x: jax.Array) -> jax.Array:
+    return odometer.excess_at(x, jnp.zeros_like(x))
+
+
+_integrals = run_once(_pieces)
+_excess_once = run_once(_excess_of)

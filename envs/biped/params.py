@@ -171,7 +171,9 @@ class BipedEnvParams:
             raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
         if is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
             raise ValueError("robot: its linkage cannot close; accepted: one that closes")
-        require_exchange(self.robot.params, self.scene)
+        even = self.robot.symmetric
+        if not (is_concrete(even) and np.all(np.asarray(even))):
+            require_exchange(self.robot.params, self.scene)  # says by how much it is not
         return self
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number, shown
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.options import as_floats, require_scalar
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 FINE = 181
 """Angles of each leg that are looked at for the longest wheelbase."""
+
+
+_slope = run_once(Track.slope)
 
 
 def longest_wheelbase(params: UGVParams) -> float:
@@ -58,8 +61,8 @@ def waypoints_along(
     if start is None:
         reach, r = longest_wheelbase(params), float(params.wheel_radius)
         with jax.enable_x64(True):
-            places = jnp.linspace(first, first + reach + 2 * r, 64)
-            slope = np.asarray(track.astype(places.dtype).slope(places))
+            places = np.linspace(first, first + reach + 2 * r, 64)
+            slope = np.asarray(_slope(track.astype(places.dtype), places))
         begin = first + reach + 2 * r * float(np.max(np.abs(np.sin(np.arctan(slope)))))
         why = f" (track from {first:.6g} m, and {begin - first:.6g} m for the rear wheel)"
     else:
