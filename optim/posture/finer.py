@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated
 from stickslip.optim.posture.criteria import (
     Criterion,
     Weighted,
@@ -70,12 +70,10 @@ def evaluate_finer(
     angles = _between(problem.angles(x), factor)
     count = len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
+    at = evaluated.stations(fine.posture, angles)
     with jax.enable_x64(True):
-        shared = replace(fine.posture, criterion=None, leg_rate=None)
-        shared = replace(shared, x=_padded(shared.x, size), friction=_padded(shared.friction, size))
-        at = traced.stations(shared, _padded(angles, size))
-        value = float(_value(fine.posture.criterion, at, np.int32(count)))
-        at = jax.tree.map(lambda of: np.asarray(of)[:count], at)
+        whole = jax.tree.map(lambda of: _padded(of, size), at)
+        value = float(_value(fine.posture.criterion, whole, np.int32(count)))
     residuals = missed_by(fine, angles, at)
     kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
     return Fine(value, float(np.max(np.diff(fine.x))), kept, residuals)

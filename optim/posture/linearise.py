@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated, traced
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
 from stickslip.optim.posture.station import Station
 
@@ -66,7 +66,7 @@ class Near:
     def _linearised(self, angles: np.ndarray) -> Linear:
         with jax.enable_x64(True):
             posture = self._shared
-            at, slopes = traced.stations_and_slopes(posture, angles)
+            at, slopes = evaluated.stations_and_slopes(posture, angles)
             terms = linear_terms(self.problem.posture.criterion, at, slopes)
             terms, term_slopes, placed = jax.tree.map(np.asarray, terms)
             margins = _smooth(traced.constraints(posture, at, angles))

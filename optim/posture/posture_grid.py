@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_number, shown
+from stickslip.optim.posture import evaluated
 from stickslip.optim.posture.fitting import (
     LEAST,
     ROUNDING,
@@ -20,7 +21,6 @@ from stickslip.optim.posture.fitting import (
 )
 from stickslip.optim.posture.sizes import require_grid, require_moves
 from stickslip.optim.posture.station import Station
-from stickslip.optim.posture.traced import Posture
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -187,10 +187,10 @@ def build_grid(
     chunks = []
     with Bar(method, K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
-            at = np.minimum(np.arange(begin, begin + rows), K - 1)  # all chunks of one shape
+            at = slice(begin, begin + rows)
             chunks.append(_evaluate(problem, problem.x[at], friction[at], pairs))
             bar.advance(min(rows, K - begin))
-    whole = jax.tree.map(lambda *of: np.concatenate(of)[:K], *chunks)
+    whole = jax.tree.map(lambda *of: np.concatenate(of), *chunks)
     start, end = (
         None if pair is None else _given_layer(problem, k, pair)
         for k, pair in ((0, problem.start_angles), (-1, problem.end_angles))
@@ -211,16 +211,8 @@ def _evaluate(
     pairs: Float[np.ndarray, "rows N 2"],
 ) -> Layer:
     """Stations [rows, N] and which constraints they meet."""
-    with jax.enable_x64(True):
-        posture = replace(problem.posture, criterion=None)
-        return Layer(*jax.tree.map(np.asarray, _all_pairs(posture, x, friction, pairs)))
-
-
-@jax.jit
-def _all_pairs(posture: Posture, x, friction, pairs):
-    stations = posture.stations_at(x[:, None], friction[:, None], pairs)
-    met = {name: (of >= 0).all(-1) for name, of in posture.margins(stations).items()}
-    return stations, met | {"pose": met["pose"] & stations.finite}
+    at = evaluated.stations_at(problem.posture, x[:, None], friction[:, None], pairs)
+    return Layer(at, evaluated.met(problem.posture, at))
 
 
 def _pair(angles: Any) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated, traced
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.data import PostureData
 from stickslip.optim.posture.methods import METHODS
@@ -143,7 +143,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
         with jax.enable_x64(True):
-            at = traced.stations(self._shared, angles)
+            at = evaluated.stations(self._shared, angles)
             value = float(traced.value(self.posture.criterion, at))
             margins = traced.constraints(self._shared, at, angles)
             at, margins = jax.tree.map(np.asarray, (at, margins))
@@ -157,7 +157,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         if count == 0:
             return np.zeros(0), np.zeros(0)
         with jax.enable_x64(True):
-            at = traced.stations(self._shared, angles)
+            at = evaluated.stations(self._shared, angles)
             value = traced.values(self.posture.criterion, at)
             missed = traced.shortfall(self._shared, at, angles)
         return np.array(value)[:count], np.array(missed)[:count]
@@ -165,13 +165,13 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def objective(self, x: Vector) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
         with jax.enable_x64(True):
-            at = traced.stations(self._shared, self.angles(x))
+            at = evaluated.stations(self._shared, self.angles(x))
             return float(traced.value(self.posture.criterion, at))
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
         with jax.enable_x64(True):
-            at, slopes = traced.stations_and_slopes(self._shared, self.angles(x))
+            at, slopes = evaluated.stations_and_slopes(self._shared, self.angles(x))
             return np.array(traced.gradient(self.posture.criterion, at, slopes)).reshape(-1)
 
     def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
@@ -180,14 +180,14 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         if count == 0:
             return np.zeros(0)
         with jax.enable_x64(True):
-            at = traced.stations(self._shared, angles)
+            at = evaluated.stations(self._shared, angles)
             return np.array(traced.values(self.posture.criterion, at))[:count]
 
     def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
         angles = self.angles(x)
         with jax.enable_x64(True):
-            at = traced.stations(self._shared, angles)
+            at = evaluated.stations(self._shared, angles)
             margins = jax.tree.map(np.asarray, traced.constraints(self._shared, at, angles))
         return self._flat(margins)
 
@@ -195,7 +195,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         require_jacobian(self)
         with jax.enable_x64(True):
-            at, slopes = traced.stations_and_slopes(self._shared, self.angles(x))
+            at, slopes = evaluated.stations_and_slopes(self._shared, self.angles(x))
             blocks = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, at, slopes))
         rows = np.zeros((sum(self._sizes.values()), self.n))
         K, groups = len(self.x), self.constraint_groups
@@ -245,8 +245,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
-        with jax.enable_x64(True):
-            return jax.tree.map(np.asarray, traced.stations(self._shared, self.angles(x)))
+        return evaluated.stations(self._shared, self.angles(x))
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""

@@ -129,29 +129,6 @@ def _station(
 
 
 @jax.jit
-def stations(posture: Posture, angles: Float[Array, "... K 2"]) -> Station:
-    """`Posture.stations`, compiled; any batch of drives."""
-    return posture.stations(angles)
-
-
-@jax.jit
-def stations_and_slopes(posture: Posture, angles: Float[Array, "K 2"]) -> tuple[Station, Station]:
-    """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
-
-    def numbers_of(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
-        at = posture.stations_at(x, friction, pair)
-        return at._replace(status=jnp.zeros_like(at.torque)), at.status
-
-    def with_slopes(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
-        slopes, status = jax.jacfwd(numbers_of, argnums=2, has_aux=True)(x, friction, pair)
-        return slopes, status
-
-    at = posture.stations(angles)
-    slopes, _ = jax.vmap(with_slopes)(posture.x, posture.friction, angles)
-    return at, slopes
-
-
-@jax.jit
 def value(criterion: Criterion | Weighted, at: Station) -> Float[Array, ""]:
     """The criterion's value of stations [K]."""
     return finite_cost(criterion, at)

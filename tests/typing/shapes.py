@@ -39,7 +39,7 @@ from stickslip.dynamics.biped.newton_euler import GIVEN
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from stickslip.optim import PostureProblem
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated, traced
 from tests.typing.checked import FUNCTIONS, UNREAD
 
 BARS = BipedParams.from_bars
@@ -186,7 +186,7 @@ def test_a_posture_problem_as_arrays(criterion: str):
     angles = np.full((len(problem.x), 2), 1.5)
     with jax.enable_x64(True):
         posture = problem.posture
-        held = jax.eval_shape(traced.stations_and_slopes, posture, angles)
+        held = evaluated.stations_and_slopes(posture, angles)
         jax.eval_shape(traced.value, posture.criterion, held[0])
         jax.eval_shape(traced.gradient, posture.criterion, *held)
         jax.eval_shape(traced.constraints, posture, held[0], angles)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import bump_claims, drawing
 from stickslip.paper.bump_claims import Pair, Tried
@@ -33,8 +32,6 @@ UNLIKE = ((30, 100), (100, 30))
 FROM, TO = 1.5, 8.0
 """Of the front wheel [m]: both wheels where the bump is lower than 0.2 mm."""
 FRICTION = 0.8
-BATCH = 8
-"""Postures evaluated in one call."""
 
 
 def along_bump(
@@ -50,15 +47,8 @@ def along_bump(
 
 def held(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:
     """Stations [pairs, K] of drives with the legs held at pairs of angles [degrees]."""
-    posture = replace(problem.posture, criterion=None)
-    count = -(-len(pairs) // BATCH) * BATCH
-    angles = np.radians([*pairs, *[pairs[-1]] * (count - len(pairs))])[:, None]
-    angles = np.broadcast_to(angles, (count, len(problem.x), 2))
-    found = [
-        traced.stations(posture, angles[i : i + BATCH]).map(np.asarray)
-        for i in range(0, count, BATCH)
-    ]
-    return Station._make(np.concatenate(of)[: len(pairs)] for of in zip(*found, strict=True))
+    angles = np.broadcast_to(np.radians(pairs)[:, None], (len(pairs), len(problem.x), 2))
+    return evaluated.stations(problem.posture, angles)
 
 
 def wheelbases(pairs: Sequence[Pair]) -> np.ndarray:
