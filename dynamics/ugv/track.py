@@ -48,6 +48,11 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.shapes import Profile
 
 
+@jax.jit
+def _profile(shape: Shape, x: Number) -> Profile:
+    return shape.profile(x)
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Track:
@@ -78,7 +83,9 @@ class Track:
 
     def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
-        return self.shape.profile(x)
+        # Outside of a trace one program, where it would be one for every operation.
+        profile = _profile if is_concrete(self.shape, x) else _profile.__wrapped__
+        return profile(self.shape, x)
 
     def height(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f(x) [m]."""
