@@ -1,4 +1,4 @@
-"""Environment steps per second of every way to step the biped, beside Gymnasium's own environments.
+"""Environment steps per second of every way to step ours, beside Gymnasium's own environments.
 
     python -m benchmarks.throughput [--quick] [--out FILE]
 
@@ -26,7 +26,7 @@ import numpy as np
 from benchmarks.report import markdown, options, provenance, read_json, write_json
 from benchmarks.timing import without_kernels
 from stickslip.dynamics.biped import RK4Split, simulate
-from stickslip.envs import BipedEnv, collect
+from stickslip.envs import BipedEnv, UGVEnv, collect
 from stickslip.envs.functional import pure_step
 from stickslip.envs.registration import register
 
@@ -64,9 +64,37 @@ def actions_of(key, batch: int) -> jax.Array:
     return 0.04 + 0.075 * jax.random.normal(key, (batch, 1))
 
 
-def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
+def leg_actions_of(key, batch: int) -> jax.Array:
+    """Random moves of both legs, a fifth of what their rate allows: few drives end early."""
+    return 0.2 * jax.random.normal(key, (batch, 2))
+
+
+class Stepped(NamedTuple):
+    """An environment that is stepped by vmap and scan, and its random actions(key, batch)."""
+
+    name: str
+    env: Any
+    params: Any
+    actions: Callable[[jax.Array, int], jax.Array]
+
+
+def the_biped() -> Stepped:
+    """As `BipedEnv` comes."""
+    env = BipedEnv()
+    return Stepped("stickslip/Biped-v0", env, env.default_params, actions_of)
+
+
+def the_ugv(track: str) -> Stepped:
+    """As `UGVEnv` comes, on a track by its name."""
+    env = UGVEnv()
+    params = env.make_params(track=track)
+    return Stepped(f"stickslip/UGV-v0, {track}", env, params, leg_actions_of)
+
+
+def scan_program(given: Stepped, batch: int, steps: int):
     """(compiled program, its first state, compile seconds): `steps` environment steps by vmap
     and scan, with fresh random actions and keys, observation, reward and autoreset."""
+    env, params = given.env, jax.tree.map(jnp.asarray, given.params)
 
     def reset(key):
         return jax.vmap(env.reset_env, (0, None))(jax.random.split(key, batch), params)[1]
@@ -75,7 +103,7 @@ def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
         def body(state, key):
             step_key, action_key = jax.random.split(key)
             out = jax.vmap(partial(pure_step, env), (0, 0, 0, None))(
-                jax.random.split(step_key, batch), state, actions_of(action_key, batch), params
+                jax.random.split(step_key, batch), state, given.actions(action_key, batch), params
             )
             return out[1], (out[0].mean(), out[2].mean(), out[3].mean())
 
@@ -87,19 +115,19 @@ def scan_program(env: BipedEnv, params: Any, batch: int, steps: int):
     return program, state, time.perf_counter() - begun
 
 
-def functional_row(batch: int, steps: int, repeats: int, kernels: bool = True) -> Row:
-    """BipedEnv by vmap and scan, in one thread of the caller's."""
-    env = BipedEnv()
-    params = jax.tree.map(jnp.asarray, env.default_params)
+def functional_row(
+    given: Stepped, batch: int, steps: int, repeats: int, kernels: bool = True
+) -> Row:
+    """By vmap and scan, in one thread of the caller's."""
     with nullcontext() if kernels else without_kernels():
-        program, state, compile_seconds = scan_program(env, params, batch, steps)
+        program, state, compile_seconds = scan_program(given, batch, steps)
 
     def run() -> None:
         jax.block_until_ready(program(state, jax.random.key(2)))
 
     rates = timed(run, batch * steps, repeats)
     name = "vmap + scan" if kernels else "vmap + scan, no kernels"
-    return row(name, "stickslip/Biped-v0", batch, rates, compile_seconds)
+    return row(name, given.name, batch, rates, compile_seconds)
 
 
 def noisy(torque: jax.Array, obs: jax.Array, key: jax.Array) -> jax.Array:
@@ -223,8 +251,8 @@ def rows(quick: bool) -> Iterator[Row]:
     repeats, share = (3, 0.2) if quick else (7, 1.0)
     for batch in BATCHES:
         steps = max(10, int(share * min(2000, 400_000 // batch)))
-        yield functional_row(batch, steps, repeats, kernels=False)
-        yield functional_row(batch, steps, repeats)
+        yield functional_row(the_biped(), batch, steps, repeats, kernels=False)
+        yield functional_row(the_biped(), batch, steps, repeats)
         yield collect_row(batch, steps, repeats)
     count = int(share * 2000)
     yield single_row("stickslip/Biped-v0", count, repeats, scale=0.1)
@@ -240,6 +268,10 @@ def rows(quick: bool) -> Iterator[Row]:
     yield vector_row("CartPole-v1", "vector_entry_point", 1024, int(share * 300), repeats)
     for batch in (64, 256, 1024):
         yield sb3_row(batch, max(10, int(share * 300)), repeats)
+    for track in ("bump", "rough", "random-bump", "random-rough"):
+        for kernels in (False, True):
+            yield functional_row(the_ugv(track), 8192, max(10, int(share * 48)), repeats, kernels)
+    yield single_row("stickslip/UGV-v0", count, repeats, scale=0.2)
 
 
 def _ready(make: Callable[[], Any], draws: int, scale: float) -> tuple[Any, list[Any], float]:
@@ -275,7 +307,7 @@ def main(arguments: list[str] | None = None) -> None:
     for measurement in rows(given.quick):
         measured.append(measurement)
         print(
-            f"{measurement.interface:28s} {measurement.environment:20s} "
+            f"{measurement.interface:28s} {measurement.environment:30s} "
             f"{measurement.batch:6d} {measurement.steps_per_second:12,.0f} steps/s",
             flush=True,
         )
