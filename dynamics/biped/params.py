@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -70,8 +70,6 @@ LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields that are lengths [m]."""
 POSITIVE = (*ABOVE_ZERO, "gravity")
 NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
-Massive = TypeVar("Massive", jax.Array, np.ndarray)
-
 NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
 
@@ -179,16 +177,16 @@ class BipedParams:
         xp = np if is_concrete(numbers, hip_centre) else jnp
         arrays = {name: xp.asarray(value, kind) for name, value in numbers.items()}
         unit = arrays["crank_length"]
-        lengths = {name: unit * arrays[name] for name in LENGTHS if name != "crank"}
+        lengths = {name: xp.asarray(unit * arrays[name]) for name in LENGTHS if name != "crank"}
         lengths["crank"] = unit
-        ahead, above = (unit * xp.asarray(part, kind) for part in hip_centre)
+        ahead, above = (xp.asarray(unit * xp.asarray(part, kind)) for part in hip_centre)
         links = link_masses(
             xp,
             lengths,
             arrays["bar_density"],
             arrays["foot_mass"],
             arrays["foot_inertia"],
-            Hip(arrays["hip_mass"], ahead, above, span=unit * arrays["hip_span"]),
+            Hip(arrays["hip_mass"], ahead, above, xp.asarray(unit * arrays["hip_span"])),
         )
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
         return cls(**lengths, **links._asdict(), **rest).astype(kind).validate()
@@ -196,7 +194,8 @@ class BipedParams:
     @property
     def total_mass(self) -> jax.Array:
         """All 24 bodies and the payload [kg]: hip and crank once, every other link twice."""
-        return _total_mass(jnp.asarray(self.mass), self.payload)
+        mass = jnp.asarray(self.mass)
+        return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + self.payload
 
     def astype(self, dtype: DTypeLike) -> BipedParams:
         """The same robot with every field as an array of `dtype`."""
@@ -232,7 +231,9 @@ class BipedParams:
             require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
         if is_concrete(self.mass, self.payload):
-            whole = _total_mass(np.asarray(self.mass), np.asarray(self.payload))
+            whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(
+                self.payload
+            )  # hip and crank, too
             accepted = "a finite mass > 0 [kg]"
             require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
         if is_concrete(self):
@@ -240,10 +241,6 @@ class BipedParams:
 
             require_closure(self)
         return self
-
-
-def _total_mass(mass: Massive, payload: Numeric) -> Massive:
-    return 2 * mass.sum(-1) - mass[..., 7] - mass[..., 12] + payload
 
 
 @cache

@@ -83,9 +83,9 @@ class Track:
 
     def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
-        # Outside of a trace one program, where it would be one for every operation.
-        profile = _profile if is_concrete(self.shape, x) else _profile.__wrapped__
-        return profile(self.shape, x)
+        if not is_concrete(self.shape, x):
+            return self.shape.profile(x)
+        return _profile(self.shape, x)  # one program, not one for every operation
 
     def height(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f(x) [m]."""

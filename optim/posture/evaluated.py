@@ -9,7 +9,7 @@ differ.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.optim.posture.station import Station
+
+Result = TypeVar("Result")
 
 SIZES = (64, 256, 1024, 4096, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
@@ -60,19 +62,21 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
     return {name: of.reshape(shape) for name, of in found.items()}
 
 
-def _by_station(program: Callable[..., Station], posture: Posture, *given: Any) -> Station:
+def _by_station(
+    program: Callable[..., Station], posture: Posture, *given: Array | np.ndarray
+) -> Station:
     """program(posture, x, friction, angles) of x, friction [...] and angles [..., 2]."""
     x, friction, angles = map(np.asarray, given)
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
-    rows = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
-    rows.append(np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2))
+    each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
+    pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
     none = dict.fromkeys(("x", "friction", "leg_rate", "criterion"))
     none |= dict.fromkeys(("min_normal", "min_grip", "min_clearance"))
-    found = _in_sizes(program, replace(posture, **none), *rows)
+    found = _in_sizes(program, replace(posture, **none), *each, pairs)
     return jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[1:]), found)
 
 
-def _in_sizes(program: Callable[..., Any], shared: Posture, *rows: Any) -> Any:
+def _in_sizes(program: Callable[..., Result], shared: Posture, *rows: object) -> Result:
     """program(shared, *rows), rows being trees of arrays [n, ...], in float64."""
     count, most = len(jax.tree.leaves(rows)[0]), SIZES[-1]
     parts = []

@@ -7,7 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.lanes import FEWEST_IN_PARTS, LARGEST, SMALLEST, thinning_while, where_needed
+from stickslip.dynamics.lanes import (
+    FEWEST_IN_PARTS,
+    LARGEST,
+    SMALLEST,
+    thinning_while,
+    where_needed,
+)
 
 
 def halve(limit, start):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import once
-from stickslip.dynamics.biped import BipedParams, prepare
 from stickslip.dynamics.once import run_once
 
 
@@ -34,36 +33,6 @@ def test_numbers_at_hand_do_inside_of_a_trace():
     assert jax.grad(lambda y: y * quick(2, x))(1.0) == pytest.approx(float(wave(2, x)), rel=1e-6)
     with jax.ensure_compile_time_eval():
         assert float(quick(2, x)) == pytest.approx(float(wave(2, x)), rel=1e-6)
-
-
-def options_asked(monkeypatch, call):
-    """Options with which programs are compiled during a call."""
-    from jax._src import compiler
-
-    asked, plain = [], compiler.get_compile_options
-
-    def listening(*args, env_options_overrides=None, **kwargs):
-        asked.append(env_options_overrides or {})
-        return plain(*args, env_options_overrides=env_options_overrides, **kwargs)
-
-    monkeypatch.setattr(compiler, "get_compile_options", listening)
-    call()
-    return [dict(options) for options in asked]
-
-
-def test_a_robot_is_prepared_in_a_hurry_outside_of_a_trace_alone(monkeypatch):
-    robot = BipedParams.from_bars()
-    fine = jax.tree.leaves(prepare(robot, fidelity="table"))  # what else compiles is compiled
-    jax.clear_caches()
-    alone = options_asked(monkeypatch, lambda: prepare(robot, fidelity="table"))
-    assert once.IN_A_HURRY in alone
-    inside = options_asked(
-        monkeypatch, lambda: jax.jit(lambda robot: prepare(robot, fidelity="table"))(robot)
-    )
-    assert once.IN_A_HURRY not in inside
-    again = jax.tree.leaves(jax.jit(lambda robot: prepare(robot, fidelity="table"))(robot))
-    for one, other in zip(fine, again, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-6)
 
 
 def test_a_compiler_that_does_not_know_the_options_compiles_as_ever(monkeypatch):
