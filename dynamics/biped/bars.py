@@ -76,7 +76,9 @@ def link_masses(
     return LinkMasses(
         mass=_join(xp, foot_mass, mass, hip.mass),
         centre=xp.stack([along, across], axis=-1),
-        inertia=_join(xp, foot_inertia, mass * length**2 / 12, hip.mass * hip.span**2 / 12),
+        inertia=_join(
+            xp, foot_inertia, mass * length**2 / 12, xp.asarray(hip.mass * hip.span**2 / 12)
+        ),
     )
 
 

@@ -231,9 +231,8 @@ class BipedParams:
             require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
         if is_concrete(self.mass, self.payload):
-            whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(
-                self.payload
-            )  # hip and crank, too
+            # Hip and crank twice, too: above 0 and finite where the whole mass is.
+            whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)
             accepted = "a finite mass > 0 [kg]"
             require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
         if is_concrete(self):
