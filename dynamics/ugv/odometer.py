@@ -106,8 +106,9 @@ class Odometer:
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
-        x, start = as_floats(x, self.start)
-        return (x - start) + self.excess_at(x, jnp.zeros_like(x))
+        if is_concrete(self, x):
+            return _distance(self, x)  # one program, not one for every operation
+        return _distance_of(self, x)
 
     def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see near.py."""
@@ -228,9 +229,15 @@ def _summed(track: Track, edges: jax.Array) -> jax.Array:
     return jnp.concatenate([jnp.zeros(1, edges.dtype), jnp.cumsum(_pieces(track, edges))])
 
 
+def _distance_of(odometer: Odometer, x: jax.Array) -> jax.Array:
+    x, start = as_floats(x, odometer.start)
+    return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))
+
+
 def _excess_of(odometer: Odometer, x: jax.Array) -> jax.Array:
     return odometer.excess_at(x, jnp.zeros_like(x))
 
 
 _integrals = run_once(_pieces)
 _excess_once = run_once(_excess_of)
+_distance = jax.jit(_distance_of)

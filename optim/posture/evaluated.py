@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
-SIZES = (64, 256, 1024, 4096, 16_384)
+SIZES = (64, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
 
 

@@ -113,7 +113,13 @@ def test_constant_torque_stalls_or_runs_into_a_fall():
     assert played.info["status"][1, -1] == Status.TOPPLE
 
 
-@pytest.mark.parametrize("name", CONTROLLERS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] * (name == "optimal-gait"))  # solves for gaits
+        for name in CONTROLLERS
+    ],
+)
 def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
     controller = controller_by_name(name)
     assert isinstance(controller, Controller)

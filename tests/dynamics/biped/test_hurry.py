@@ -1,10 +1,12 @@
 """A robot is prepared by a program that compiles in a hurry, where nothing is traced."""
 
+from functools import partial
+
 import jax
 import numpy as np
 
 from stickslip.dynamics import once
-from stickslip.dynamics.biped import BipedParams, prepare
+from stickslip.dynamics.biped import BipedParams, Table, prepare
 
 
 def options_asked(monkeypatch, call):
@@ -24,14 +26,10 @@ def options_asked(monkeypatch, call):
 
 def test_a_robot_is_prepared_in_a_hurry_outside_of_a_trace_alone(monkeypatch):
     robot = BipedParams.from_bars()
-    fine = jax.tree.leaves(prepare(robot, fidelity="table"))  # what else compiles is compiled
-    jax.clear_caches()
-    alone = options_asked(monkeypatch, lambda: prepare(robot, fidelity="table"))
-    assert once.IN_A_HURRY in alone
-    inside = options_asked(
-        monkeypatch, lambda: jax.jit(lambda robot: prepare(robot, fidelity="table"))(robot)
-    )
-    assert once.IN_A_HURRY not in inside
-    again = jax.tree.leaves(jax.jit(lambda robot: prepare(robot, fidelity="table"))(robot))
-    for one, other in zip(fine, again, strict=True):
+    prepared = partial(prepare, fidelity=Table(5, 3))  # that nothing else compiles
+    assert once.IN_A_HURRY in options_asked(monkeypatch, lambda: prepared(robot))
+    traced = jax.jit(prepared)
+    assert once.IN_A_HURRY not in options_asked(monkeypatch, lambda: traced(robot))
+    both = jax.tree.leaves(prepared(robot)), jax.tree.leaves(traced(robot))
+    for one, other in zip(*both, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-6)

@@ -101,7 +101,7 @@ def reference_instants(reference):
     return given, states[:8]
 
 
-@pytest.mark.parametrize("solver", ["refined", "groups"])
+@pytest.mark.parametrize("solver", [pytest.param("refined", marks=pytest.mark.long), "groups"])
 def test_every_joint_force_is_the_reference_files(solver, float64, reference):
     given, states = reference_instants(reference)
     got = every_system(default_robots(), given, solver)

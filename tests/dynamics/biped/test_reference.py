@@ -97,7 +97,9 @@ def walks(reference):
     )
 
 
-@pytest.mark.parametrize("fidelity", ["reduced", FINE], ids=["exact", "table"])
+@pytest.mark.parametrize(
+    "fidelity", [pytest.param("reduced", marks=pytest.mark.long), FINE], ids=["exact", "table"]
+)
 @pytest.mark.parametrize("index", TRAJECTORIES)
 def test_trajectories_end_where_the_reference_ends(float64, walks, reference, index, fidelity):
     case = reference["trajectories"][index]
@@ -110,7 +112,9 @@ def test_trajectories_end_where_the_reference_ends(float64, walks, reference, in
     close(final.time, case["t_end"])
 
 
-@pytest.mark.parametrize("fidelity", ["reduced", FINE], ids=["exact", "table"])
+@pytest.mark.parametrize(
+    "fidelity", [pytest.param("reduced", marks=pytest.mark.long), FINE], ids=["exact", "table"]
+)
 @pytest.mark.parametrize("index", TRAJECTORIES)
 def test_events_are_those_of_the_reference(float64, walks, reference, index, fidelity):
     case = reference["trajectories"][index]

@@ -51,7 +51,7 @@ def test_the_single_environment():
                 close(env.reset()[0], run.obs[walker, k])
 
 
-@pytest.mark.parametrize("mode", ["same_step", "disabled"])
+@pytest.mark.parametrize("mode", ["same_step", pytest.param("disabled", marks=pytest.mark.long)])
 def test_the_vector_environment(mode):
     run = by_hand()
     env = make_vec(3, mode)

@@ -15,13 +15,8 @@ from tests.envs.toy import PARAMS, Toy, one_toy, pushes, toys
 MODES = list(AutoresetMode)
 
 
-@pytest.mark.parametrize(
-    "mode",
-    [
-        pytest.param(mode, marks=[pytest.mark.long] * (mode is not AutoresetMode.NEXT_STEP))
-        for mode in MODES
-    ],
-)
+@pytest.mark.long  # test_same_episode.py beside it takes fewer steps of the same
+@pytest.mark.parametrize("mode", MODES)
 def test_bipeds_in_one_call_do_what_single_bipeds_do(mode):
     env = make_vec(3, mode)
     assert check_vector_env(env, lambda: make("random"), steps=80, scale=0.3, atol=2e-3) >= 5

@@ -11,7 +11,9 @@ from stickslip.optim import CRITERIA, PostureProblem
 from tests.envs.ugv.helpers import QUICK, actions, drive, path_of, task
 
 
-@pytest.mark.parametrize("criterion", ["wheel_energy", "grip"])
+@pytest.mark.parametrize(
+    "criterion", ["wheel_energy", pytest.param("grip", marks=pytest.mark.long)]
+)
 def test_the_return_is_minus_the_objective(float64, criterion):
     compare(criterion)
 
