@@ -26,9 +26,6 @@ Tree = TypeVar("Tree")
 
 THINNING = 4
 """How many times smaller each batch is than the one before."""
-PARTS, FEWEST_IN_PARTS = 16, 32
-"""Of a batch of so many, a sixteenth at a time is given what only some members need: where episodes
-end, that is one member of a block or two, and drawing rough ground takes as long as many steps."""
 SMALLEST, LARGEST = 128, 256
 """Batches below and above run to their end together: looking up costs more than it saves."""
 
@@ -103,40 +100,14 @@ def where_needed(
         otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)
         needed = _spread(size, batched[0], needed)
 
-        if size < FEWEST_IN_PARTS:
+        def some():
+            found = jax.vmap(function, axes, axis_size=size)(*args)
+            return _choose(needed, found, otherwise)
 
-            def all_at_once():
-                found = jax.vmap(function, axes, axis_size=size)(*args)
-                return _choose(needed, found, otherwise)
-
-            out = jax.lax.cond(jnp.any(needed), all_at_once, lambda: otherwise)
-        else:
-            each = jax.vmap(function, axes)
-            out = _part_by_part(each, axes, args, needed, otherwise, size // PARTS)
+        out = jax.lax.cond(jnp.any(needed), some, lambda: otherwise)
         return out, jax.tree.map(lambda _: True, out)
 
     return run(needed, args, otherwise)
-
-
-def _part_by_part(
-    function: Callable[..., Carry],
-    axes: object,
-    args: tuple[object, ...],
-    needed: Flags,
-    otherwise: Carry,
-    size: int,
-) -> Carry:
-    """What a function of a batch gives the members in need, `size` of them at a time."""
-
-    def next_few(now: tuple[Flags, Carry]) -> tuple[Flags, Carry]:
-        needed, out = now
-        rank, places = _first(needed, size)
-        found = function(*_picked_args(args, axes, places))
-        served = needed & (rank < size)
-        found = _picked(found, jnp.clip(rank, 0, size - 1))
-        return needed & ~served, _choose(served, found, out)
-
-    return jax.lax.while_loop(lambda now: jnp.any(now[0]), next_few, (needed, otherwise))[1]
 
 
 class _Lanes(Generic[Args, Carry]):
@@ -174,28 +145,20 @@ class _Lanes(Generic[Args, Carry]):
 
         Both ways by looking up: the members' places in the small batch are their ranks.
         """
-        rank, places = _first(going, size)
-        everywhere = jax.tree.map(lambda _: 0, carry)
-        chosen, part = _picked_args((args, carry), (self.axes, everywhere), places)
-        part = self.finish(chosen, part, jnp.arange(size) <= rank[-1])
+        rank = jnp.cumsum(going) - 1
+        wanted = jnp.arange(size)
+        places = jnp.argmax((rank == wanted[:, None]) & going, axis=1)
+        leaves, structure = jax.tree.flatten(args)
+        axes = structure.flatten_up_to(self.axes)
+        batched = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
+        batched, part = _picked((batched, carry), places)
+        own = iter(batched)
+        chosen = [
+            leaf if axis is None else next(own) for leaf, axis in zip(leaves, axes, strict=True)
+        ]
+        part = self.finish(jax.tree.unflatten(structure, chosen), part, wanted <= rank[-1])
         found = _picked(part, jnp.clip(rank, 0, size - 1))
         return _choose(going & (rank < size), found, carry)
-
-
-def _first(flags: Flags, size: int) -> tuple[Int[Array, " members"], Int[Array, " size"]]:
-    """Each member's rank among those that are flagged, and where the first `size` of these are."""
-    rank = jnp.cumsum(flags) - 1
-    return rank, jnp.argmax((rank == jnp.arange(size)[:, None]) & flags, axis=1)
-
-
-def _picked_args(args: Args, axes: object, places: Int[Array, " places"]) -> Args:
-    """Some members of arguments, of which leaves without an axis are everybody's."""
-    leaves, structure = jax.tree.flatten(args)
-    each = list(zip(leaves, structure.flatten_up_to(axes), strict=True))
-    own = iter(_picked([leaf for leaf, axis in each if axis is not None], places))
-    return jax.tree.unflatten(
-        structure, [leaf if axis is None else next(own) for leaf, axis in each]
-    )
 
 
 def _picked(tree: Carry, places: Int[Array, " places"]) -> Carry:

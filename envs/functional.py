@@ -208,7 +208,7 @@ def bare_step(
 ):
     """`FunctionalEnv.step` without checks, for use inside what is fused already."""
     action = jnp.clip(jnp.asarray(action), -1.0, 1.0)
-    obs, after, reward, terminated, truncated, info = env.step_env(state, action, params)
+    obs, after, reward, terminated, truncated, info = _step_env(env, state, action, params)
     info = info | {"final_obs": obs, "autoreset": jnp.zeros_like(terminated)}
     if env.autoreset == "disabled":
         return obs, after, reward, terminated, truncated, info
@@ -222,6 +222,17 @@ def bare_step(
     nothing = jax.tree.map(jnp.zeros_like, (reward, terminated, truncated, info))
     reset = fresh_obs, fresh, *nothing[:3], nothing[3] | {"final_obs": fresh_obs, "autoreset": over}
     return _choose(over, reset, result)
+
+
+@partial(fused, fixed=1)
+def _step_env(
+    env: FunctionalEnv[State, Params],
+    state: State,
+    action: Float[Array, " act"],
+    params: Params,
+):
+    """A kernel of its own where the reset is none: rough ground that is drawn anew."""
+    return env.step_env(state, action, params)
 
 
 def _choose(condition: Bool[Array, ""], one: Tree, other: Tree) -> Tree:

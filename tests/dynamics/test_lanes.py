@@ -7,13 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.lanes import (
-    FEWEST_IN_PARTS,
-    LARGEST,
-    SMALLEST,
-    thinning_while,
-    where_needed,
-)
+from stickslip.dynamics.lanes import LARGEST, SMALLEST, thinning_while, where_needed
 
 
 def halve(limit, start):
@@ -57,29 +51,6 @@ def test_only_those_in_need_are_given_what_is_computed(needed):
     )
     np.testing.assert_allclose(found["root"], np.where(needed, np.sqrt(np.arange(5.0)), -1))
     np.testing.assert_allclose(found["twice"], np.where(needed, 2 * np.arange(5.0), 0))
-
-
-@pytest.mark.parametrize("size", [FEWEST_IN_PARTS - 1, FEWEST_IN_PARTS, 64, 100])
-@pytest.mark.parametrize("share", [0.0, 0.03, 0.5, 1.0])
-def test_large_batches_give_them_a_few_at_a_time(size, share):
-    """Numbers, keys and what all share, in float32 and int32."""
-    rng = np.random.default_rng(size)
-    needed = rng.random(size) < share
-    keys = jax.random.split(jax.random.key(0), size)
-    x = jnp.asarray(rng.normal(size=(size, 2)), jnp.float32)
-
-    def drawn(key, x, scale):
-        return scale * jax.random.normal(key, (2,)) + x, jnp.int32(7)
-
-    def one(needed, key, x, scale, otherwise):
-        return where_needed(needed, drawn, (key, x, scale), otherwise)
-
-    otherwise = -x, jnp.arange(size, dtype=jnp.int32)
-    found = jax.jit(jax.vmap(one, (0, 0, 0, None, 0)))(needed, keys, x, 3.0, otherwise)
-    wanted = jax.vmap(drawn, (0, 0, None))(keys, x, 3.0)
-    for got, fresh, old in zip(found, wanted, otherwise, strict=True):
-        kept = needed.reshape(-1, *[1] * (got.ndim - 1))
-        np.testing.assert_allclose(got, np.where(kept, fresh, old), rtol=1e-6, atol=1e-6)
 
 
 def test_nothing_is_computed_where_nobody_needs_it():
