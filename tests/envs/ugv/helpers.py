@@ -24,6 +24,8 @@ from tests.envs.helpers import Rollout, _lone_walk, single_env, vector_env
 UGV = "stickslip/UGV-v0"
 QUICK = PoseSolver(iterations=4, samples=4)
 """Compiles in a third of the time; enough for gentle ground."""
+LENGTH = 64
+"""Steps of a drive that are compiled for."""
 RANGES = UGVRandomisation(
     track=RandomTrack(
         bump_height=(0.0, 0.2),
@@ -74,10 +76,16 @@ def actions(steps: int, seed: int = 0, scale: float = 1.0) -> np.ndarray:
 
 
 def drive(env: UGVEnv, params: UGVEnvParams, given: Any, seed: int = 0) -> Rollout:
-    """One vehicle's steps from a seed on, with the chain of keys of every adapter: [steps, ...]."""
-    kind = jnp.result_type(params.start)
-    result = _lone_walk(env, params, jax.random.key(seed), jnp.asarray(given, kind))
-    return jax.tree.map(np.asarray, result)
+    """One vehicle's steps from a seed on, with the chain of keys of every adapter: [steps, ...].
+
+    It goes on to the next multiple of LENGTH, so that drives of many lengths share a program.
+    """
+    steps = len(given)
+    whole = np.zeros((-(-steps // LENGTH) * LENGTH, 2), jnp.result_type(params.start))
+    whole[:steps] = given
+    run = jax.tree.map(np.asarray, _lone_walk(env, params, jax.random.key(seed), whole))
+    first = run.first_obs, run.first_state
+    return Rollout(*first, *jax.tree.map(lambda of: of[:steps], run[len(first) :]))
 
 
 def first_state(run: Rollout) -> Any:
