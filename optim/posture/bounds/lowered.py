@@ -1,0 +1,268 @@
+"""Costs of a step between corners of cells, lowered so that they bound every move between.
+
+A term of a step from a to b is p = (X_a + X_b) (Y_b - Y_a) / 2: torque and turn of the wheels, or
+of a leg. Over the moves between given corners (lattice.py) p lies above its interpolant of the
+corners less
+
+    kappa = sum over both legs of h^2 / 8 (max(p_aa, 0) + max(p_bb, p_aa + 2 p_ab + p_bb, 0)),
+
+the second term along the triangles' diagonals; derivatives are enclosed over whole cells, h is a
+cell's width. What is paid is max(0, p), which lies below its own interpolant where p changes sign,
+by at most s (w - s) / w with s = max(|p|, w / 2) and w the range of p over the corners (Jensen's gap
+of max(0, .) over a range of w). So
+
+    c = max(0, p) - s (w - s) / w - kappa   where |p| < w,   p - kappa above,   0 below,
+
+at each pair of corners, has an interpolant that no move between them costs less than. Squares of
+differences, (X_b - X_a)^2 / dx, lose their variance over the corners, w^2 / 4 at most, and
+2 |X_b - X_a| kappa.
+
+Every kappa and w is the sum of one number for each end of the step, the largest of the cells about
+that corner and of all that the other end may be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
+
+from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.posture.bounds.station_cells import at_corners, of_corners
+from stickslip.optim.posture.criteria import Criterion, Weighted
+
+if TYPE_CHECKING:
+    from stickslip.optim.posture.bounds.station_cells import StationCells
+    from stickslip.optim.posture.data import PostureData
+
+SLACK = 1e-9
+"""Of each loss: for the rounding of what is computed beside interval arithmetic."""
+
+
+class Term(NamedTuple):
+    """weight * max(0, p), or weight * (X_b - X_a)^2 where Y is None."""
+
+    weight: float
+    X: str
+    Y: str | None
+
+
+PAIRS = {
+    "wheel_energy": (("torque", "turn"),),
+    "total_energy": (("torque", "turn"), ("leg_rear", "rear"), ("leg_front", "front")),
+    "torque_variation": (("torque", None),),
+}
+
+
+def terms_of(criterion: Criterion | Weighted) -> list[Term]:
+    """The terms of a sum over steps; ValueError for a criterion that has no such form here."""
+    parts = criterion.parts if isinstance(criterion, Weighted) else ((criterion, 1.0),)
+    found = []
+    for one, weight in parts:
+        if one.name not in PAIRS:
+            raise ValueError(
+                f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, their weighted sums, "
+                "and single worst stations"
+            )
+        found += [Term(float(np.asarray(weight)), X, Y) for X, Y in PAIRS[one.name]]
+    return [term for term in found if term.weight > 0]
+
+
+class End(NamedTuple):
+    """One end of a step: at the corners X, Y and what is lost; tainted: no price is known."""
+
+    X: np.ndarray
+    Y: np.ndarray
+    kappa: np.ndarray
+    spread: np.ndarray
+
+
+@dataclass(frozen=True)
+class StepCosts:
+    """The lowered costs of one step."""
+
+    terms: list[Term]
+    ends: list[tuple[End, End]]
+    tainted: tuple[np.ndarray, np.ndarray]
+    dx: float
+    slack: float
+    """What rounding of the corners' values may take off besides."""
+
+    def between(self, a: Any, b: Any) -> np.ndarray:
+        """Of the moves from the corners a to the corners b, slices of one shape."""
+        total: Any = 0.0
+        for term, (one, other) in zip(self.terms, self.ends, strict=True):
+            kappa = one.kappa[a] + other.kappa[b]
+            spread = one.spread[a] + other.spread[b]
+            if term.Y is None:
+                rise = np.abs(other.X[b] - one.X[a])
+                cost = rise * (rise - 2 * kappa) - spread * spread / 4
+                cost /= self.dx
+            else:
+                p = (one.X[a] + other.X[b]) * (other.Y[b] - one.Y[a])
+                p *= 0.5
+                s = np.clip(np.abs(p), spread / 2, spread)
+                gap = s * (spread - s) / (spread + 1e-300)
+                cost = np.where(p <= -spread, 0.0, np.maximum(p, 0.0) - gap - kappa)
+            total = total + term.weight * cost
+        doubt = self.tainted[0][a] | self.tainted[1][b]
+        return np.where(doubt, np.minimum(total, 0.0), total)
+
+
+def step_costs(
+    problem: PostureData,
+    terms: list[Term],
+    k: int,
+    cells: tuple[StationCells, StationCells],
+    reach: tuple[int, int] | None,
+) -> StepCosts:
+    """Those of step k. reach: how many corners the legs may go at most; None: any."""
+    a, b = cells
+    dx = float(problem.x[k + 1] - problem.x[k])
+    ends, slack = [], 0.0
+    for term in terms:
+        one, other, rounding = _ends(term, a, b, reach)
+        ends.append((one, other))
+        slack += term.weight * rounding / (dx if term.Y is None else 1.0)
+    tainted = tuple(
+        at_corners(~of.of_cells(of.inside.known) & of.alive, np.any) for of in cells
+    )
+    return StepCosts(terms, ends, (tainted[0], tainted[1]), dx, slack)
+
+
+class _Quantity(NamedTuple):
+    """A field at one end: corners, over each cell, and derivatives of each leg over each cell."""
+
+    corners: np.ndarray
+    cells: Interval
+    first: list[Interval]
+    second: list[Interval]
+    radius: float
+
+
+def _quantity(of: StationCells, name: str) -> _Quantity:
+    known = of.of_cells(of.inside.known)
+    shape = of.alive.shape
+    if name in ("rear", "front"):
+        leg = int(name == "front")
+        nodes = (of.rear, of.front)[leg].nodes
+        along = nodes[:, None] if leg == 0 else nodes[None, :]
+        corners = np.broadcast_to(along, (shape[0] + 1, shape[1] + 1)).copy()
+        zero, one = interval(np.zeros(shape)), interval(np.ones(shape))
+        first = [one if d == leg else zero for d in (0, 1)]
+        cells = Interval(of_corners(corners, np.minimum), of_corners(corners, np.maximum))
+        return _Quantity(corners, cells, first, [zero, zero], 0.0)
+    first, second = (
+        [part[name][d].map(of.of_cells).map(lambda v: np.where(known, v, 0.0)) for d in (0, 1)]
+        for part in (of.inside.first, of.inside.second)
+    )
+    cells = of.range_of(name).map(lambda v: np.where(known & of.alive, v, 0.0))
+    corners, radius = of.values[name], of.radii[name]
+    return _Quantity(corners, cells, first, second, radius)
+
+
+def _ends(
+    term: Term,
+    a: StationCells,
+    b: StationCells,
+    reach: tuple[int, int] | None,
+) -> tuple[End, End, float]:
+    Xa, Xb = (_quantity(of, term.X) for of in (a, b))
+    if term.Y is None:
+        return _of_square(a, b, Xa, Xb)
+    Ya, Yb = (_quantity(of, term.Y) for of in (a, b))
+    near_a, near_b = _Near(a, b, reach), _Near(b, a, reach)
+    ends, spreads = [], []
+    for here, there, X, Y, Z, V, sign in (
+        (a, near_a, Xa, Ya, Xb, Yb, -1.0),
+        (b, near_b, Xb, Yb, Xa, Ya, 1.0),
+    ):
+        other_X, other_Y = there(Z.cells), there(V.cells)
+        mean = (X.cells + other_X) * 0.5
+        way = (Y.cells - other_Y) * sign
+        kappa = np.zeros(here.alive.shape)
+        for leg, h in enumerate((here.rear.widths[:, None], here.front.widths)):
+            bend = X.second[leg] * way * 0.5
+            bend = bend + (X.first[leg] * Y.first[leg] + mean * Y.second[leg]) * sign
+            worst = np.maximum(bend.hi, 0.0)
+            if sign > 0:
+                along = _diagonal(leg, X, Y, mean, way, there, Z, V)
+                worst = np.maximum(worst, along)
+            slope = X.first[leg].size * way.size * 0.5 + mean.size * Y.first[leg].size
+            curved, straight = h**2 / 8 * worst, h / 2 * slope
+            smooth = here.of_cells(here.inside.smooth)
+            kappa += np.where(smooth, np.minimum(curved, straight), straight)
+        range_X, range_Y = (_range(of.corners) for of in (X, Y))
+        spread = range_X * way.size * 0.5 + mean.size * range_Y
+        losses = [_largest(here, of) for of in (kappa, spread)]
+        ends.append(End(X.corners, Y.corners, *losses))
+        spreads.append((mean.size, way.size))
+    rounding = _rounding(a, Xa.radius + Xb.radius, Ya.radius + Yb.radius, spreads[0])
+    return ends[0], ends[1], rounding
+
+
+def _rounding(a: StationCells, X: float, Y: float, sizes: tuple[np.ndarray, np.ndarray]) -> float:
+    """What a step's p may be off by, from the radii of its corners' values."""
+    mean, way = (float(np.max(of, where=a.alive, initial=0.0)) for of in sizes)
+    return 1.01 * (X * way / 2 + mean * Y + X * Y)
+
+
+def _diagonal(leg, X, Y, mean, way, there, Z, V) -> np.ndarray:
+    """The second derivative of p along both ends moving alike: where a triangle is cut."""
+    second = (X.second[leg] + there(Z.second[leg])) * way * 0.5
+    first = (X.first[leg] + there(Z.first[leg])) * (Y.first[leg] - there(V.first[leg]))
+    return np.maximum((second + first + mean * (Y.second[leg] - there(V.second[leg]))).hi, 0.0)
+
+
+def _of_square(
+    a: StationCells, b: StationCells, Xa: _Quantity, Xb: _Quantity
+) -> tuple[End, End, float]:
+    ends = []
+    for here, X in ((a, Xa), (b, Xb)):
+        kappa = np.zeros(here.alive.shape)
+        for leg, h in enumerate((here.rear.widths[:, None], here.front.widths)):
+            curved, straight = h**2 / 8 * X.second[leg].size, h / 2 * X.first[leg].size
+            smooth = here.of_cells(here.inside.smooth)
+            kappa += np.where(smooth, np.minimum(curved, straight), straight)
+        losses = [_largest(here, of) for of in (kappa, _range(X.corners))]
+        ends.append(End(X.corners, X.corners, *losses))
+    rise = float(np.max(Xa.cells.size)) + float(np.max(Xb.cells.size))
+    radius = Xa.radius + Xb.radius
+    return ends[0], ends[1], 1.01 * radius * (2 * rise + radius)
+
+
+def _range(corners: np.ndarray) -> np.ndarray:
+    """Of each cell, over its corners."""
+    return of_corners(corners, np.maximum) - of_corners(corners, np.minimum)
+
+
+def _largest(of: StationCells, losses: np.ndarray) -> np.ndarray:
+    """At each corner, of the cells about it that count; 0 where none does."""
+    counts = of.alive & of.of_cells(of.inside.known)
+    found = at_corners(np.where(counts, losses * (1 + SLACK), -np.inf), np.max)
+    return np.maximum(found, 0.0)
+
+
+class _Near:
+    """The hull of what the other end of a step may be, for each cell of this end."""
+
+    def __init__(
+        self, here: StationCells, there: StationCells, reach: tuple[int, int] | None
+    ):
+        self.shape = here.alive.shape
+        same = here.alive.shape == there.alive.shape
+        self.size = None if reach is None or not same else tuple(2 * (n + 1) + 1 for n in reach)
+        self.counts = there.alive & there.of_cells(there.inside.known)
+
+    def __call__(self, of: Interval) -> Interval:
+        low = np.where(self.counts, of.lo, np.inf)
+        high = np.where(self.counts, of.hi, -np.inf)
+        if self.size is None:
+            low, high = (np.full(self.shape, v) for v in (np.min(low), np.max(high)))
+        else:
+            low = minimum_filter(low, self.size, mode="nearest")
+            high = maximum_filter(high, self.size, mode="nearest")
+        none = low > high
+        return Interval(np.where(none, 0.0, low), np.where(none, 0.0, high))
