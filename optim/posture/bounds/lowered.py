@@ -7,15 +7,16 @@ corners less
     kappa = sum over both legs of h^2 / 8 (max(p_aa, 0) + max(p_bb, p_aa + 2 p_ab + p_bb, 0)),
 
 the second term along the triangles' diagonals; derivatives are enclosed over whole cells, h is a
-cell's width. What is paid is max(0, p), which lies below its own interpolant where p changes sign,
-by at most s (w - s) / w with s = max(|p|, w / 2) and w the range of p over the corners (Jensen's gap
-of max(0, .) over a range of w). So
+cell's width. What is paid is max(0, p) >= share p for any share from 0 to 1. With w the range of p
+over the corners that one move may lie between,
 
-    c = max(0, p) - s (w - s) / w - kappa   where |p| < w,   p - kappa above,   0 below,
+    c = p - kappa  where p >= w + kappa,   0  where p <= -w,   share (p - kappa)  between,
 
-at each pair of corners, has an interpolant that no move between them costs less than. Squares of
-differences, (X_b - X_a)^2 / dx, lose their variance over the corners, w^2 / 4 at most, and
-2 |X_b - X_a| kappa.
+has an interpolant that no move between the corners costs less than: if the first holds at one of
+them, p >= kappa at all, so that share (p - kappa) <= p - kappa; if the second does, p <= 0 at all; else
+it is share (p - kappa) at all. Which share is best is the multiplier of a kink of the
+cost, and is looked for (shares.py); any is a bound. Squares of differences, (X_b - X_a)^2 / dx, lose
+their variance over the corners, w^2 / 4 at most, and 2 |X_b - X_a| kappa.
 
 Every kappa and w is the sum of one number for each end of the step, the largest of the cells about
 that corner and of all that the other end may be.
@@ -86,29 +87,34 @@ class StepCosts:
     terms: list[Term]
     ends: list[tuple[End, End]]
     tainted: tuple[np.ndarray, np.ndarray]
+    shares: list[float]
     dx: float
     slack: float
     """What rounding of the corners' values may take off besides."""
 
     def between(self, a: Any, b: Any) -> np.ndarray:
-        """Of the moves from the corners a to the corners b, slices of one shape."""
+        """Of the moves from the corners a to the corners b, indices of one shape."""
         total: Any = 0.0
-        for term, (one, other) in zip(self.terms, self.ends, strict=True):
-            kappa = one.kappa[a] + other.kappa[b]
-            spread = one.spread[a] + other.spread[b]
+        for number, (term, share) in enumerate(zip(self.terms, self.shares, strict=True)):
+            p, spread, kappa = self.look(number, a, b)
             if term.Y is None:
-                rise = np.abs(other.X[b] - one.X[a])
-                cost = rise * (rise - 2 * kappa) - spread * spread / 4
-                cost /= self.dx
+                rise = np.abs(p)
+                cost = (rise * (rise - 2 * kappa) - spread * spread / 4) / self.dx
             else:
-                p = (one.X[a] + other.X[b]) * (other.Y[b] - one.Y[a])
-                p *= 0.5
-                s = np.clip(np.abs(p), spread / 2, spread)
-                gap = s * (spread - s) / (spread + 1e-300)
-                cost = np.where(p <= -spread, 0.0, np.maximum(p, 0.0) - gap - kappa)
+                part = np.where(p < spread + kappa, share, 1.0)
+                cost = np.where(p <= -spread, 0.0, part * (p - kappa))
             total = total + term.weight * cost
         doubt = self.tainted[0][a] | self.tainted[1][b]
         return np.where(doubt, np.minimum(total, 0.0), total)
+
+    def look(self, number: int, a: Any, b: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """p of a term (or what is squared), its range w and kappa."""
+        one, other = self.ends[number]
+        if self.terms[number].Y is None:
+            p = other.X[b] - one.X[a]
+        else:
+            p = (one.X[a] + other.X[b]) * (other.Y[b] - one.Y[a]) / 2
+        return p, one.spread[a] + other.spread[b], one.kappa[a] + other.kappa[b]
 
 
 def step_costs(
@@ -117,6 +123,7 @@ def step_costs(
     k: int,
     cells: tuple[StationCells, StationCells],
     reach: tuple[int, int] | None,
+    shares: list[float],
 ) -> StepCosts:
     """Those of step k. reach: how many corners the legs may go at most; None: any."""
     a, b = cells
@@ -129,7 +136,7 @@ def step_costs(
     tainted = tuple(
         at_corners(~of.of_cells(of.inside.known) & of.alive, np.any) for of in cells
     )
-    return StepCosts(terms, ends, (tainted[0], tainted[1]), dx, slack)
+    return StepCosts(terms, ends, (tainted[0], tainted[1]), shares, dx, slack)
 
 
 class _Quantity(NamedTuple):

@@ -61,14 +61,15 @@ def _box(corners: np.ndarray) -> tuple[slice, slice]:
 
 
 def make_step(
-    problem: PostureData, terms: list[Term], k: int, a: StationCells, b: StationCells
+    problem: PostureData, terms: list[Term], k: int, a: StationCells, b: StationCells,
+    shares: list[float],
 ) -> Step:
     """The step from waypoint k."""
     rear, front = moves(problem, k, a.rear, b.rear), moves(problem, k, a.front, b.front)
     reach = None
     if problem.leg_rate is not None:
         reach = (_reach(rear), _reach(front))
-    costs = step_costs(problem, terms, k, (a, b), reach)
+    costs = step_costs(problem, terms, k, (a, b), reach, shares)
     return Step(costs, rear, front, _box(a.corners), _box(b.corners))
 
 

@@ -113,10 +113,10 @@ def at_corners(cells: np.ndarray, reduce) -> np.ndarray:
 
 
 class Surveyor:
-    """Makes and refines the cells of a problem's waypoints."""
+    """Makes and refines the cells of a problem's waypoints; kept: the fields that are asked for."""
 
-    def __init__(self, problem: PostureData):
-        self.problem = problem
+    def __init__(self, problem: PostureData, kept: tuple[str, ...] = FIELDS):
+        self.problem, self.kept = problem, kept
         self.vehicle = Numbers.of(problem.params)
         self.ground: Ground = ground_of(problem.track.shape)
         self.longest = longest_wheelbase(problem.params) * (1 + 1e-3)
@@ -201,7 +201,9 @@ class Surveyor:
         if np.any(lost):  # a corner without a value: nothing is known of the cells about it
             cells = _forget(cells, lost)
         valued = replace(cells, values=values, radii=radii)
-        return replace(valued, alive=cells.alive & ~self._ruled_out(k, valued))
+        alive = cells.alive & ~self._ruled_out(k, valued)
+        values = {name: of for name, of in values.items() if name in self.kept}
+        return replace(valued, alive=alive, values=values)
 
     def _spread(
         self, found: Held, good: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple
