@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.bounds.lattice import first_axis, given_axis
-from stickslip.optim.posture.bounds.station_cells import FIELDS, StationCells, Surveyor
+from stickslip.optim.posture.bounds.station_cells import StationCells, Surveyor
 from stickslip.optim.posture.bounds.sums import Sums
 from stickslip.optim.posture.bounds.worst import Worst
 from stickslip.optim.posture.problem import PostureProblem
@@ -25,12 +25,10 @@ CELLS = 42
 """Of each leg's range at the first, about."""
 CORNERS = 600_000
 """Of all waypoints together at most, at the finest level."""
-CORNER = 250
-"""Bytes of a corner, about."""
 FIRST = 2_500
 """Bytes of a cell that is not yet halved, with its derivatives."""
-JOINTS = 1e-8
-"""Part of a bound that it is lowered by for joints of splines that miss by rounding."""
+JOINTS = 100.0
+"""A bound is lowered by this many times what a table's joints miss by rounding, in parts of it."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,8 @@ class DriveBound:
     infinite. levels: how the bound grew. seconds: all of it.
 
     Proved from the problem's own numbers in interval arithmetic, with the one assumption of
-    `stickslip.optim.intervals`. Left out, so that the bound may be lower than it need be: the
+    `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
+    allowance of JOINTS times that. Left out, so that the bound may be lower than it need be: the
     clearance, and ground that enters a wheel beside its contact. It is no bound for what lies
     between the waypoints, which the problem does not look at, nor for other waypoints.
     """
@@ -108,14 +107,14 @@ def bound_every_drive(
     require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
     worst = problem.criterion.kind == "max"
     method = Worst(problem) if worst else Sums(problem, x if np.isfinite(best) else None)
-    surveyor = Surveyor(problem, method.fields if worst else (*method.fields,))
+    surveyor = Surveyor(problem, method.fields)
     enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
     found, levels = -np.inf, []
     with Bar("branch", None, "waypoint", progress) as bar:
         now = _first(surveyor, cells, bar)
         while True:
             bound, after = method.bound(now, best, enough)
-            bound = _settled(problem, bound, best)
+            bound = _settled(problem, bound, best, surveyor.ground.missed)
             found = max(found, bound)
             alive = float(np.mean([np.mean(of.alive) for of in after]))
             levels.append(Level(float(np.max(now[-1].rear.widths)), found, alive))
@@ -147,15 +146,13 @@ def _counted(cells: list[StationCells], bar: Bar):
         bar.advance()
 
 
-def _settled(problem: PostureProblem, bound: float, best: float) -> float:
+def _settled(problem: PostureProblem, bound: float, best: float, missed: float) -> float:
     """The bound of all drives: those of the dropped cells cost more than the best one known."""
     bound = min(bound, best)
     if not np.isfinite(bound):
         return bound
-    lowered = below(problem, bound - JOINTS * abs(bound))
+    lowered = below(problem, bound - JOINTS * missed * abs(bound))
     if problem.criterion.additive or problem.criterion.name in ("peak_torque", "friction_demand"):
         return max(lowered, 0.0)  # they are nowhere below
     return lowered
 
-
-__all__ = ["CELLS", "CORNERS", "FIELDS", "DriveBound", "Level", "bound_every_drive"]

@@ -134,7 +134,7 @@ def step_costs(
         ends.append((one, other))
         slack += term.weight * rounding / (dx if term.Y is None else 1.0)
     tainted = tuple(
-        at_corners(~of.of_cells(of.inside.known) & of.alive, np.any) for of in cells
+        at_corners(~of.inside.known & of.alive, np.any) for of in cells
     )
     return StepCosts(terms, ends, (tainted[0], tainted[1]), shares, dx, slack)
 
@@ -150,7 +150,7 @@ class _Quantity(NamedTuple):
 
 
 def _quantity(of: StationCells, name: str) -> _Quantity:
-    known = of.of_cells(of.inside.known)
+    known = of.inside.known
     shape = of.alive.shape
     if name in ("rear", "front"):
         leg = int(name == "front")
@@ -162,7 +162,7 @@ def _quantity(of: StationCells, name: str) -> _Quantity:
         cells = Interval(of_corners(corners, np.minimum), of_corners(corners, np.maximum))
         return _Quantity(corners, cells, first, [zero, zero], 0.0)
     first, second = (
-        [part[name][d].map(of.of_cells).map(lambda v: np.where(known, v, 0.0)) for d in (0, 1)]
+        [part[name][d].map(lambda v: np.where(known, v, 0.0)) for d in (0, 1)]
         for part in (of.inside.first, of.inside.second)
     )
     cells = of.range_of(name).map(lambda v: np.where(known & of.alive, v, 0.0))
@@ -199,7 +199,7 @@ def _ends(
                 worst = np.maximum(worst, along)
             slope = X.first[leg].size * way.size * 0.5 + mean.size * Y.first[leg].size
             curved, straight = h**2 / 8 * worst, h / 2 * slope
-            smooth = here.of_cells(here.inside.smooth)
+            smooth = here.inside.smooth
             kappa += np.where(smooth, np.minimum(curved, straight), straight)
         range_X, range_Y = (_range(of.corners) for of in (X, Y))
         spread = range_X * way.size * 0.5 + mean.size * range_Y
@@ -231,7 +231,7 @@ def _of_square(
         kappa = np.zeros(here.alive.shape)
         for leg, h in enumerate((here.rear.widths[:, None], here.front.widths)):
             curved, straight = h**2 / 8 * X.second[leg].size, h / 2 * X.first[leg].size
-            smooth = here.of_cells(here.inside.smooth)
+            smooth = here.inside.smooth
             kappa += np.where(smooth, np.minimum(curved, straight), straight)
         losses = [_largest(here, of) for of in (kappa, _range(X.corners))]
         ends.append(End(X.corners, X.corners, *losses))
@@ -247,7 +247,7 @@ def _range(corners: np.ndarray) -> np.ndarray:
 
 def _largest(of: StationCells, losses: np.ndarray) -> np.ndarray:
     """At each corner, of the cells about it that count; 0 where none does."""
-    counts = of.alive & of.of_cells(of.inside.known)
+    counts = of.alive & of.inside.known
     found = at_corners(np.where(counts, losses * (1 + SLACK), -np.inf), np.max)
     return np.maximum(found, 0.0)
 
@@ -261,7 +261,7 @@ class _Near:
         self.shape = here.alive.shape
         same = here.alive.shape == there.alive.shape
         self.size = None if reach is None or not same else tuple(2 * (n + 1) + 1 for n in reach)
-        self.counts = there.alive & there.of_cells(there.inside.known)
+        self.counts = there.alive & there.inside.known
 
     def __call__(self, of: Interval) -> Interval:
         low = np.where(self.counts, of.lo, np.inf)

@@ -51,8 +51,8 @@ def first_shares(
 
 def cheapest(steps: list[Step], to_go: list[np.ndarray]) -> list[tuple[int, int]]:
     """The corners of the path that attains the least cost to go."""
-    first, *_ = np.unravel_index(np.argmin(to_go[0]), to_go[0].shape), None
-    path = [(int(first[0]), int(first[1]))]
+    i, j = np.unravel_index(np.argmin(to_go[0]), to_go[0].shape)
+    path = [(int(i), int(j))]
     for step, after in zip(steps, to_go[1:], strict=True):
         i, j = path[-1]
         rows, columns = np.nonzero(step.rear[i])[0], np.nonzero(step.front[j])[0]

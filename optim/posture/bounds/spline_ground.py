@@ -12,19 +12,22 @@ from stickslip.optim.intervals.interval import Interval, hull, interval, where
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv.spline import Spline
 
-JOINED = 1e-9
-"""Of a piece's own height, slope and bend: what its end may miss the next piece's beginning by, and
-count as joined to it. A bound is lowered by more (see lowered.py)."""
+JOINED, BENT = 1e-5, 1e-2
+"""What a piece's end may miss the next piece's beginning by and count as joined to it: in height [m]
+and slope, and in parts of the largest second derivative. Tables in single precision miss by so much
+of their rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
 
 
 def spline_ground(
     shape: Spline,
-) -> tuple[Callable[[Interval], tuple[Interval, ...]], np.ndarray, np.ndarray, np.ndarray]:
-    """profile, kinks, bends and knots of a Ground; straight past the ends."""
+) -> tuple[
+    Callable[[Interval], tuple[Interval, ...]], np.ndarray, np.ndarray, np.ndarray, float
+]:
+    """profile, kinks, bends, knots and what joints miss of a Ground; straight past the ends."""
     knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
     rows = np.asarray(shape.coefficients, float)
     lows = np.asarray(shape.lows, float)
-    kinks, bends = _jumps(knots, rows, lows)
+    kinks, bends, missed = _jumps(knots, rows, lows)
     last = len(rows) - 1
 
     def profile(x: Interval) -> tuple[Interval, ...]:
@@ -41,7 +44,7 @@ def spline_ground(
             )
         return found
 
-    return profile, kinks, bends, knots
+    return profile, kinks, bends, knots, missed
 
 
 def _piece(
@@ -103,8 +106,9 @@ def _straight(x, found, outside, begin, end, numbers):
 
 def _jumps(
     knots: np.ndarray, rows: np.ndarray, lows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Knots at which height or slope jump, and those at which the second derivative does."""
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Knots at which height or slope jump, those at which the second derivative does, and by how
+    much height [m] or slope miss at worst at the others."""
     powers = rows.shape[1]
     h = np.diff(knots)
     c = [rows[:, k] if k < powers else np.zeros(len(rows)) for k in range(6)]
@@ -116,9 +120,10 @@ def _jumps(
     bend = 2 * c[2][1:] - bend_end[:-1]
     # Past the ends it goes on straight: the bend there jumps to 0.
     inner = knots[1:-1]
-    steep = 1 + np.max(np.abs(c[1]))
-    kinked = (np.abs(y) > JOINED * (1 + np.max(h))) | (np.abs(turn) > JOINED * steep)
-    bent = np.abs(bend) > JOINED * (1 + np.max(np.abs(c[2])))
+    off = np.maximum(np.abs(y), np.abs(turn))
+    kinked = off > JOINED
+    bent = np.abs(bend) > BENT * (1e-6 + np.max(np.abs(c[2])))
     edges = [(knots[0], 2 * c[2][0]), (knots[-1], bend_end[-1])]
-    outer = [at for at, jump in edges if abs(jump) > JOINED]
-    return inner[kinked], np.concatenate([inner[bent], outer])
+    outer = [at for at, jump in edges if abs(jump) > BENT * np.max(np.abs(c[2]))]
+    missed = float(np.max(off[~kinked], initial=0.0))
+    return inner[kinked], np.concatenate([inner[bent], outer]), missed

@@ -33,7 +33,7 @@ FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
 
 
 class Inside(NamedTuple):
-    """Derivatives of each field over the first cells [2, R, F], along rear and front."""
+    """Derivatives of each field over each cell [2, R, F], along rear and front; 0 where unknown."""
 
     first: dict[str, Interval]
     second: dict[str, Interval]
@@ -45,10 +45,10 @@ class Inside(NamedTuple):
 
 @dataclass(frozen=True)
 class StationCells:
-    """One waypoint's cells; rear and front: their corners. level: how often halved.
+    """One waypoint's cells; rear and front: their corners.
 
     alive: cells that a good drive may pass. values: of the fields at the corners [R, F], 0 at those
-    of no such cell; radii: by how much any of them may be off. inside: of the cells before halving.
+    of no such cell; radii: by how much any of them may be off.
     """
 
     bracket: Bracket
@@ -56,17 +56,10 @@ class StationCells:
     """Of the turn, what the front wheel adds whatever the legs do [rad]."""
     rear: Axis
     front: Axis
-    level: int
     alive: Bool[np.ndarray, "R-1 F-1"]
     values: dict[str, Float[np.ndarray, "R F"]]
     radii: dict[str, float]
     inside: Inside
-
-    def of_cells(self, of: np.ndarray) -> np.ndarray:
-        """An array over the first cells [..., R, F] for these cells."""
-        for axis, cells in ((-2, self.alive.shape[0]), (-1, self.alive.shape[1])):
-            of = np.repeat(of, max(cells // of.shape[axis], 1), axis)
-        return of
 
     @property
     def corners(self) -> Bool[np.ndarray, "R F"]:
@@ -78,12 +71,12 @@ class StationCells:
         the second derivative, or h / 2 of the first, whichever is less, of each leg."""
         total = np.zeros(self.alive.shape)
         widths = (self.rear.widths[:, None], self.front.widths)
-        smooth, known = self.of_cells(self.inside.smooth), self.of_cells(self.inside.known)
+        smooth, known = self.inside.smooth, self.inside.known
         for leg, h in enumerate(widths):
             bend, slope = self.inside.second[name][leg], self.inside.first[name][leg]
             above = bend.hi if sign > 0 else -bend.lo
-            curved = h**2 / 8 * np.maximum(self.of_cells(above), 0)
-            straight = h / 2 * self.of_cells(slope.size)
+            curved = h**2 / 8 * np.maximum(above, 0)
+            straight = h / 2 * slope.size
             total += np.where(smooth, np.minimum(curved, straight), straight)
         return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
 
@@ -117,6 +110,7 @@ class Surveyor:
 
     def __init__(self, problem: PostureData, kept: tuple[str, ...] = FIELDS):
         self.problem, self.kept = problem, kept
+        self.inside = tuple(sorted({*kept, "F", "N_rear", "N_front"}))
         self.vehicle = Numbers.of(problem.params)
         self.ground: Ground = ground_of(problem.track.shape)
         self.longest = longest_wheelbase(problem.params) * (1 + 1e-3)
@@ -131,10 +125,10 @@ class Surveyor:
             self.ground, self.vehicle.radius, float(self.problem.x[k]), self.longest
         )
         alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
-        inside = self._inside(bracket, rear, front)
+        inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / self.vehicle.radius
-        return self._valued(k, StationCells(bracket, own, rear, front, 0, alive, {}, {}, inside))
+        return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not)."""
@@ -145,16 +139,16 @@ class Surveyor:
         alive = cells.alive
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
-        after = replace(cells, rear=rear, front=front, level=cells.level + 1, alive=alive)
+        inside = self._inside(cells.bracket, rear, front, alive)
+        after = replace(cells, rear=rear, front=front, alive=alive, inside=inside)
         return self._valued(k, after)
 
-    def _inside(self, bracket: Bracket, rear: Axis, front: Axis) -> Inside:
+    def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
+        rows, columns = np.nonzero(alive)
         r, f = (
-            Interval(axis.nodes[:-1], axis.nodes[1:]) for axis in (rear, front)
+            Interval(axis.nodes[of], axis.nodes[of + 1])
+            for axis, of in ((rear, rows), (front, columns))
         )
-        shape = (len(r.lo), len(f.lo))
-        r = r.map(lambda of: np.broadcast_to(of[:, None], shape).copy())
-        f = f.map(lambda of: np.broadcast_to(of, shape).copy())
         rear_jet, front_jet = angle_jets(r, f)
         Q = wheelbase_squared(self.vehicle, rear_jet, front_jet)
         Q = replace(Q, value=self._narrower(Q.value, Q.first, r, f))
@@ -165,13 +159,23 @@ class Surveyor:
         with np.errstate(all="ignore"):
             behind = rear_jets(bracket, self.vehicle, Q, x, wheel)
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
-            first = {name: getattr(found, name).first for name in FIELDS}
-            second = {name: getattr(found, name).second for name in FIELDS}
-            sizes = [of.size for part in (first, second) for of in part.values()]
-            known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
+        parts = [(name, getattr(found, name)) for name in self.inside]
+        sizes = [of for _, jet in parts for of in (jet.first.size, jet.second.size)]
+        known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
         bends = np.sort(self.ground.bends)
         smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
-        return Inside(first, second, known, smooth)
+
+        def spread(of: np.ndarray) -> np.ndarray:
+            whole = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
+            whole[..., rows, columns] = np.where(known, of, False if of.dtype == bool else 0.0)
+            return whole
+
+        return Inside(
+            {name: jet.first.map(spread) for name, jet in parts},
+            {name: jet.second.map(spread) for name, jet in parts},
+            spread(known),
+            spread(smooth),
+        )
 
     def _narrower(self, Q: Interval, slopes: Interval, r: Interval, f: Interval) -> Interval:
         """The range of Q over each cell, by its slopes where that says more."""
@@ -193,8 +197,8 @@ class Surveyor:
             at = Rear(x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x))
             found = held(self.vehicle, r, f, Q, at, cells.bracket.front)
             found = replace(found, turn=found.turn + cells.own_turn)
-        good &= np.all([np.isfinite(getattr(found, name).size) for name in FIELDS], axis=0)
-        values, radii = self._spread(found, good, rows, columns, wanted.shape)
+            good &= np.all([np.isfinite(getattr(found, name).size) for name in FIELDS], axis=0)
+            values, radii = self._spread(found, good, rows, columns, wanted.shape)
         unknown = np.zeros(wanted.shape, bool)
         unknown[rows, columns] = ~good
         lost = of_corners(unknown, np.logical_or)
@@ -242,11 +246,5 @@ class Surveyor:
 
 
 def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:
-    """The cells of which nothing is known any more."""
-    factor = [n // m for n, m in zip(lost.shape, cells.inside.known.shape, strict=True)]
-    blocks = lost.reshape(
-        cells.inside.known.shape[0], factor[0], cells.inside.known.shape[1], factor[1]
-    )
-    known = cells.inside.known & ~np.any(blocks, axis=(1, 3))
-    return replace(cells, inside=cells.inside._replace(known=known))
-
+    """The cells, of which nothing is known where it is lost."""
+    return replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))

@@ -73,21 +73,22 @@ def test_fields_lie_within_what_is_proved_of_their_cells(cells, kind):
     }  # fmt: skip
     turns = []
     for n, of in enumerate(cells[kind]):
-        known = of.alive & of.of_cells(of.inside.known)
+        known = of.alive & of.inside.known
         counts = known[where[n]]
         assert np.mean(counts) > 0.5 or kind == "slippery"
         assert np.all(at.grip[:, n][~of.alive[where[n]]] < 0)  # ruled out, and rightly
         for name in FIELDS:
             held = of.range_of(name)[where[n]]
             if name == "turn":
-                turns.append((held.middle - fields[name][:, n], held.hi - held.middle, counts))
+                held = held[counts]
+                turns.append((held.middle - fields[name][counts, n], held.radius))
                 continue
             value = fields[name][:, n][counts]
             assert np.all((held.lo[counts] <= value) & (value <= held.hi[counts])), name
     # Turns count from a place of their own, the same at both waypoints.
-    origin = np.median(turns[0][0][turns[0][2]])
-    for off, radius, counts in turns:
-        assert np.all(np.abs(off - origin)[counts] <= 2 * radius[counts])
+    origin = np.median(turns[0][0])
+    for off, radius in turns:
+        assert np.all(np.abs(off - origin) <= 2 * radius)
 
 
 @pytest.mark.parametrize("kind", KINDS)
