@@ -14,7 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.report import markdown, options, provenance, put_between, read_json, where, write_json
+from benchmarks.report import (
+    markdown,
+    options,
+    provenance,
+    put_between,
+    read_json,
+    where,
+    write_json,
+)
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, PostureProblem, solve
 from stickslip.optim.posture.bounds import bound_every_drive
@@ -91,9 +99,7 @@ def main(arguments: list[str]) -> None:
 
 def _sorted(rows: dict[tuple[str, str], dict[str, Any]]) -> list[dict[str, Any]]:
     known = list(CRITERIA), list(TRACKS)
-    return [
-        rows[track, name] for name in known[0] for track in known[1] if (track, name) in rows
-    ]
+    return [rows[track, name] for name in known[0] for track in known[1] if (track, name) in rows]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Interval arithmetic on arrays, rounded outwards, and derivatives of it: what bounds are made of."""
+"""Interval arithmetic on arrays, rounded outwards, and derivatives of it."""
 
 from typing import TYPE_CHECKING
 

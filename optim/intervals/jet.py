@@ -46,9 +46,7 @@ class Jet:
         return Jet(
             self.value * other.value,
             self.first * other.value + other.first * self.value,
-            self.second * other.value
-            + self.first * other.first * 2.0
-            + other.second * self.value,
+            self.second * other.value + self.first * other.first * 2.0 + other.second * self.value,
         )
 
     __rmul__ = __mul__

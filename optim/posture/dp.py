@@ -58,8 +58,9 @@ def solve_dp(
     Given start and end angles are nodes of their own, on the grid or not. The lower bound is what
     the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
     rounding of the stations (rounding.py): no path over the grid is better. It bounds no path off
-    the grid; for one of every drive see `solve(problem, "branch")`. Where no path is found, INFEASIBLE says that there is none over the grid;
-    FAILED, that postures without a pose leave it open (impossible.py). evaluations: stations.
+    the grid; for one of every drive see `solve(problem, "branch")`. Where no path is found,
+    INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose leave it
+    open (impossible.py). evaluations: stations.
     details: grid, rate_used (the share of the leg rate that each leg can use on it),
     certificate (edges looked at, and by how much one misses its inequality at worst).
     """

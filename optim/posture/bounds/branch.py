@@ -64,7 +64,7 @@ class DriveBound:
 
     @property
     def gap(self) -> float:
-        """How far the best known drive is above the bound, in parts of it: (best - bound) / best."""
+        """How far the best known drive is above the bound: (best - bound) / best."""
         if not np.isfinite(self.best):
             return np.inf
         difference = self.best - self.value
@@ -155,4 +155,3 @@ def _settled(problem: PostureProblem, bound: float, best: float, missed: float) 
     if problem.criterion.additive or problem.criterion.name in ("peak_torque", "friction_demand"):
         return max(lowered, 0.0)  # they are nowhere below
     return lowered
-

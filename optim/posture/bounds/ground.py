@@ -178,7 +178,9 @@ def _(shape: Ditch) -> Ground:
         y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
         return y, dy, d2y, d3y
 
-    return _smooth(profile, [middle + k * width / 2 + s * side / 2 for k in (-1, 1) for s in (-1, 1)])
+    return _smooth(
+        profile, [middle + k * width / 2 + s * side / 2 for k in (-1, 1) for s in (-1, 1)]
+    )
 
 
 @ground_of.register

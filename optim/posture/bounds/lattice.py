@@ -82,9 +82,7 @@ def moves(problem: PostureData, step: int, a: Axis, b: Axis) -> Bool[np.ndarray,
         return np.ones((len(a.nodes), len(b.nodes)), bool)
     limit = _limit(problem, float(problem.x[step + 1] - problem.x[step]))
     ahead, ahead_half = _one_way(a.nodes, b.nodes, limit)
-    back, back_half = (
-        of[::-1, ::-1] for of in _one_way(-a.nodes[::-1], -b.nodes[::-1], limit)
-    )
+    back, back_half = (of[::-1, ::-1] for of in _one_way(-a.nodes[::-1], -b.nodes[::-1], limit))
     square = (ahead & back) | (ahead_half & back_half)  # cut at both sides: taken whole
     cut_ahead, cut_back = ahead_half & back, back_half & ahead
     allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)

@@ -13,9 +13,9 @@ over the corners that one move may lie between,
     c = p - kappa  where p >= w + kappa,   0  where p <= -w,   share (p - kappa)  between,
 
 has an interpolant that no move between the corners costs less than: if the first holds at one of
-them, p >= kappa at all, so that share (p - kappa) <= p - kappa; if the second does, p <= 0 at all; else
-it is share (p - kappa) at all. Which share is best is the multiplier of a kink of the
-cost, and is looked for (shares.py); any is a bound. Squares of differences, (X_b - X_a)^2 / dx, lose
+them, p >= kappa at all, so that share (p - kappa) <= p - kappa; if the second does, p <= 0 at all;
+else it is share (p - kappa) at all. Which share is best is the multiplier of a kink of the cost,
+and is looked for (shares.py); any is a bound. Squares of differences, (X_b - X_a)^2 / dx, lose
 their variance over the corners, w^2 / 4 at most, and 2 |X_b - X_a| kappa.
 
 Every kappa and w is the sum of one number for each end of the step, the largest of the cells about
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.bounds.station_cells import StationCells
     from stickslip.optim.posture.data import PostureData
 
+TOO_MUCH = 0.5
+"""Of what p may be at most: a cell whose kappa is more is charged nothing at all."""
 SLACK = 1e-9
 """Of each loss: for the rounding of what is computed beside interval arithmetic."""
 
@@ -72,12 +74,14 @@ def terms_of(criterion: Criterion | Weighted) -> list[Term]:
 
 
 class End(NamedTuple):
-    """One end of a step: at the corners X, Y and what is lost; tainted: no price is known."""
+    """One end of a step: at the corners X, Y and what is lost; doubt: corners of a cell of which so
+    little is known that 0 is all that is charged there."""
 
     X: np.ndarray
     Y: np.ndarray
     kappa: np.ndarray
     spread: np.ndarray
+    doubt: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,6 @@ class StepCosts:
 
     terms: list[Term]
     ends: list[tuple[End, End]]
-    tainted: tuple[np.ndarray, np.ndarray]
     shares: list[float]
     dx: float
     slack: float
@@ -103,9 +106,10 @@ class StepCosts:
             else:
                 part = np.where(p < spread + kappa, share, 1.0)
                 cost = np.where(p <= -spread, 0.0, part * (p - kappa))
+            one, other = self.ends[number]
+            cost = np.where(one.doubt[a] | other.doubt[b], np.minimum(cost, 0.0), cost)
             total = total + term.weight * cost
-        doubt = self.tainted[0][a] | self.tainted[1][b]
-        return np.where(doubt, np.minimum(total, 0.0), total)
+        return total
 
     def look(self, number: int, a: Any, b: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """p of a term (or what is squared), its range w and kappa."""
@@ -133,10 +137,7 @@ def step_costs(
         one, other, rounding = _ends(term, a, b, reach)
         ends.append((one, other))
         slack += term.weight * rounding / (dx if term.Y is None else 1.0)
-    tainted = tuple(
-        at_corners(~of.inside.known & of.alive, np.any) for of in cells
-    )
-    return StepCosts(terms, ends, (tainted[0], tainted[1]), shares, dx, slack)
+    return StepCosts(terms, ends, shares, dx, slack)
 
 
 class _Quantity(NamedTuple):
@@ -180,11 +181,12 @@ def _ends(
     if term.Y is None:
         return _of_square(a, b, Xa, Xb)
     Ya, Yb = (_quantity(of, term.Y) for of in (a, b))
-    near_a, near_b = _Near(a, b, reach), _Near(b, a, reach)
+    sound_a, sound_b = _sound(a, Xa), _sound(b, Xb)
+    near_a, near_b = _Near(a, b, reach, sound_b), _Near(b, a, reach, sound_a)
     ends, spreads = [], []
-    for here, there, X, Y, Z, V, sign in (
-        (a, near_a, Xa, Ya, Xb, Yb, -1.0),
-        (b, near_b, Xb, Yb, Xa, Ya, 1.0),
+    for here, there, sound, X, Y, Z, V, sign in (
+        (a, near_a, sound_a, Xa, Ya, Xb, Yb, -1.0),
+        (b, near_b, sound_b, Xb, Yb, Xa, Ya, 1.0),
     ):
         other_X, other_Y = there(Z.cells), there(V.cells)
         mean = (X.cells + other_X) * 0.5
@@ -203,8 +205,9 @@ def _ends(
             kappa += np.where(smooth, np.minimum(curved, straight), straight)
         range_X, range_Y = (_range(of.corners) for of in (X, Y))
         spread = range_X * way.size * 0.5 + mean.size * range_Y
-        losses = [_largest(here, of) for of in (kappa, spread)]
-        ends.append(End(X.corners, Y.corners, *losses))
+        sound = sound & (kappa <= TOO_MUCH * mean.size * way.size)
+        losses = [_largest(sound, of) for of in (kappa, spread)]
+        ends.append(End(X.corners, Y.corners, *losses, at_corners(here.alive & ~sound, np.any)))
         spreads.append((mean.size, way.size))
     rounding = _rounding(a, Xa.radius + Xb.radius, Ya.radius + Yb.radius, spreads[0])
     return ends[0], ends[1], rounding
@@ -233,8 +236,9 @@ def _of_square(
             curved, straight = h**2 / 8 * X.second[leg].size, h / 2 * X.first[leg].size
             smooth = here.inside.smooth
             kappa += np.where(smooth, np.minimum(curved, straight), straight)
-        losses = [_largest(here, of) for of in (kappa, _range(X.corners))]
-        ends.append(End(X.corners, X.corners, *losses))
+        sound = here.alive & here.inside.known
+        losses = [_largest(sound, of) for of in (kappa, _range(X.corners))]
+        ends.append(End(X.corners, X.corners, *losses, at_corners(here.alive & ~sound, np.any)))
     rise = float(np.max(Xa.cells.size)) + float(np.max(Xb.cells.size))
     radius = Xa.radius + Xb.radius
     return ends[0], ends[1], 1.01 * radius * (2 * rise + radius)
@@ -245,9 +249,14 @@ def _range(corners: np.ndarray) -> np.ndarray:
     return of_corners(corners, np.maximum) - of_corners(corners, np.minimum)
 
 
-def _largest(of: StationCells, losses: np.ndarray) -> np.ndarray:
+def _sound(of: StationCells, X: _Quantity) -> np.ndarray:
+    """Cells in which X is known better than that it may be anything, of either sign."""
+    largest = of_corners(np.abs(X.corners), np.maximum)
+    return of.alive & of.inside.known & (X.cells.size <= 3 * largest)
+
+
+def _largest(counts: np.ndarray, losses: np.ndarray) -> np.ndarray:
     """At each corner, of the cells about it that count; 0 where none does."""
-    counts = of.alive & of.inside.known
     found = at_corners(np.where(counts, losses * (1 + SLACK), -np.inf), np.max)
     return np.maximum(found, 0.0)
 
@@ -256,12 +265,16 @@ class _Near:
     """The hull of what the other end of a step may be, for each cell of this end."""
 
     def __init__(
-        self, here: StationCells, there: StationCells, reach: tuple[int, int] | None
+        self,
+        here: StationCells,
+        there: StationCells,
+        reach: tuple[int, int] | None,
+        counts: np.ndarray,
     ):
         self.shape = here.alive.shape
         same = here.alive.shape == there.alive.shape
         self.size = None if reach is None or not same else tuple(2 * (n + 1) + 1 for n in reach)
-        self.counts = there.alive & there.inside.known
+        self.counts = counts
 
     def __call__(self, of: Interval) -> Interval:
         low = np.where(self.counts, of.lo, np.inf)

@@ -61,7 +61,11 @@ def _box(corners: np.ndarray) -> tuple[slice, slice]:
 
 
 def make_step(
-    problem: PostureData, terms: list[Term], k: int, a: StationCells, b: StationCells,
+    problem: PostureData,
+    terms: list[Term],
+    k: int,
+    a: StationCells,
+    b: StationCells,
     shares: list[float],
 ) -> Step:
     """The step from waypoint k."""

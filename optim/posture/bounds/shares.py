@@ -22,9 +22,7 @@ STRIDE = 0.7
 """Of the way that would close the gap, were the bound straight."""
 
 
-def first_shares(
-    problem: PostureProblem, terms: list[Term], x: np.ndarray | None
-) -> np.ndarray:
+def first_shares(problem: PostureProblem, terms: list[Term], x: np.ndarray | None) -> np.ndarray:
     """[K - 1, terms]: 1 where the drive x pays, 0 where it pays nothing, a half at a kink."""
     steps = len(problem.x) - 1
     if x is None:

@@ -13,16 +13,14 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.spline import Spline
 
 JOINED, BENT = 1e-5, 1e-2
-"""What a piece's end may miss the next piece's beginning by and count as joined to it: in height [m]
-and slope, and in parts of the largest second derivative. Tables in single precision miss by so much
-of their rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
+"""What a piece's end may miss the next piece's beginning by and count as joined to it: in height
+[m] and slope, and in parts of the largest second derivative. Tables in single precision miss by so
+much by rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
 
 
 def spline_ground(
     shape: Spline,
-) -> tuple[
-    Callable[[Interval], tuple[Interval, ...]], np.ndarray, np.ndarray, np.ndarray, float
-]:
+) -> tuple[Callable[[Interval], tuple[Interval, ...]], np.ndarray, np.ndarray, np.ndarray, float]:
     """profile, kinks, bends, knots and what joints miss of a Ground; straight past the ends."""
     knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
     rows = np.asarray(shape.coefficients, float)
@@ -39,9 +37,7 @@ def spline_ground(
             beyond = first + more <= past
             piece = np.minimum(first + more, past)
             other = _piece(x, knots, rows, lows, piece)
-            found = tuple(
-                where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True)
-            )
+            found = tuple(where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True))
         return found
 
     return profile, kinks, bends, knots, missed

@@ -1,4 +1,4 @@
-"""What is proved of each waypoint's cells: values at corners, derivatives inside, what is ruled out."""
+"""What is proved of each waypoint's cells: values at corners, derivatives, what is ruled out."""
 
 from __future__ import annotations
 

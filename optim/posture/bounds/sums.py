@@ -1,8 +1,9 @@
-"""Bounds for sums over steps: costs to go over corners, and the cells that a good drive may pass."""
+"""Bounds for sums over steps: costs to go over corners, and what cells a good drive may pass."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,8 @@ class Sums:
         )
         finite = [np.max(np.abs(of[np.isfinite(of)]), initial=0.0) for of in to_go]
         lost += 16 * np.finfo(float).eps * len(cells) * float(np.max(finite))
+        if bound - lost >= enough:
+            return bound - lost, cells
         return bound - lost, self._passed(cells, steps, to_go, least + lost)
 
     def _best(
@@ -52,7 +55,7 @@ class Sums:
         problem, shares = self.problem, self.shares
         steps = [
             make_step(problem, self.terms, k, a, b, list(shares[k]))
-            for k, (a, b) in enumerate(zip(cells[:-1], cells[1:], strict=True))
+            for k, (a, b) in enumerate(pairwise(cells))
         ]
         best = (steps, *_to_go(steps, cells))
         if not np.isfinite(least):

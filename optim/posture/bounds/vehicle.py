@@ -161,5 +161,7 @@ def rear_jets(bracket: Bracket, v: Numbers, Q: Jet, x: Interval, rear: Wheel) ->
     slope = Jet(m, first * f2, first.square() * f3 + second * f2)
     height = Jet(rear.height, first * m, first.square() * f2 + second * m)
     bend = m * f2 / rear.q
-    rolled = Jet(interval(np.zeros(x.shape)), first * rear.q, first.square() * bend + second * rear.q)
+    rolled = Jet(
+        interval(np.zeros(x.shape)), first * rear.q, first.square() * bend + second * rear.q
+    )
     return Rear(Jet(x - bracket.origin[0], first, second), height, slope, rolled)

@@ -75,9 +75,7 @@ def test_jets_hold_derivatives_over_a_box(x: float):
     def function(x, y):
         root = (x * x + y).sqrt() if isinstance(x, Jet) else np.sqrt(x * x + y)
         sine, angle = (
-            (x.sin(), (x * y).arctan())
-            if isinstance(x, Jet)
-            else (np.sin(x), np.arctan(x * y))
+            (x.sin(), (x * y).arctan()) if isinstance(x, Jet) else (np.sin(x), np.arctan(x * y))
         )
         return root * sine / (angle + 1.0)
 
@@ -93,7 +91,7 @@ def test_jets_hold_derivatives_over_a_box(x: float):
     ]
     found = function(*jets)
     random = np.random.default_rng(0)
-    for a, b in random.uniform(-half, half, (50, 2)) + (x, y):
+    for a, b in np.array([x, y]) + random.uniform(-half, half, (50, 2)):
         assert found.value.holds(function(a, b)).all()
         for k, (da, db) in enumerate(((h, 0.0), (0.0, h))):
             up, down = function(a + da, b + db), function(a - da, b - db)

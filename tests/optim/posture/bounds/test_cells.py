@@ -133,10 +133,9 @@ def test_steps_are_not_below_the_interpolant_of_their_corners(cells, kind, name,
 
 
 def _weights(axes: tuple[Axis, Axis], angles: np.ndarray, cells: tuple[np.ndarray, np.ndarray]):
-    """What each corner of the square, or of the triangle, about a move counts in its interpolant."""
+    """What each corner of the square, or the triangle, about a move counts in its interpolant."""
     s, t = (
-        (angles[:, n] - axis.nodes[cells[n]]) / axis.widths[cells[n]]
-        for n, axis in enumerate(axes)
+        (angles[:, n] - axis.nodes[cells[n]]) / axis.widths[cells[n]] for n, axis in enumerate(axes)
     )
     ahead, back = t < s, t >= s
     by = cells[1] - cells[0]

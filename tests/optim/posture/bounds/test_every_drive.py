@@ -1,4 +1,4 @@
-"""No drive goes below its bound, wherever its angles lie; and the bound is near what can be driven."""
+"""No drive goes below its bound, wherever its angles lie, and the bound is near the best."""
 
 from dataclasses import replace
 
