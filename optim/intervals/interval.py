@@ -9,7 +9,7 @@ assumption. Division by an interval that holds 0, and roots of numbers below 0, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
     Array = Float[np.ndarray, "..."]
-    Other = "Interval | Array | float"
+    Index: TypeAlias = "int | slice | np.ndarray | tuple"
+    Other: TypeAlias = "Interval | Array | float"
 
 ULPS = 8
 """By how many units in the last place an elementary function of NumPy may be off."""
@@ -63,10 +64,10 @@ class Interval:
         """The least |x|."""
         return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
 
-    def __getitem__(self, key: Any) -> Interval:
+    def __getitem__(self, key: Index) -> Interval:
         return Interval(self.lo[key], self.hi[key])
 
-    def holds(self, x: Any) -> Bool[np.ndarray, "..."]:
+    def holds(self, x: Array | float) -> Bool[np.ndarray, "..."]:
         """Where x lies inside."""
         return (self.lo <= x) & (x <= self.hi)
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.optim.intervals.interval import Interval, interval
+
+if TYPE_CHECKING:
+    Other: TypeAlias = "Jet | Interval | float"
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.first, -self.second)
 
-    def __add__(self, other: Any) -> Jet:
+    def __add__(self, other: Other) -> Jet:
         if isinstance(other, Jet):
             sums = (self.value + other.value, self.first + other.first, self.second + other.second)
             return Jet(*sums)
@@ -34,13 +37,13 @@ class Jet:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Jet:
+    def __sub__(self, other: Other) -> Jet:
         return self + (-other if isinstance(other, Jet) else -interval(other))
 
-    def __rsub__(self, other: Any) -> Jet:
+    def __rsub__(self, other: Other) -> Jet:
         return -self + other
 
-    def __mul__(self, other: Any) -> Jet:
+    def __mul__(self, other: Other) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value * other, self.first * other, self.second * other)
         return Jet(
@@ -51,12 +54,12 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Jet:
+    def __truediv__(self, other: Other) -> Jet:
         if isinstance(other, Jet):
             return self * other.reciprocal()
         return self * interval(other).reciprocal()
 
-    def __rtruediv__(self, other: Any) -> Jet:
+    def __rtruediv__(self, other: Other) -> Jet:
         return self.reciprocal() * other
 
     def through(self, value: Interval, slope: Interval, bend: Interval) -> Jet:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from stickslip.optim.posture.bounds.branch import CELLS, CORNERS, bound_every_drive
 from stickslip.optim.posture.dp import solve_dp
@@ -13,6 +15,8 @@ from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
+    from jaxtyping import Float
+
     from stickslip.optim.posture.problem import PostureProblem
 
 EVERY = "every drive at these waypoints"
@@ -25,7 +29,7 @@ def solve_branch(
     tolerance: float = 0.02,
     cells: int = CELLS,
     most_corners: int = CORNERS,
-    start: Any = None,
+    start: Float[np.ndarray, "n"] | None = None,
 ) -> PostureResult:
     """The best drive known, and a bound for every drive: on a grid of leg angles or off it.
 

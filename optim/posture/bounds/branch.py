@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -73,7 +73,7 @@ class DriveBound:
 
 def bound_every_drive(
     problem: PostureProblem,
-    x: Float[np.ndarray, "n"] | Any = None,
+    x: Float[np.ndarray, "n"] | None = None,
     *,
     tolerance: float = 0.02,
     cells: int = CELLS,

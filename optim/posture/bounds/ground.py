@@ -5,10 +5,10 @@ From the same numbers as the shapes of `stickslip.dynamics.ugv`, in interval ari
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from stickslip.optim.posture.bounds.spline_ground import spline_ground
 
 if TYPE_CHECKING:
     from jaxtyping import Float
+
+    from stickslip.dynamics.numeric import Numbers
 
 from stickslip.dynamics.ugv.spline import Spline
 
@@ -53,16 +55,16 @@ class Ground:
 
 
 @singledispatch
-def ground_of(shape: Any) -> Ground:
+def ground_of(shape: object) -> Ground:
     """The ground of a track's shape; ValueError for one of which no enclosure is known."""
     raise ValueError(f"the ground is a {type(shape).__name__}; accepted: {ACCEPTED}")
 
 
-def _smooth(profile: Callable[[Interval], Derivatives], knots: Any = NOWHERE) -> Ground:
+def _smooth(profile: Callable[[Interval], Derivatives], knots: Sequence[float] = ()) -> Ground:
     return Ground(profile, NOWHERE, NOWHERE, np.asarray(knots, float))
 
 
-def _float(value: Any) -> float:
+def _float(value: Numbers) -> float:
     return float(np.asarray(value))
 
 
@@ -188,7 +190,7 @@ def _(shape: Spline) -> Ground:
     return Ground(*spline_ground(shape))
 
 
-TWO_PI = Interval(np.float64(6.283185307179586), np.float64(6.283185307179587))
+TWO_PI = Interval(np.asarray(6.283185307179586), np.asarray(6.283185307179587))
 
 
 def _inside(u: Interval, value: Interval) -> Interval:

@@ -25,7 +25,7 @@ that corner and of all that the other end may be.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
@@ -35,6 +35,7 @@ from stickslip.optim.posture.bounds.station_cells import at_corners, of_corners
 from stickslip.optim.posture.criteria import Criterion, Weighted
 
 if TYPE_CHECKING:
+    Index: TypeAlias = "tuple[slice, slice] | tuple[np.ndarray, np.ndarray] | tuple[int, int]"
     from stickslip.optim.posture.bounds.station_cells import StationCells
     from stickslip.optim.posture.data import PostureData
 
@@ -95,9 +96,9 @@ class StepCosts:
     slack: float
     """What rounding of the corners' values may take off besides."""
 
-    def between(self, a: Any, b: Any) -> np.ndarray:
+    def between(self, a: Index, b: Index) -> np.ndarray:
         """Of the moves from the corners a to the corners b, indices of one shape."""
-        total: Any = 0.0
+        total = np.zeros(())
         for number, (term, share) in enumerate(zip(self.terms, self.shares, strict=True)):
             p, spread, kappa = self.look(number, a, b)
             if term.Y is None:
@@ -111,7 +112,7 @@ class StepCosts:
             total = total + term.weight * cost
         return total
 
-    def look(self, number: int, a: Any, b: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def look(self, number: int, a: Index, b: Index) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """p of a term (or what is squared), its range w and kappa."""
         one, other = self.ends[number]
         if self.terms[number].Y is None:
@@ -206,8 +207,9 @@ def _ends(
         range_X, range_Y = (_range(of.corners) for of in (X, Y))
         spread = range_X * way.size * 0.5 + mean.size * range_Y
         sound = sound & (kappa <= TOO_MUCH * mean.size * way.size)
-        losses = [_largest(sound, of) for of in (kappa, spread)]
-        ends.append(End(X.corners, Y.corners, *losses, at_corners(here.alive & ~sound, np.any)))
+        doubt = at_corners(here.alive & ~sound, np.any)
+        kappa, spread = _largest(sound, kappa), _largest(sound, spread)
+        ends.append(End(X.corners, Y.corners, kappa, spread, doubt))
         spreads.append((mean.size, way.size))
     rounding = _rounding(a, Xa.radius + Xb.radius, Ya.radius + Yb.radius, spreads[0])
     return ends[0], ends[1], rounding
@@ -219,7 +221,16 @@ def _rounding(a: StationCells, X: float, Y: float, sizes: tuple[np.ndarray, np.n
     return 1.01 * (X * way / 2 + mean * Y + X * Y)
 
 
-def _diagonal(leg, X, Y, mean, way, there, Z, V) -> np.ndarray:
+def _diagonal(
+    leg: int,
+    X: _Quantity,
+    Y: _Quantity,
+    mean: Interval,
+    way: Interval,
+    there: _Near,
+    Z: _Quantity,
+    V: _Quantity,
+) -> np.ndarray:
     """The second derivative of p along both ends moving alike: where a triangle is cut."""
     second = (X.second[leg] + there(Z.second[leg])) * way * 0.5
     first = (X.first[leg] + there(Z.first[leg])) * (Y.first[leg] - there(V.first[leg]))
@@ -237,8 +248,9 @@ def _of_square(
             smooth = here.inside.smooth
             kappa += np.where(smooth, np.minimum(curved, straight), straight)
         sound = here.alive & here.inside.known
-        losses = [_largest(sound, of) for of in (kappa, _range(X.corners))]
-        ends.append(End(X.corners, X.corners, *losses, at_corners(here.alive & ~sound, np.any)))
+        doubt = at_corners(here.alive & ~sound, np.any)
+        kappa, spread = _largest(sound, kappa), _largest(sound, _range(X.corners))
+        ends.append(End(X.corners, X.corners, kappa, spread, doubt))
     rise = float(np.max(Xa.cells.size)) + float(np.max(Xb.cells.size))
     radius = Xa.radius + Xb.radius
     return ends[0], ends[1], 1.01 * radius * (2 * rise + radius)

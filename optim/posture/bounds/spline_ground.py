@@ -12,6 +12,8 @@ from stickslip.optim.intervals.interval import Interval, hull, interval, where
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv.spline import Spline
 
+Four = tuple[Interval, Interval, Interval, Interval]
+"""Height, slope and two derivatives more."""
 JOINED, BENT = 1e-5, 1e-2
 """What a piece's end may miss the next piece's beginning by and count as joined to it: in height
 [m] and slope, and in parts of the largest second derivative. Tables in single precision miss by so
@@ -20,7 +22,7 @@ much by rounding; a bound is lowered for it by an allowance (branch.py), which i
 
 def spline_ground(
     shape: Spline,
-) -> tuple[Callable[[Interval], tuple[Interval, ...]], np.ndarray, np.ndarray, np.ndarray, float]:
+) -> tuple[Callable[[Interval], Four], np.ndarray, np.ndarray, np.ndarray, float]:
     """profile, kinks, bends, knots and what joints miss of a Ground; straight past the ends."""
     knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
     rows = np.asarray(shape.coefficients, float)
@@ -28,7 +30,7 @@ def spline_ground(
     kinks, bends, missed = _jumps(knots, rows, lows)
     last = len(rows) - 1
 
-    def profile(x: Interval) -> tuple[Interval, ...]:
+    def profile(x: Interval) -> Four:
         first = np.searchsorted(knots, x.lo, side="left") - 1
         past = np.searchsorted(knots, x.hi, side="right") - 1
         first, past = np.clip(first, 0, last), np.clip(past, 0, last)
@@ -37,7 +39,10 @@ def spline_ground(
             beyond = first + more <= past
             piece = np.minimum(first + more, past)
             other = _piece(x, knots, rows, lows, piece)
-            found = tuple(where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True))
+            y, dy, d2y, d3y = (
+                where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True)
+            )
+            found = y, dy, d2y, d3y
         return found
 
     return profile, kinks, bends, knots, missed
@@ -45,7 +50,7 @@ def spline_ground(
 
 def _piece(
     x: Interval, knots: np.ndarray, rows: np.ndarray, lows: np.ndarray, piece: np.ndarray
-) -> tuple[Interval, ...]:
+) -> Four:
     """Over what of x lies in that piece; straight where x lies outside all of them."""
     begin, end = knots[piece], knots[piece + 1]
     inside = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end))
@@ -68,7 +73,14 @@ def _piece(
     return y, dy, d2y, d3y
 
 
-def _straight(x, found, outside, begin, end, numbers):
+def _straight(
+    x: Interval,
+    found: Four,
+    outside: np.ndarray,
+    begin: np.ndarray,
+    end: np.ndarray,
+    numbers: tuple[np.ndarray, np.ndarray],
+) -> Four:
     """The hull of a piece and of the straight beyond its outer end."""
     row, low = numbers
     y, dy, d2y, d3y = found
@@ -87,7 +99,7 @@ def _straight(x, found, outside, begin, end, numbers):
     zero = interval(np.zeros(x.shape))
     wholly = (outside & behind & (x.hi <= begin)) | (outside & ahead & (x.lo >= end))
 
-    def joined(within, before, after):
+    def joined(within: Interval, before: Interval, after: Interval) -> Interval:
         """The hull of what x meets, or the straight alone."""
         wide = where(outside & behind, where(wholly, before, hull(within, before)), within)
         return where(outside & ahead, where(wholly, after, hull(wide, after)), wide)
@@ -108,10 +120,10 @@ def _jumps(
     powers = rows.shape[1]
     h = np.diff(knots)
     c = [rows[:, k] if k < powers else np.zeros(len(rows)) for k in range(6)]
-    ends = sum(c[k] * h**k for k in range(1, 6))
+    ends = np.sum([c[k] * h**k for k in range(1, 6)], axis=0)
     y = (rows[1:, 0] - rows[:-1, 0]) + (lows[1:] - lows[:-1]) - ends[:-1]
-    slope_end = sum(k * c[k] * h ** (k - 1) for k in range(1, 6))
-    bend_end = sum(k * (k - 1) * c[k] * h ** (k - 2) for k in range(2, 6))
+    slope_end = np.sum([k * c[k] * h ** (k - 1) for k in range(1, 6)], axis=0)
+    bend_end = np.sum([k * (k - 1) * c[k] * h ** (k - 2) for k in range(2, 6)], axis=0)
     turn = c[1][1:] - slope_end[:-1]
     bend = 2 * c[2][1:] - bend_end[:-1]
     # Past the ends it goes on straight: the bend there jumps to 0.

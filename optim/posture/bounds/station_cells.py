@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -95,7 +96,7 @@ def of_corners(values: np.ndarray, reduce: np.ufunc) -> np.ndarray:
     return reduce(rows[:, :-1], rows[:, 1:])
 
 
-def at_corners(cells: np.ndarray, reduce) -> np.ndarray:
+def at_corners(cells: np.ndarray, reduce: Callable[..., object]) -> np.ndarray:
     """Of the cells about each corner: np.any or np.max, those outside counting nothing."""
     if reduce is np.any:
         padded = np.pad(cells, 1)
@@ -232,7 +233,7 @@ class Surveyor:
         F = cells.range_of("F")
         for name in ("N_rear", "N_front"):
             N = -cells.at_least(name, -1)
-            out |= N < float(problem.min_normal) - slack
+            out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.
             for sign in (1, -1):
                 out |= self._slips(cells, name, sign, mu) < float(problem.min_grip) - slack

@@ -6,8 +6,8 @@ Jet for a box of postures with derivatives.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from stickslip.optim.posture.bounds.contact import Wheel
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import UGVParams
     from stickslip.optim.posture.bounds.contact import Bracket
+
+Z = TypeVar("Z", Interval, Jet)
+"""A posture's numbers, or a box's."""
 
 
 @dataclass(frozen=True)
@@ -51,35 +54,31 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Held:
+class Held(Generic[Z]):
     """What a station needs, each an Interval or a Jet; signs as in Station."""
 
-    torque: Any
-    turn: Any
+    torque: Z
+    turn: Z
     """But for what depends on the waypoint alone: see Front.turn [rad]."""
-    leg_rear: Any
-    leg_front: Any
-    F: Any
-    N_rear: Any
-    N_front: Any
-
-    def map(self, function: Any) -> Held:
-        """The same with a function applied to every entry."""
-        return Held(*(function(getattr(self, field.name)) for field in fields(self)))
+    leg_rear: Z
+    leg_front: Z
+    F: Z
+    N_rear: Z
+    N_front: Z
 
 
 @dataclass(frozen=True)
-class Rear:
+class Rear(Generic[Z]):
     """The rear wheel as the formulas want it: place behind the front contact, height above it,
     slope and arc length."""
 
-    behind: Any
-    height: Any
-    slope: Any
-    rolled: Any
+    behind: Z
+    height: Z
+    slope: Z
+    rolled: Z
 
 
-def wheelbase_squared(v: Numbers, rear: Any, front: Any) -> Any:
+def wheelbase_squared(v: Numbers, rear: Z, front: Z) -> Z:
     """Q = L^2 + 2 l^2 - 2 L l (cos r + cos f) + 2 l^2 cos(r + f)."""
     square = interval(v.body).square() + interval(v.leg).square() * 2.0
     both = interval(v.body) * v.leg * 2.0
@@ -87,7 +86,7 @@ def wheelbase_squared(v: Numbers, rear: Any, front: Any) -> Any:
     return (rear + front).cos() * swing - (rear.cos() + front.cos()) * both + square
 
 
-def held(v: Numbers, rear_angle: Any, front_angle: Any, Q: Any, at: Rear, front: Wheel) -> Held:
+def held(v: Numbers, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wheel) -> Held[Z]:
     """Forces, torques and turn of one wheel and the other together."""
     l, r, g = v.leg, v.radius, v.gravity
     cr, sr, cf, sf = rear_angle.cos(), rear_angle.sin(), front_angle.cos(), front_angle.sin()
@@ -133,11 +132,6 @@ def held(v: Numbers, rear_angle: Any, front_angle: Any, Q: Any, at: Rear, front:
     return Held(F * (-r), turn, leg_rear, leg_front, F, N_rear, N_front)
 
 
-def jet_of(middle: Interval, first: Interval, second: Interval) -> Jet:
-    """A jet of its parts."""
-    return Jet(middle, first, second)
-
-
 def angle_jets(rear: Interval, front: Interval) -> tuple[Jet, Jet]:
     """The leg angles themselves over boxes, derivatives along rear and front."""
     shape = rear.shape
@@ -149,7 +143,7 @@ def angle_jets(rear: Interval, front: Interval) -> tuple[Jet, Jet]:
     )
 
 
-def rear_jets(bracket: Bracket, v: Numbers, Q: Jet, x: Interval, rear: Wheel) -> Rear:
+def rear_jets(bracket: Bracket, v: Numbers, Q: Jet, x: Interval, rear: Wheel) -> Rear[Jet]:
     """The rear wheel over boxes whose contacts lie in x, by the implicit function theorem:
     x' = Q' / P', x'' = (Q'' - P'' x'^2) / P'."""
     from stickslip.optim.posture.bounds.contact import distance
