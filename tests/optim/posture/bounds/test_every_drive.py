@@ -14,6 +14,12 @@ MANY = 2048
 MIXED = Weighted((("wheel_energy", 0.7), ("total_energy", 0.2), ("torque_variation", 1e-3)))
 
 
+def quick_of(names):
+    """A sum and a worst station now; the others are long."""
+    kept = ("wheel_energy", "peak_torque")
+    return [n if n in kept else pytest.param(n, marks=pytest.mark.long) for n in names]
+
+
 @pytest.fixture(scope="module")
 def searched():
     """Of each kind of problem: random drives, and what a search from them found."""
@@ -32,7 +38,7 @@ def values(problem, searched, name: str) -> tuple[np.ndarray, np.ndarray]:
     return x[good], value[good]
 
 
-@pytest.mark.parametrize("name", [*CRITERIA, "mixed"])
+@pytest.mark.parametrize("name", quick_of([*CRITERIA, "mixed"]))
 def test_no_drive_is_below_the_bound(searched, name: str):
     problem = over(MIXED if name == "mixed" else name, "short")
     x, value = values(problem, searched, f"short {name}")
@@ -47,6 +53,7 @@ def test_no_drive_is_below_the_bound(searched, name: str):
     assert found.gap < {"torque_variation": 1.1, "mixed": 0.5}.get(name, 0.3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["usual", "slippery"])
 @pytest.mark.parametrize("name", ["wheel_energy", "peak_torque"])
 def test_nor_on_other_floors_and_with_free_or_given_ends(searched, name: str, kind: str):
