@@ -16,6 +16,7 @@ from stickslip.agents.evaluation.run import Measures, evaluate_in
 from stickslip.agents.evaluation.statistics import Interval, fraction_interval, mean_interval
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.dynamics.status import Status
+from stickslip.optim.posture.bounds import bound_every_drive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,9 +30,12 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.optim.posture.problem import PostureProblem
 
 Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
 CERTIFIED = Optimum()
+CLOSE = 0.05
+"""Gap at which a bound is near enough to score against."""
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
 
@@ -44,7 +48,11 @@ class UGVEpisodes(NamedTuple):
     cost: Array | np.ndarray
     """The criterion, in its unit."""
     optimum: Array | np.ndarray
-    """The optimiser's value on the same track; NaN where it was not asked for or has none."""
+    """The best over dp's grid on the same track; NaN where it was not asked for or has none. A
+    drive off the grid may cost less."""
+    bound: Array | np.ndarray
+    """What no drive at the same waypoints can cost less than (`bound_every_drive`); NaN where it
+    was not asked for, or is not known."""
     distance: Array | np.ndarray
     """Driven [m]."""
     wheel_energy: Array | np.ndarray
@@ -72,21 +80,31 @@ def _whole(of: str) -> Callable[[UGVEpisodes], Interval]:
     return interval
 
 
-def _score(played: UGVEpisodes) -> Interval:
-    """Mean of cost / optimum over the episodes that reached the end and have an optimum."""
-    known = ~played.fell & np.isfinite(played.optimum) & (np.abs(played.optimum) > NO_SCORE)
-    if not known.any():
-        return Interval(np.nan, np.nan, np.nan)
-    return mean_interval(np.asarray(played.cost[known] / played.optimum[known], float))
+def _over(what: str) -> Callable[[UGVEpisodes], Interval]:
+    """Mean of cost / what over the episodes that reached the end and have it."""
+
+    def interval(played: UGVEpisodes) -> Interval:
+        least = np.asarray(getattr(played, what), float)
+        known = ~played.fell & np.isfinite(least) & (np.abs(least) > NO_SCORE)
+        if not known.any():
+            return Interval(np.nan, np.nan, np.nan)
+        return mean_interval(np.asarray(played.cost[known] / least[known], float))
+
+    return interval
 
 
-def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
-    """The columns of a table; unit: the criterion's."""
+def ugv_columns(unit: str, bound: bool = False) -> Columns[UGVEpisodes]:
+    """The columns of a table; unit: the criterion's. bound: those of the bound, too."""
+    of_bound: Columns[UGVEpisodes] = {
+        "bound": (Column("no drive below", unit, 2), _whole("bound")),
+        "over_bound": (Column("cost / no drive below", "-", 3), _over("bound")),
+    }
     return {
         "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
         "cost": (Column("cost", unit, 2), _whole("cost")),
-        "optimum": (Column("optimum", unit, 2), _whole("optimum")),
-        "score": (Column("cost / optimum", "-", 3), _score),
+        "optimum": (Column("best over grid", unit, 2), _whole("optimum")),
+        "score": (Column("cost / best over grid", "-", 3), _over("optimum")),
+        **(of_bound if bound else {}),
         "wheel_energy": (Column("wheels", "J", 1), _whole("wheel_energy")),
         "total_energy": (Column("with legs", "J", 1), _whole("total_energy")),
         "demand": (Column("friction", "-", 3), _whole("demand")),
@@ -98,7 +116,7 @@ def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
 
 
 def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
-    """What is kept of an episode; the optimum is not known."""
+    """What is kept of an episode; optimum and bound are not known."""
     state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
     at = played.state.station
     use = [
@@ -109,6 +127,7 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
         reward=state.totals.reward,
         cost=state.cost,
         optimum=jnp.full_like(state.cost, jnp.nan),
+        bound=jnp.full_like(state.cost, jnp.nan),
         distance=info["episode_distance"],
         wheel_energy=state.totals.wheel_energy,
         total_energy=state.totals.total_energy,
@@ -118,21 +137,28 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
 
 
 def ugv_measures(
-    env: UGVEnv, optimum: Optimum | None = CERTIFIED
+    env: UGVEnv, optimum: Optimum | None = CERTIFIED, bound: bool = False
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """What is measured of an environment's episodes, the criterion in its unit.
 
     optimum: computes the dynamic programme's value for each episode, to score against (best of all
     paths over its grid, so a continuous policy may come out slightly below 1); None for none.
+    bound: whether to compute what no drive can cost less than, too, some seconds an episode: no
+    policy scores below 1 against that, but for the rounding of its own cost (2e-4 in single
+    precision). It holds for the episode's ground, friction, start and waypoints, the criterion as
+    the environment counts it at these, and any leg angles within range and rate.
     """
     env = replace(env, autoreset="disabled")
+    kept = None if optimum is None and not bound else optimum or CERTIFIED
 
     def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
         say(f"dynamic programming on {track}")
-        best = optima(env, params, seeds, optimum or CERTIFIED)
-        return lambda played: played._replace(optimum=best)
+        best, least = known(env, params, seeds, kept or CERTIFIED, bound)
+        return lambda played: played._replace(optimum=best, bound=least)
 
-    return Measures(keep_of, ugv_columns(env.measure.unit), None if optimum is None else complete)
+    return Measures(
+        keep_of, ugv_columns(env.measure.unit, bound), None if kept is None else complete
+    )
 
 
 def evaluate_ugv(
@@ -141,16 +167,40 @@ def evaluate_ugv(
     tracks: Mapping[str, UGVEnvParams],
     *,
     optimum: Optimum | None = CERTIFIED,
+    bound: bool = False,
     **how: Unpack[How],
 ) -> Evaluation:
-    """`stickslip.agents.evaluate` with another optimum to score against, or with none.
+    """`stickslip.agents.evaluate` with another optimum to score against, with none, or with the
+    bound of every drive: see ugv_measures.
 
     Costs are means over the episodes that reached the end. how: episodes, seeds, progress.
     """
-    return evaluate_in(env, controllers, tracks, ugv_measures(env, optimum), **how)
+    return evaluate_in(env, controllers, tracks, ugv_measures(env, optimum, bound), **how)
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:
-    """The optimiser's value of each seed's episode; NaN where it finds no path."""
-    found = [optimum.solve(env, params, first_state(env, params, seed)) for seed in seeds]
-    return np.asarray([one.value if one.status.solved else np.nan for one in found])
+    """The best over the grid of each seed's episode; NaN where there is no path."""
+    return known(env, params, seeds, optimum, False)[0]
+
+
+def known(
+    env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum, bound: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same, and the bound of every drive where that is asked for, else NaN."""
+    best, least = [], []
+    for seed in seeds:
+        state = first_state(env, params, seed)
+        found = optimum.solve(env, params, state)
+        solved = found.status.solved
+        best.append(found.value if solved else np.nan)
+        drive = found.x if solved else None
+        least.append(_bound(env.problem(state, params), drive) if bound else np.nan)
+    return np.asarray(best), np.asarray(least)
+
+
+def _bound(problem: PostureProblem, drive: np.ndarray | None) -> float:
+    """What no drive of an episode can cost less than; NaN on ground of which nothing is proved."""
+    try:
+        return bound_every_drive(problem, drive, tolerance=CLOSE).value
+    except ValueError:  # ground given as a function
+        return np.nan

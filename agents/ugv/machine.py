@@ -144,7 +144,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         """See Machine."""
         return (
             f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
-            f"{row['score']:6.3f} of the optimum  with legs {row['total_energy']:7.1f} J  "
+            f"{row['score']:6.3f} of the grid's best  with legs {row['total_energy']:7.1f} J  "
             f"failures {100 * row['failures']:3.0f} %"
         )
 

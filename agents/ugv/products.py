@@ -49,7 +49,7 @@ def _panels(env: UGVEnv) -> tuple[Panel, ...]:
     return (
         Panel(f"return of a whole episode [{unit}]", None, "return"),
         Panel(f"{name} [{unit}]", "cost", "cost"),
-        Panel("cost / optimum [-]", None, "score"),
+        Panel("cost / best over grid [-]", None, "score"),
         Panel("failures [% of episodes]", "failures", "failures", share=100.0),
         Panel("work of motors and legs [J]", "total_energy", "total_energy"),
         Panel("exploration noise [leg rates]", "noise", None),

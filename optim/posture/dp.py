@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.optim.posture.certificate import certify
 from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.finish import result_at
 from stickslip.optim.posture.impossible import judged
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 AGREEMENT = 1e-8
 """Relative difference of the recursion's value and the objective above which it is no proof."""
+OVER_GRID = "proved: the best of all paths over the grid, not of all drives"
 
 
 class Paths(NamedTuple):
@@ -53,11 +55,14 @@ def solve_dp(
     sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
     w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
 
-    Given start and end angles are nodes of their own, on the grid or not. The lower bound is the
-    value itself, less its rounding (rounding.py): no path over the grid is better. It bounds no
-    path off the grid. Where no path is found, INFEASIBLE says that there is none over the grid;
-    FAILED, that postures without a pose leave it open (impossible.py). evaluations: stations.
-    details: grid, rate_used (the share of the leg rate that each leg can use on it).
+    Given start and end angles are nodes of their own, on the grid or not. The lower bound is what
+    the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
+    rounding of the stations (rounding.py): no path over the grid is better. It bounds no path off
+    the grid; for one of every drive see `solve(problem, "branch")`. Where no path is found,
+    INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose leave it
+    open (impossible.py). evaluations: stations.
+    details: grid, rate_used (the share of the leg rate that each leg can use on it),
+    certificate (edges looked at, and by how much one misses its inequality at worst).
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
@@ -74,10 +79,18 @@ def solve_dp(
         return PostureResult.without_point(status=status, message=message, **common)
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
+    proof = certify(grid, paths.values)
+    closed = value - proof.bound <= AGREEMENT * (1 + abs(value))
+    details = grid.details | {"certificate": {"edges": proof.edges, "missed": proof.missed}}
     result = result_at(
-        problem, x, status=OptimStatus.OPTIMAL, lower_bound=below(problem, value),
-        message=grid.stuck or OptimStatus.OPTIMAL.value, details=grid.details, **common,
-    )  # fmt: skip
+        problem,
+        x,
+        status=OptimStatus.OPTIMAL if closed else OptimStatus.INACCURATE,
+        lower_bound=below(problem, proof.bound),
+        message=grid.stuck or (OVER_GRID if closed else f"no better path by {proof.bound!r}"),
+        details=details,
+        **common,
+    )
     return agreed(result, value)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -118,29 +118,35 @@ class _Edges:
 
 def _moves(grid: PostureGrid, step: int, edges: _Edges) -> tuple[np.ndarray, np.ndarray]:
     """Nodes before and after each admissible move of one step."""
+    tails, heads = [np.zeros(0, int)], [np.zeros(0, int)]
+    for tail, head in moves_of_step(grid, step):
+        edges.add(len(tail))
+        tails.append(tail)
+        heads.append(head)
+    return np.concatenate(tails), np.concatenate(heads)
+
+
+def moves_of_step(grid: PostureGrid, step: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The same in parts, one for each move in grid steps; all at once from or to a given pair."""
     good_a, good_b = grid.admissible(step), grid.admissible(step + 1)
     first, last = grid.free
     if step < first or step + 1 >= last:  # from or to a given pair
         a, b = (grid.layer(k).stations.leg_angles for k in (step, step + 1))
         allowed = grid.within(step, a[:, None], b) & good_a[:, None] & good_b
         tail, head = np.nonzero(allowed)
-        edges.add(len(tail))
-        return tail, head
+        yield tail, head
+        return
     wide = grid.windows()[step]
     R, F = grid.shape
     good_a, good_b = good_a.reshape(R, F), good_b.reshape(R, F)
-    tails, heads = [], []
     for r, f in offsets(grid):
         if abs(r) > wide[0] or abs(f) > wide[1]:
             continue
         rows, columns = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
         to_rows, to_columns = slice(max(0, r), min(R, R + r)), slice(max(0, f), min(F, F + f))
         i, j = np.nonzero(good_a[rows, columns] & good_b[to_rows, to_columns])
-        edges.add(len(i))
         i, j = i + rows.start, j + columns.start
-        tails.append(i * F + j)
-        heads.append((i + r) * F + j + f)
-    return np.concatenate(tails), np.concatenate(heads)
+        yield i * F + j, (i + r) * F + j + f
 
 
 def _connected(moves: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, count: int) -> bool:

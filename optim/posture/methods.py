@@ -9,6 +9,7 @@ _NEEDS = {
     "grid": Structure.ADDITIVE,
     "dp": Structure.ADDITIVE,
     "lp": Structure.ADDITIVE,
+    "branch": Structure.ADDITIVE,
     "scp": Structure.COMPOSITE,
     "gradient": Structure.COMPOSITE,
 }

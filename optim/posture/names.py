@@ -23,6 +23,7 @@ METHODS: dict[str, str] = {
     "grid": "every pair of angles at each waypoint, the best one chosen point by point",
     "dp": "dynamic programming over the grid: the best path of all, proved",
     "lp": "the same as a flow in cvxpy: its dual certifies the value",
+    "branch": "dp and scp, and branch and bound over cells of angles: what no drive can beat",
     "scp": "sequential convex programming in cvxpy, from a feasible path",
     **IN_WORDS,
 }

@@ -73,6 +73,7 @@ def test_options_of_methods(bad):
         "grid": ("within_rate",) if bad is not True else (),
         "dp": ("angles",),
         "lp": ("angles", "most_edges", "solver"),
+        "branch": ("start",),
         "scp": ("iterations", "radius", "tolerance", "smallest", "solver", "start"),
         "gradient": ("iterations", "tolerance", "scipy_method", "start"),
         "cma": ("seed", "evaluations", "sigma", "population", "penalty", "start"),

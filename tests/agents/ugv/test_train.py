@@ -139,7 +139,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
     said = capsys.readouterr().out
     assert "level-body" in said
-    assert "cost / optimum" in said
+    assert "cost / best over grid" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     assert [row["controller"] for row in rows] == [policy, "level-body"]
     drawn = ["--out", "drive.gif", "--plot", "drive.png", "--seconds", "0.3"]

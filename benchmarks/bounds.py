@@ -1,0 +1,106 @@
+"""What no drive of the UGV can beat, and the best drive known, on the named tracks.
+
+`python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--docs docs/ugv_bounds.md]`
+writes benchmarks/results/bounds.json, row by row, and puts the table between the marks of the page.
+Rows that are not asked for keep what was measured before.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.report import (
+    markdown,
+    options,
+    provenance,
+    put_between,
+    read_json,
+    where,
+    write_json,
+)
+from stickslip.dynamics.ugv import TRACKS, Track
+from stickslip.optim import CRITERIA, PostureProblem, solve
+from stickslip.optim.posture.bounds import bound_every_drive
+
+STRAIGHT = (np.pi / 2, np.pi / 2)
+MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")
+
+
+def measure(track: str, criterion: str) -> dict[str, Any]:
+    """The task of the environment's defaults: 0.1 m a step, 1 rad/m, mu 0.8, legs straight at
+    first."""
+    problem = PostureProblem.along(
+        Track.named(track), criterion, leg_rate=1.0, start_angles=STRAIGHT
+    )
+    drive = solve(problem, "dp")
+    held = problem.objective(np.full(problem.n, np.pi / 2))
+    begun = time.process_time()
+    found = bound_every_drive(problem, drive.x)
+    return {
+        "track": track,
+        "criterion": criterion,
+        "unit": problem.criterion.unit,
+        "legs straight": held,
+        "best known": drive.value,
+        "over the grid": drive.lower_bound,
+        "bound": found.value,
+        "gap": found.gap,
+        "levels": [vars(level) for level in found.levels],
+        "seconds": time.process_time() - begun,
+    }
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Bound, best known and gap of each."""
+    shown = []
+    for row in rows:
+        gap, unit = row["gap"], "" if row["unit"] == "-" else f" {row['unit']}"
+        shown.append(
+            {
+                "track": row["track"],
+                "criterion": row["criterion"],
+                "legs straight": f"{row['legs straight']:.5g}{unit}",
+                "no path over dp's grid below": f"{row['over the grid']:.5g}",
+                "best known": f"{row['best known']:.5g}",
+                "no drive below": f"{row['bound']:.5g}",
+                "gap": f"{gap:.1%}" if row["best known"] > 1e-6 * abs(row["legs straight"]) or
+                row["best known"] < 0 else "-",
+                "cells [rad]": f"{row['levels'][-1]['cells']:.3f}",
+            }
+        )  # fmt: skip
+    return markdown(shown)
+
+
+def main(arguments: list[str]) -> None:
+    """Measure, print, write."""
+    parser = options("bounds", __doc__)
+    parser.add_argument("--tracks", nargs="*", default=list(TRACKS), choices=TRACKS)
+    parser.add_argument("--criteria", nargs="*", default=list(CRITERIA), choices=list(CRITERIA))
+    parser.add_argument("--docs", type=Path, help="page to put the table into")
+    asked = parser.parse_args(arguments)
+    rows = {(row["track"], row["criterion"]): row for row in read_json(asked.out).get("rows", [])}
+    for criterion in asked.criteria:
+        for track in asked.tracks:
+            row = measure(track, criterion)
+            rows[track, criterion] = row
+            print(f"{track}, {criterion}: {row['bound']:.6g} <= {row['best known']:.6g} "
+                  f"({row['gap']:.2%}, {row['seconds']:.0f} s)", flush=True)  # fmt: skip
+            write_json({**provenance(), "rows": _sorted(rows)}, asked.out)
+    content = read_json(asked.out)
+    print(table(content["rows"]))
+    if asked.docs is not None:
+        put_between(asked.docs, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
+
+
+def _sorted(rows: dict[tuple[str, str], dict[str, Any]]) -> list[dict[str, Any]]:
+    known = list(CRITERIA), list(TRACKS)
+    return [rows[track, name] for name in known[0] for track in known[1] if (track, name) in rows]
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,204 @@
+"""Intervals that hold every value that exact arithmetic could give; arrays, in double precision.
+
+Sums, products, quotients and roots are those of IEEE 754, off by half a unit in the last place,
+and are widened by a whole one. NumPy's sine, cosine, exponential and arctangent are taken to be off
+by at most ULPS units in the last place (they claim 4 or fewer), and are widened by that: the one
+assumption. Division by an interval that holds 0, and roots of numbers below 0, give [-inf, inf].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Bool, Float
+
+    Array = Float[np.ndarray, "..."]
+    Index: TypeAlias = "int | slice | np.ndarray | tuple"
+    Other: TypeAlias = "Interval | Array | float"
+
+ULPS = 8
+"""By how many units in the last place an elementary function of NumPy may be off."""
+EPS = float(np.finfo(float).eps)
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """lo <= x <= hi, entry by entry, any shape. Numbers beside intervals count as exact."""
+
+    lo: Array
+    hi: Array
+
+    __array_priority__ = 1000
+    __array_ufunc__ = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of both ends."""
+        return np.shape(self.lo)
+
+    @property
+    def middle(self) -> Array:
+        """A number inside."""
+        return self.lo / 2 + self.hi / 2
+
+    @property
+    def radius(self) -> Array:
+        """No number inside is farther from `middle`."""
+        m = self.middle
+        return _up(np.maximum(_up(self.hi - m), _up(m - self.lo)))
+
+    @property
+    def size(self) -> Array:
+        """The largest |x|."""
+        return np.maximum(np.abs(self.lo), np.abs(self.hi))
+
+    @property
+    def least_size(self) -> Array:
+        """The least |x|."""
+        return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
+
+    def __getitem__(self, key: Index) -> Interval:
+        return Interval(self.lo[key], self.hi[key])
+
+    def holds(self, x: Array | float) -> Bool[np.ndarray, "..."]:
+        """Where x lies inside."""
+        return (self.lo <= x) & (x <= self.hi)
+
+    def map(self, function: Callable[[Array], Array]) -> Interval:
+        """Both ends through a function that moves entries and computes nothing."""
+        return Interval(function(self.lo), function(self.hi))
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.hi, -self.lo)
+
+    def __add__(self, other: Other) -> Interval:
+        o = interval(other)
+        return Interval(_down(self.lo + o.lo), _up(self.hi + o.hi))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Other) -> Interval:
+        o = interval(other)
+        return Interval(_down(self.lo - o.hi), _up(self.hi - o.lo))
+
+    def __rsub__(self, other: Other) -> Interval:
+        return interval(other) - self
+
+    def __mul__(self, other: Other) -> Interval:
+        if isinstance(other, float | int):
+            a, b = self.lo * other, self.hi * other
+            return Interval(_down(np.minimum(a, b)), _up(np.maximum(a, b)))
+        o = interval(other)
+        a, b, c, d = self.lo * o.lo, self.lo * o.hi, self.hi * o.lo, self.hi * o.hi
+        low = np.minimum(np.minimum(a, b), np.minimum(c, d))
+        high = np.maximum(np.maximum(a, b), np.maximum(c, d))
+        return Interval(_down(low), _up(high))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Other) -> Interval:
+        return self * interval(other).reciprocal()
+
+    def __rtruediv__(self, other: Other) -> Interval:
+        return interval(other) * self.reciprocal()
+
+    def reciprocal(self) -> Interval:
+        """1 / x."""
+        zero = (self.lo <= 0) & (self.hi >= 0)
+        lo, hi = np.where(zero, 1.0, self.lo), np.where(zero, 1.0, self.hi)
+        found = _down(1 / hi), _up(1 / lo)
+        return Interval(np.where(zero, -np.inf, found[0]), np.where(zero, np.inf, found[1]))
+
+    def square(self) -> Interval:
+        """x^2, never below 0."""
+        low, high = self.least_size, self.size
+        return Interval(np.maximum(_down(low * low), 0.0), _up(high * high))
+
+    def sqrt(self) -> Interval:
+        """The root; of what may be negative nothing is known."""
+        bad = self.lo < 0
+        low = np.maximum(_down(np.sqrt(np.where(bad, 1.0, self.lo))), 0.0)
+        high = _up(np.sqrt(np.maximum(self.hi, 0.0)))
+        return Interval(np.where(bad, -np.inf, low), np.where(bad, np.inf, high))
+
+    def exp(self) -> Interval:
+        """e^x."""
+        low, high = (_off(np.exp(v)) for v in (self.lo, self.hi))
+        return Interval(np.maximum(low.lo, 0.0), high.hi)
+
+    def arctan(self) -> Interval:
+        """In (-pi/2, pi/2)."""
+        return Interval(_off(np.arctan(self.lo)).lo, _off(np.arctan(self.hi)).hi)
+
+    def cos(self) -> Interval:
+        """The turning points are looked for in whole turns, with room for their rounding."""
+        low, high = (_off(np.cos(v)) for v in (self.lo, self.hi))
+        top = _passes(self, 0.0)
+        bottom = _passes(self, 0.5)
+        return Interval(
+            np.where(bottom, -1.0, np.maximum(np.minimum(low.lo, high.lo), -1.0)),
+            np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
+        )
+
+    def sin(self) -> Interval:
+        """See cos."""
+        low, high = (_off(np.sin(v)) for v in (self.lo, self.hi))
+        top = _passes(self, 0.25)
+        bottom = _passes(self, 0.75)
+        return Interval(
+            np.where(bottom, -1.0, np.maximum(np.minimum(low.lo, high.lo), -1.0)),
+            np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
+        )
+
+    def clip(self, low: float, high: float) -> Interval:
+        """min(max(x, low), high)."""
+        return Interval(np.clip(self.lo, low, high), np.clip(self.hi, low, high))
+
+
+def interval(value: Other) -> Interval:
+    """The interval of one number, or the interval itself."""
+    if isinstance(value, Interval):
+        return value
+    array = np.asarray(value, float)
+    return Interval(array, array)
+
+
+def hull(a: Interval, b: Interval) -> Interval:
+    """The least interval that holds both."""
+    return Interval(np.minimum(a.lo, b.lo), np.maximum(a.hi, b.hi))
+
+
+def where(condition: np.ndarray, a: Interval | float, b: Interval | float) -> Interval:
+    """np.where of both ends."""
+    a, b = interval(a), interval(b)
+    return Interval(np.where(condition, a.lo, b.lo), np.where(condition, a.hi, b.hi))
+
+
+def _passes(x: Interval, turn: float) -> Bool[np.ndarray, "..."]:
+    """Whether 2 pi (n + turn) may lie inside for a whole n."""
+    slack = 4 * EPS
+    low = x.lo / (2 * np.pi) - turn
+    high = x.hi / (2 * np.pi) - turn
+    low, high = low - slack * (1 + np.abs(low)), high + slack * (1 + np.abs(high))
+    return np.floor(high) >= np.ceil(low)
+
+
+def _off(value: Array) -> Interval:
+    """What an elementary function that returned this may have meant."""
+    by = ULPS * EPS * np.abs(value) + TINY
+    return Interval(value - by, value + by)
+
+
+def _down(value: Array) -> Array:
+    return np.nextafter(value, -np.inf)
+
+
+def _up(value: Array) -> Array:
+    return np.nextafter(value, np.inf)

@@ -1,0 +1,157 @@
+"""A bound for every drive: cells of leg angles, halved where a better drive may still pass."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.posture.bounds.lattice import first_axis, given_axis
+from stickslip.optim.posture.bounds.station_cells import StationCells, Surveyor
+from stickslip.optim.posture.bounds.sums import Sums
+from stickslip.optim.posture.bounds.worst import Worst
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.posture.rounding import below
+from stickslip.optim.progress import Bar
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+CELLS = 42
+"""Of each leg's range at the first, about."""
+CORNERS = 600_000
+"""Of all waypoints together at most, at the finest level."""
+FIRST = 2_500
+"""Bytes of a cell that is not yet halved, with its derivatives."""
+JOINTS = 100.0
+"""A bound is lowered by this many times what a table's joints miss by rounding, in parts of it."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """What a level of cells proved."""
+
+    cells: float
+    """Width of the rear leg's cells [rad]."""
+    bound: float
+    alive: float
+    """The share of all cells that a drive better than the best known may pass."""
+
+
+@dataclass(frozen=True)
+class DriveBound:
+    """What no drive at a problem's waypoints can beat.
+
+    value: the bound, in the criterion's unit. It holds for every drive, whatever its leg angles,
+    that the problem calls feasible at its waypoints; best: the value of the best drive known, or
+    infinite. levels: how the bound grew. seconds: all of it.
+
+    Proved from the problem's own numbers in interval arithmetic, with the one assumption of
+    `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
+    allowance of JOINTS times that. Left out, so that the bound may be lower than it need be: the
+    clearance, and ground that enters a wheel beside its contact. It is no bound for what lies
+    between the waypoints, which the problem does not look at, nor for other waypoints.
+    """
+
+    value: float
+    best: float
+    levels: tuple[Level, ...]
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """How far the best known drive is above the bound: (best - bound) / best."""
+        if not np.isfinite(self.best):
+            return np.inf
+        difference = self.best - self.value
+        return difference / abs(self.best) if difference > 0 else 0.0
+
+
+def bound_every_drive(
+    problem: PostureProblem,
+    x: Float[np.ndarray, "n"] | None = None,
+    *,
+    tolerance: float = 0.02,
+    cells: int = CELLS,
+    most_corners: int = CORNERS,
+    progress: bool = False,
+) -> DriveBound:
+    """A number that no drive at the problem's waypoints goes below, on the grid or off it.
+
+    Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
+    and their derivatives inside are enclosed in interval arithmetic (ground.py, contact.py,
+    vehicle.py); with them the cost of a step between corners is lowered until it bounds every move
+    between (lowered.py), and dynamic programming over the corners bounds every drive. Worst
+    stations: the least worst of all paths of cells. Cells that no drive as good as the best known
+    can pass are dropped, the others halved, until the gap is `tolerance` or the next level has more
+    than `most_corners`.
+
+    x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
+    range at the first, about. ValueError for ground given as a function, of which no enclosure is
+    known (Track.resampled makes a table of it), for solvers other than "newton", and for weighted
+    sums with a worst station.
+    """
+    began = time.perf_counter()
+    require_kind("problem", problem, PostureProblem, "a PostureProblem")
+    require_scalar("tolerance", tolerance, low=0.0, accepted="a number >= 0")
+    cells = require_integer("cells", cells, low=2, high=COUNT)
+    most_corners = require_integer("most_corners", most_corners, high=COUNT)
+    best = np.inf
+    if x is not None:
+        best = problem.objective(x) if problem.is_feasible(x) else np.inf
+    K = len(problem.x)
+    require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
+    worst = problem.criterion.kind == "max"
+    method = Worst(problem) if worst else Sums(problem, x if np.isfinite(best) else None)
+    surveyor = Surveyor(problem, method.fields)
+    enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
+    found, levels = -np.inf, []
+    with Bar("branch", None, "waypoint", progress) as bar:
+        now = _first(surveyor, cells, bar)
+        while True:
+            bound, after = method.bound(now, best, enough)
+            bound = _settled(problem, bound, best, surveyor.ground.missed)
+            found = max(found, bound)
+            alive = float(np.mean([np.mean(of.alive) for of in after]))
+            levels.append(Level(float(np.max(now[-1].rear.widths)), found, alive))
+            bar.advance(0, f"at least {found:.6g}")
+            size = sum(4.0 * of.alive.size for of in after)
+            if found >= enough or alive == 0 or size > most_corners:
+                break
+            now = [surveyor.halved(k, of) for k, of in _counted(after, bar)]
+    return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)
+
+
+def _first(surveyor: Surveyor, cells: int, bar: Bar) -> list[StationCells]:
+    """The cells of every waypoint before any is halved."""
+    problem = surveyor.problem
+    axes = tuple(first_axis(problem, leg, cells) for leg in (0, 1))
+    given = {0: problem.start_angles, len(problem.x) - 1: problem.end_angles}
+    found = []
+    for k in range(len(problem.x)):
+        pair = given.get(k)
+        rear, front = axes if pair is None else tuple(given_axis(float(of)) for of in pair)
+        found.append(surveyor.first(k, rear, front))
+        bar.advance()
+    return found
+
+
+def _counted(cells: list[StationCells], bar: Bar):
+    for k, of in enumerate(cells):
+        yield k, of
+        bar.advance()
+
+
+def _settled(problem: PostureProblem, bound: float, best: float, missed: float) -> float:
+    """The bound of all drives: those of the dropped cells cost more than the best one known."""
+    bound = min(bound, best)
+    if not np.isfinite(bound):
+        return bound
+    lowered = below(problem, bound - JOINTS * missed * abs(bound))
+    if problem.criterion.additive or problem.criterion.name in ("peak_torque", "friction_demand"):
+        return max(lowered, 0.0)  # they are nowhere below
+    return lowered

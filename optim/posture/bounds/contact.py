@@ -1,0 +1,143 @@
+"""Enclosures of the rear contact: where the wheel's centre is as far from the front one as asked.
+
+With the front wheel at its waypoint the rear contact x follows from the squared wheelbase alone:
+P(x) = |C(x) - C_front|^2 = Q(leg angles), C being the path of the wheel's centre (eq. 38, 39). The
+bracket in which contacts are looked for is cut into bins; where P falls all through the bins that
+may hold a contact, there is one and no other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.optim.intervals.interval import Interval, interval
+
+if TYPE_CHECKING:
+    from jaxtyping import Bool, Int
+
+    from stickslip.optim.posture.bounds.ground import Ground
+
+BINS = 1024
+"""Of the bracket."""
+RUN = 3
+"""Bins that may hold the contact of one posture, at most."""
+STEPS = 3
+"""Of Newton's method for a posture's contact."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel at x, over intervals: sine and cosine of the slope angle, its slope and derivatives,
+    its height above the front contact, and its centre counted from there; [m]."""
+
+    slope: Interval
+    second: Interval
+    third: Interval
+    height: Interval
+    q: Interval
+    centre: tuple[Interval, Interval]
+
+
+def wheel_at(ground: Ground, radius: float, x: Interval, origin: tuple[float, Interval]) -> Wheel:
+    """The wheel touching at x; origin: the front contact and the ground's height there."""
+    f, m, f2, f3 = ground.profile(x)
+    q = (m.square() + 1.0).sqrt()
+    height = f - origin[1]
+    centre = (x - origin[0]) - m / q * radius, height + interval(radius) / q
+    return Wheel(m, f2, f3, height, q, centre)
+
+
+@dataclass(frozen=True)
+class Distance:
+    """P over intervals of x, and two derivatives."""
+
+    value: Interval
+    slope: Interval
+    bend: Interval
+
+
+def distance(radius: float, rear: Wheel, front: Wheel) -> Distance:
+    """P = |W|^2, P' = 2 s (W_x + m W_y), P'' = 2 s^2 q^2 + 2 (s' (W_x + m W_y) + s f'' W_y), with
+    W = C - C_front and the stretch s = 1 - r f'' / q^3."""
+    across, up = (a - b for a, b in zip(rear.centre, front.centre, strict=True))
+    m, q = rear.slope, rear.q
+    cube = q.square() * q
+    s = interval(1.0) - rear.second / cube * radius
+    fifth = cube * q.square()
+    ds = (rear.third / cube - m * rear.second.square() * 3.0 / fifth) * (-radius)
+    along = across + m * up
+    bend = s.square() * q.square() * 2.0 + (ds * along + s * rear.second * up) * 2.0
+    return Distance(across.square() + up.square(), s * along * 2.0, bend)
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """All that is known of P behind one waypoint."""
+
+    ground: Ground
+    radius: float
+    origin: tuple[float, Interval]
+    front: Wheel
+    edges: np.ndarray
+    value: Interval
+    """P over each bin."""
+    slope: Interval
+    lost: Int[np.ndarray, "bins+1"]
+    """How many bins before each edge are no good: P may rise there, or jump."""
+    from_left: np.ndarray
+    """The least P of all bins up to each, lower ends."""
+    from_right: np.ndarray
+    """The largest P of all bins from each on, upper ends."""
+
+    @classmethod
+    def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
+        """Of the waypoint at x_front [m]; longest: the longest wheelbase [m]."""
+        at = interval(np.asarray(x_front, float))
+        origin = (x_front, ground.profile(at)[0])
+        front = wheel_at(ground, radius, at, origin)
+        first = x_front - 1.001 * (longest + 2 * radius)
+        edges = np.linspace(first, x_front, BINS + 1)
+        x = Interval(edges[:-1], edges[1:])
+        found = distance(radius, wheel_at(ground, radius, x, origin), front)
+        broken = np.histogram(ground.kinks, edges)[0] > 0
+        bad = broken | ~(found.slope.hi < 0)
+        return cls(
+            ground, radius, origin, front, edges, found.value, found.slope,
+            np.concatenate([[0], np.cumsum(bad)]),
+            np.minimum.accumulate(found.value.lo),
+            np.maximum.accumulate(found.value.hi[::-1])[::-1],
+        )  # fmt: skip
+
+    def where(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."], np.ndarray]:
+        """Where contacts of squared wheelbases lie, whether all is known there, and the bins."""
+        # from_left and from_right both fall.
+        first = np.searchsorted(-self.from_left, -Q.hi, side="left")
+        last = np.searchsorted(-self.from_right, -Q.lo, side="right") - 1
+        none = (first > last) | (first >= BINS)
+        first, last = np.clip(first, 0, BINS - 1), np.clip(last, 0, BINS - 1)
+        last = np.maximum(first, last)
+        good = ~none & (self.lost[last + 1] == self.lost[first])
+        return Interval(self.edges[first], self.edges[last + 1]), good, np.stack([first, last])
+
+    def contact(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."]]:
+        """The contact of narrow Q to rounding, and where that is known."""
+        x, good, bins = self.where(Q)
+        first, last = bins
+        good &= last - first < RUN
+        falls = np.max([self.slope.hi[np.minimum(first + k, last)] for k in range(RUN)], axis=0)
+        least = np.where(good, -falls, 1.0)
+        at = x.middle
+        for _ in range(STEPS):
+            found = self._distance(interval(at))
+            at = np.clip(at - (found.value.middle - Q.middle) / found.slope.middle, x.lo, x.hi)
+        missed = (self._distance(interval(at)).value - Q).size
+        off = np.nextafter(missed / least, np.inf) * (1 + 1e-15)
+        off = np.where(good & np.isfinite(off), off, 0.0)
+        found = interval(at) + Interval(-off, off)
+        return Interval(np.maximum(found.lo, x.lo), np.minimum(found.hi, x.hi)), good
+
+    def _distance(self, x: Interval) -> Distance:
+        return distance(self.radius, wheel_at(self.ground, self.radius, x, self.origin), self.front)

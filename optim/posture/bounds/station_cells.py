@@ -1,0 +1,251 @@
+"""What is proved of each waypoint's cells: values at corners, derivatives, what is ruled out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.posture.bounds.arc import Arc
+from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
+from stickslip.optim.posture.bounds.ground import Ground, ground_of
+from stickslip.optim.posture.bounds.lattice import Axis
+from stickslip.optim.posture.bounds.vehicle import (
+    Held,
+    Numbers,
+    Rear,
+    angle_jets,
+    held,
+    rear_jets,
+    wheelbase_squared,
+)
+from stickslip.optim.posture.waypoints import longest_wheelbase
+from stickslip.optim.problem import FEASIBLE
+
+if TYPE_CHECKING:
+    from jaxtyping import Bool, Float
+
+    from stickslip.optim.posture.data import PostureData
+
+FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
+
+
+class Inside(NamedTuple):
+    """Derivatives of each field over each cell [2, R, F], along rear and front; 0 where unknown."""
+
+    first: dict[str, Interval]
+    second: dict[str, Interval]
+    known: Bool[np.ndarray, "R F"]
+    """False: of postures in the cell nothing is known."""
+    smooth: Bool[np.ndarray, "R F"]
+    """False: the second derivatives are none."""
+
+
+@dataclass(frozen=True)
+class StationCells:
+    """One waypoint's cells; rear and front: their corners.
+
+    alive: cells that a good drive may pass. values: of the fields at the corners [R, F], 0 at those
+    of no such cell; radii: by how much any of them may be off.
+    """
+
+    bracket: Bracket
+    own_turn: Interval
+    """Of the turn, what the front wheel adds whatever the legs do [rad]."""
+    rear: Axis
+    front: Axis
+    alive: Bool[np.ndarray, "R-1 F-1"]
+    values: dict[str, Float[np.ndarray, "R F"]]
+    radii: dict[str, float]
+    inside: Inside
+
+    @property
+    def corners(self) -> Bool[np.ndarray, "R F"]:
+        """Those of a cell that is alive."""
+        return at_corners(self.alive, np.any)
+
+    def bulge(self, name: str, sign: int) -> np.ndarray:
+        """By how much sign * field may lie below its values at the corners of each cell: h^2 / 8 of
+        the second derivative, or h / 2 of the first, whichever is less, of each leg."""
+        total = np.zeros(self.alive.shape)
+        widths = (self.rear.widths[:, None], self.front.widths)
+        smooth, known = self.inside.smooth, self.inside.known
+        for leg, h in enumerate(widths):
+            bend, slope = self.inside.second[name][leg], self.inside.first[name][leg]
+            above = bend.hi if sign > 0 else -bend.lo
+            curved = h**2 / 8 * np.maximum(above, 0)
+            straight = h / 2 * slope.size
+            total += np.where(smooth, np.minimum(curved, straight), straight)
+        return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
+
+    def at_least(self, name: str, sign: int) -> np.ndarray:
+        """What sign * field is not below in each cell."""
+        return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
+
+    def range_of(self, name: str) -> Interval:
+        """Of a field in each cell."""
+        return Interval(self.at_least(name, 1), -self.at_least(name, -1))
+
+
+def of_corners(values: np.ndarray, reduce: np.ufunc) -> np.ndarray:
+    """Of each cell's four corners."""
+    rows = reduce(values[:-1], values[1:])
+    return reduce(rows[:, :-1], rows[:, 1:])
+
+
+def at_corners(cells: np.ndarray, reduce: Callable[..., object]) -> np.ndarray:
+    """Of the cells about each corner: np.any or np.max, those outside counting nothing."""
+    if reduce is np.any:
+        padded = np.pad(cells, 1)
+        return padded[:-1, :-1] | padded[1:, :-1] | padded[:-1, 1:] | padded[1:, 1:]
+    padded = np.pad(cells, 1, constant_values=-np.inf)
+    rows = np.maximum(padded[:-1], padded[1:])
+    return np.maximum(rows[:, :-1], rows[:, 1:])
+
+
+class Surveyor:
+    """Makes and refines the cells of a problem's waypoints; kept: the fields that are asked for."""
+
+    def __init__(self, problem: PostureData, kept: tuple[str, ...] = FIELDS):
+        self.problem, self.kept = problem, kept
+        self.inside = tuple(sorted({*kept, "F", "N_rear", "N_front"}))
+        self.vehicle = Numbers.of(problem.params)
+        self.ground: Ground = ground_of(problem.track.shape)
+        self.longest = longest_wheelbase(problem.params) * (1 + 1e-3)
+        reach = 1.01 * (self.longest + 2 * self.vehicle.radius)
+        first, last = float(problem.x[0]), float(problem.x[-1])
+        self.arc = Arc.along(self.ground, first - reach, last + 0.01)
+        self.friction = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)
+
+    def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
+        """The cells of waypoint k before any is halved."""
+        bracket = Bracket.behind(
+            self.ground, self.vehicle.radius, float(self.problem.x[k]), self.longest
+        )
+        alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
+        inside = self._inside(bracket, rear, front, alive)
+        rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
+        own = bracket.front.slope.arctan() - rolled / self.vehicle.radius
+        return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
+
+    def halved(self, k: int, cells: StationCells) -> StationCells:
+        """Every cell cut in four (a given angle's is not)."""
+        rear, front = (
+            axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()
+            for axis in (cells.rear, cells.front)
+        )
+        alive = cells.alive
+        for axis, of in ((0, rear), (1, front)):
+            alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
+        inside = self._inside(cells.bracket, rear, front, alive)
+        after = replace(cells, rear=rear, front=front, alive=alive, inside=inside)
+        return self._valued(k, after)
+
+    def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
+        rows, columns = np.nonzero(alive)
+        r, f = (
+            Interval(axis.nodes[of], axis.nodes[of + 1])
+            for axis, of in ((rear, rows), (front, columns))
+        )
+        rear_jet, front_jet = angle_jets(r, f)
+        Q = wheelbase_squared(self.vehicle, rear_jet, front_jet)
+        Q = replace(Q, value=self._narrower(Q.value, Q.first, r, f))
+        x, known, _ = bracket.where(Q.value)
+        # Where nothing is known anything may be computed: a thin place that has numbers.
+        x = Interval(np.where(known, x.lo, x.middle), np.where(known, x.hi, x.middle))
+        wheel = wheel_at(self.ground, self.vehicle.radius, x, bracket.origin)
+        with np.errstate(all="ignore"):
+            behind = rear_jets(bracket, self.vehicle, Q, x, wheel)
+            found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
+        parts = [(name, getattr(found, name)) for name in self.inside]
+        sizes = [of for _, jet in parts for of in (jet.first.size, jet.second.size)]
+        known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
+        bends = np.sort(self.ground.bends)
+        smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
+
+        def spread(of: np.ndarray) -> np.ndarray:
+            whole = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
+            whole[..., rows, columns] = np.where(known, of, False if of.dtype == bool else 0.0)
+            return whole
+
+        return Inside(
+            {name: jet.first.map(spread) for name, jet in parts},
+            {name: jet.second.map(spread) for name, jet in parts},
+            spread(known),
+            spread(smooth),
+        )
+
+    def _narrower(self, Q: Interval, slopes: Interval, r: Interval, f: Interval) -> Interval:
+        """The range of Q over each cell, by its slopes where that says more."""
+        middles = interval(r.middle), interval(f.middle)
+        about = wheelbase_squared(self.vehicle, *middles)
+        for leg, (whole, middle) in enumerate(zip((r, f), middles, strict=True)):
+            about = about + slopes[leg] * (whole - middle)
+        return Interval(np.maximum(Q.lo, about.lo), np.minimum(Q.hi, about.hi))
+
+    def _valued(self, k: int, cells: StationCells) -> StationCells:
+        """With values at the corners, and without the cells in which every posture is ruled out."""
+        wanted = cells.corners
+        rows, columns = np.nonzero(wanted)
+        r, f = interval(cells.rear.nodes[rows]), interval(cells.front.nodes[columns])
+        Q = wheelbase_squared(self.vehicle, r, f)
+        x, good = cells.bracket.contact(Q)
+        wheel = wheel_at(self.ground, self.vehicle.radius, x, cells.bracket.origin)
+        with np.errstate(all="ignore"):
+            at = Rear(x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x))
+            found = held(self.vehicle, r, f, Q, at, cells.bracket.front)
+            found = replace(found, turn=found.turn + cells.own_turn)
+            good &= np.all([np.isfinite(getattr(found, name).size) for name in FIELDS], axis=0)
+            values, radii = self._spread(found, good, rows, columns, wanted.shape)
+        unknown = np.zeros(wanted.shape, bool)
+        unknown[rows, columns] = ~good
+        lost = of_corners(unknown, np.logical_or)
+        if np.any(lost):  # a corner without a value: nothing is known of the cells about it
+            cells = _forget(cells, lost)
+        valued = replace(cells, values=values, radii=radii)
+        alive = cells.alive & ~self._ruled_out(k, valued)
+        values = {name: of for name, of in values.items() if name in self.kept}
+        return replace(valued, alive=alive, values=values)
+
+    def _spread(
+        self, found: Held, good: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple
+    ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        values, radii = {}, {}
+        for name in FIELDS:
+            of: Interval = getattr(found, name)
+            grid = np.zeros(shape)
+            grid[rows, columns] = np.where(good, of.middle, 0.0)
+            values[name] = grid
+            radii[name] = float(np.max(np.where(good, of.radius, 0.0), initial=0.0))
+        return values, radii
+
+    def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
+        """Cells in which a wheel slips or lifts in every posture, by more than is let pass.
+
+        The clearance is not looked at, nor whether the ground enters a wheel beside its contact.
+        """
+        problem, mu = self.problem, float(self.friction[k])
+        slack = 2 * FEASIBLE * float(self.vehicle.weight.hi)
+        out = np.zeros(cells.alive.shape, bool)
+        F = cells.range_of("F")
+        for name in ("N_rear", "N_front"):
+            N = -cells.at_least(name, -1)
+            out |= float(problem.min_normal) - slack > N
+            # mu N - |F| is below this in all of the cell.
+            for sign in (1, -1):
+                out |= self._slips(cells, name, sign, mu) < float(problem.min_grip) - slack
+            out |= mu * N - F.least_size < float(problem.min_grip) - slack
+        return out & np.isfinite(F.size)
+
+    def _slips(self, cells: StationCells, name: str, sign: int, mu: float) -> np.ndarray:
+        """What mu N - sign F is not above in each cell, by their common corners."""
+        corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
+        return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
+
+
+def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:
+    """The cells, of which nothing is known where it is lost."""
+    return replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))

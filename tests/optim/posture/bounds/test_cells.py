@@ -1,0 +1,176 @@
+"""Postures inside a cell are never below what is proved of the cell, nor steps below their cost."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.optim.posture import traced
+from stickslip.optim.posture.bounds.lattice import Axis, first_axis, given_axis, moves
+from stickslip.optim.posture.bounds.lowered import step_costs, terms_of
+from stickslip.optim.posture.bounds.station_cells import FIELDS, Surveyor
+from stickslip.optim.posture.bounds.worst import NAMES, at_least
+from stickslip.optim.posture.criteria import CRITERIA
+from tests.optim.posture.bounds.helpers import over
+from tests.optim.posture.helpers import plain_cost
+
+CELLS = 10
+KINDS = ("usual", "short", "slippery")
+MANY = 1 << 10
+
+
+@pytest.fixture(scope="module")
+def cells():
+    """Of each kind: the cells of two neighbouring waypoints."""
+    found = {}
+    for kind in KINDS:
+        problem = over(kind=kind)
+        surveyor = Surveyor(problem)
+        axes = [first_axis(problem, leg, CELLS) for leg in (0, 1)]
+        found[kind] = [surveyor.halved(k, surveyor.first(k, *axes)) for k in (4, 5)]
+    return found
+
+
+def stations(problem, pairs: np.ndarray):
+    """Stations of waypoints 4 and 5 at pairs of angles [n, 2, 2]."""
+    whole = np.full((len(pairs), len(problem.x), 2), np.pi / 2)
+    whole[:, 4:6] = pairs
+    with jax.enable_x64(True):
+        at = traced.stations(replace(problem.posture, criterion=None), whole)
+    return at.map(lambda of: np.asarray(of)[:, 4:6])
+
+
+def sample(cells, random, inside_rate=None):
+    """Pairs of angles for both waypoints, and the cells that they lie in."""
+    a, b = cells
+    low = np.array([a.rear.nodes[0], a.front.nodes[0]])
+    high = np.array([a.rear.nodes[-1], a.front.nodes[-1]])
+    first = random.uniform(low, high, (MANY, 2))
+    second = random.uniform(low, high, (MANY, 2))
+    if inside_rate is not None:
+        second = np.clip(first + random.uniform(-1, 1, (MANY, 2)) * inside_rate, low, high)
+    pairs = np.stack([first, second], 1)
+    at = [
+        tuple(
+            np.clip(np.searchsorted(axis.nodes, pairs[:, n, leg]) - 1, 0, len(axis.nodes) - 2)
+            for leg, axis in enumerate((of.rear, of.front))
+        )
+        for n, of in enumerate((a, b))
+    ]
+    return pairs, at
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fields_lie_within_what_is_proved_of_their_cells(cells, kind):
+    problem, random = over(kind=kind), np.random.default_rng(0)
+    pairs, where = sample(cells[kind], random)
+    at = stations(problem, pairs)
+    fields = {
+        "torque": at.torque, "turn": at.turn, "F": at.F_rear, "N_rear": at.N_rear,
+        "N_front": at.N_front, "leg_rear": at.leg_torques[..., 0],
+        "leg_front": at.leg_torques[..., 1],
+    }  # fmt: skip
+    turns = []
+    for n, of in enumerate(cells[kind]):
+        known = of.alive & of.inside.known
+        counts = known[where[n]]
+        assert np.mean(counts) > 0.5 or kind == "slippery"
+        assert np.all(at.grip[:, n][~of.alive[where[n]]] < 0)  # ruled out, and rightly
+        for name in FIELDS:
+            held = of.range_of(name)[where[n]]
+            if name == "turn":
+                held = held[counts]
+                turns.append((held.middle - fields[name][counts, n], held.radius))
+                continue
+            value = fields[name][:, n][counts]
+            assert np.all((held.lo[counts] <= value) & (value <= held.hi[counts])), name
+    # Turns count from a place of their own, the same at both waypoints.
+    origin = np.median(turns[0][0])
+    for off, radius in turns:
+        assert np.all(np.abs(off - origin) <= 2 * radius)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_worst_stations_are_not_below_their_cells(cells, kind, name):
+    problem, random = over(kind=kind), np.random.default_rng(1)
+    pairs, where = sample(cells[kind], random)
+    at = stations(problem, pairs)
+    for n, of in enumerate(cells[kind]):
+        bound = at_least(name, of, problem.friction)[where[n]]
+        value = plain_cost(name, at.map(lambda v, n=n: v[:, n : n + 1]), problem.friction)
+        assert np.all(value[of.alive[where[n]]] >= bound[of.alive[where[n]]] - 1e-9)
+        assert np.max(bound[np.isfinite(bound)]) > np.median(value)  # and says something
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", [one for one, of in CRITERIA.items() if of.additive])
+@pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
+def test_steps_are_not_below_the_interpolant_of_their_corners(cells, kind, name, share):
+    problem, random = over(name, kind), np.random.default_rng(2)
+    limit = problem.leg_rate * float(problem.x[5] - problem.x[4])
+    pairs, where = sample(cells[kind], random, limit)
+    a, b = cells[kind]
+    terms = terms_of(problem.criterion)
+    costs = step_costs(problem, terms, 4, (a, b), (8, 8), [share] * len(terms))
+    value = plain_cost(name, stations(problem, pairs), problem.friction)
+    count = np.zeros(len(pairs))
+    total = np.zeros(len(pairs))
+    for leg, (before, after) in enumerate(((a.rear, b.rear), (a.front, b.front))):
+        assert moves(problem, 4, before, after).shape == (len(before.nodes), len(after.nodes)), leg
+    weights = [_weights(axes, pairs[:, :, leg], (where[0][leg], where[1][leg]))
+               for leg, axes in enumerate(((a.rear, b.rear), (a.front, b.front)))]  # fmt: skip
+    for (i, j), w in weights[0].items():
+        for (m, n), v in weights[1].items():
+            before = (where[0][0] + i, where[0][1] + m)
+            after = (where[1][0] + j, where[1][1] + n)
+            total += w * v * costs.between(before, after)
+            count += w * v
+    np.testing.assert_allclose(count, 1)
+    alive = a.alive[where[0]] & b.alive[where[1]]
+    assert np.all(value[alive] >= total[alive] - costs.slack - 1e-9)
+
+
+def _weights(axes: tuple[Axis, Axis], angles: np.ndarray, cells: tuple[np.ndarray, np.ndarray]):
+    """What each corner of the square, or the triangle, about a move counts in its interpolant."""
+    s, t = (
+        (angles[:, n] - axis.nodes[cells[n]]) / axis.widths[cells[n]] for n, axis in enumerate(axes)
+    )
+    ahead, back = t < s, t >= s
+    by = cells[1] - cells[0]
+    most = int(np.max(np.abs(by)))
+    cut = np.abs(by) >= max(most - 1, 1)  # a triangle or a square: any interpolant has to do
+    square = {(i, j): (s if i else 1 - s) * (t if j else 1 - t) for i in (0, 1) for j in (0, 1)}
+    half = {
+        (0, 0): np.where(ahead, 1 - s, 1 - t),
+        (1, 1): np.where(ahead, t, s),
+        (1, 0): np.where(ahead, s - t, 0.0),
+        (0, 1): np.where(back, t - s, 0.0),
+    }
+    return {corner: np.where(cut, half[corner], square[corner]) for corner in square}
+
+
+def test_moves_within_the_rate_lie_between_allowed_corners():
+    """Drawn at random, also between unlike axes; nine of ten corners are not allowed."""
+    problem, random = over(), np.random.default_rng(3)
+    limit = problem.leg_rate * float(problem.x[1] - problem.x[0])
+    axis = first_axis(problem, 0, 42)
+    odd = Axis(np.sort(random.uniform(axis.nodes[0], axis.nodes[-1], 30)))
+    for before, after in ((axis, axis), (axis, odd), (odd, axis), (given_axis(1.5), axis)):
+        allowed = moves(problem, 0, before, after)
+        a = random.uniform(before.nodes[0], before.nodes[-1], 20_000)
+        b = a + random.uniform(-limit, limit, a.shape)
+        inside = (b > after.nodes[0]) & (b < after.nodes[-1])
+        a, b = a[inside], b[inside]
+        i = np.searchsorted(before.nodes, a) - 1
+        j = np.searchsorted(after.nodes, b) - 1
+        s = (a - before.nodes[i]) / before.widths[i]
+        t = (b - after.nodes[j]) / after.widths[j]
+        assert allowed[i, j][t >= 0].all() or (before is not after)
+        whole = allowed[i, j] & allowed[i + 1, j] & allowed[i, j + 1] & allowed[i + 1, j + 1]
+        lower = allowed[i, j] & allowed[i + 1, j] & allowed[i + 1, j + 1] & (t <= s + 1e-9)
+        upper = allowed[i, j] & allowed[i, j + 1] & allowed[i + 1, j + 1] & (t >= s - 1e-9)
+        assert np.all(whole | lower | upper)
+    longest = np.subtract.outer(axis.nodes, axis.nodes)[moves(problem, 0, axis, axis)]
+    assert np.max(np.abs(longest)) < limit * 1.3
