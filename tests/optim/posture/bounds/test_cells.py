@@ -1,12 +1,11 @@
 """Postures inside a cell are never below what is proved of the cell, nor steps below their cost."""
 
-from dataclasses import replace
 
 import jax
 import numpy as np
 import pytest
 
-from stickslip.optim.posture import traced
+from stickslip.optim.posture import evaluated
 from stickslip.optim.posture.bounds.lattice import Axis, first_axis, given_axis, moves
 from stickslip.optim.posture.bounds.lowered import step_costs, terms_of
 from stickslip.optim.posture.bounds.station_cells import FIELDS, Surveyor
@@ -37,7 +36,7 @@ def stations(problem, pairs: np.ndarray):
     whole = np.full((len(pairs), len(problem.x), 2), np.pi / 2)
     whole[:, 4:6] = pairs
     with jax.enable_x64(True):
-        at = traced.stations(replace(problem.posture, criterion=None), whole)
+        at = evaluated.stations(problem.posture, whole)
     return at.map(lambda of: np.asarray(of)[:, 4:6])
 
 
