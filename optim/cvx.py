@@ -41,13 +41,14 @@ def solve_quietly(
     """Solve, and name the outcome; FAILED where the solver gave up.
 
     bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE.
-    settings: the solver's own. cvxpy's warning that a solution may be inaccurate is left out: the
-    status says it.
+    settings: the solver's own. No solve leaves anything to the next: a solver that is kept scales
+    other numbers as it scaled the first, and may then fail. cvxpy's warning that a solution may be
+    inaccurate is left out: the status says it.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Solution may be inaccurate")
         try:
-            problem.solve(solver=solver, **settings)
+            problem.solve(solver=solver, warm_start=False, **settings)
         except cp.SolverError as error:
             return Ended(OptimStatus.FAILED, f"{solver}: {error}")
     words = f"{solver} ended with status {problem.status}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.checks import shown
 from stickslip.optim.posture.bounds.branch import CELLS, CORNERS, bound_every_drive
 from stickslip.optim.posture.dp import solve_dp
 from stickslip.optim.posture.finish import result_at
@@ -43,6 +44,8 @@ def solve_branch(
     if start is None:
         drive = solve_dp(problem, progress=progress, polish=True)
     else:
+        if isinstance(start, str):
+            raise ValueError(f"start = {shown(start)}; accepted: None, or a drive's angles [2K]")
         x = problem.batch([start])[0]
         drive = result_at(
             problem, x, method="branch", status=OptimStatus.FEASIBLE, began=began, evaluations=1

@@ -137,6 +137,15 @@ def test_other_numbers_are_solved_by_the_program_that_is_there():
     assert program_of.cache_info().misses == before
 
 
+def test_what_was_solved_before_changes_nothing():
+    heavy = GaitProblem.periodic(robot(payload=3.0), mu=0.2, torque_limit=5.0, steps=60)
+    program_of.cache_clear()
+    alone = solve(heavy)
+    for mu in (0.02, 0.5):
+        solve(periodic("time", mu=mu, steps=60))
+    np.testing.assert_array_equal(solve(heavy).x, alone.x)
+
+
 def test_friction_may_differ_from_step_to_step_and_by_place():
     by_step = solve(transfer(3, mu=[0.3, 0.02, 0.3], steps=40))
     use = np.abs(by_step.gait.friction_force / by_step.gait.normal_force).max(axis=1)

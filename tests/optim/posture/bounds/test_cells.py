@@ -1,6 +1,5 @@
 """Postures inside a cell are never below what is proved of the cell, nor steps below their cost."""
 
-
 import jax
 import numpy as np
 import pytest
