@@ -193,6 +193,10 @@ class Machine(ABC, Generic[Env, Params, Config]):
     def measures(self, env: Env) -> Measures[Any, Params, Any]:
         """What is kept of an environment's episodes, and the columns of its tables."""
 
+    def task_measures(self, env: Env) -> Measures[Any, Params, Any]:
+        """The same for a named task, whose scores say what an optimum would."""
+        return self.measures(env)
+
     def unit_of(self, env: Env) -> str:
         """What a table's columns depend on; environments of one table have the same."""
         return ""

@@ -67,6 +67,16 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         """What `make_params` takes; () without one."""
         return ()
 
+    @classmethod
+    def from_plain(cls, parameters: Mapping[str, Any]) -> dict[str, Any]:
+        """What `make_params` takes, from values as JSON holds them; numbers stay as they are."""
+        return dict(parameters)
+
+    @classmethod
+    def choices_from_plain(cls, choices: Mapping[str, Any]) -> dict[str, Any]:
+        """What the class takes, likewise."""
+        return dict(choices)
+
     episode_entries: tuple[str, ...] = ()
     """Entries of the parameters that options of a reset may change."""
 

@@ -27,6 +27,7 @@ from stickslip.envs.biped.draw import commanded_at, draw, drawn_robot, drawn_sce
 from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
+from stickslip.envs.biped.plain import from_plain
 from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
 from stickslip.envs.biped.state import BipedEnvState, Totals
 from stickslip.envs.functional import FunctionalEnv, keyword_names
@@ -155,6 +156,11 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes."""
         return keyword_names(make_params)
+
+    @classmethod
+    def from_plain(cls, parameters: Mapping[str, Any]) -> dict[str, Any]:
+        """See FunctionalEnv and stickslip.envs.biped.plain."""
+        return from_plain(parameters)
 
     @classmethod
     def option_names(cls) -> tuple[str, ...]:
