@@ -44,6 +44,11 @@ class Improved(Generic[State, Params]):
     def validate(self) -> Improved[State, Params]:
         """Return self, or raise ValueError naming the field."""
         require_kind("env", self.env, FunctionalEnv, "an environment")
+        if self.env.autoreset != "disabled":
+            raise ValueError(
+                f"env.autoreset = {self.env.autoreset!r}; accepted: 'disabled', or what is tried "
+                "goes on in another episode"
+            )
         require_integer("count", self.count, low=2, high=MOST)
         require_integer("horizon", self.horizon, high=MOST)
         self.base.validate()

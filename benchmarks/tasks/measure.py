@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
 
 EPISODES = {"biped": 32, "ugv": 16}
-"""Of a task that draws anything; of another one."""
-PLANNERS = ("receding-horizon", "optimum")
+"""Of a task that draws anything; of another task one."""
+PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
+LEFT_OUT = ("receding-horizon",)
+"""It plans at every step, for minutes; what it earns lies below the optimum's."""
 DIGITS = 6
 
 
@@ -35,7 +37,8 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         played = play(env, player.validate(), params, range(episodes), keep_of)
         return entry(name, played.reward, played.fell)
 
-    rows = {name: earned(name, machine.baseline(name, env)) for name in machine.baselines}
+    names = [name for name in machine.baselines if name not in LEFT_OUT]
+    rows = {name: earned(name, machine.baseline(name, env)) for name in names}
     recipe = recipe_of(task.name)
     tried = [*rows.values(), earned(recipe.name, recipe.make(env, params))]
     best = max(tried, key=lambda one: one["return"])

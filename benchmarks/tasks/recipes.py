@@ -69,6 +69,9 @@ def polished(angles: int) -> Recipe:
     return Recipe("optimum off the grid", how, make)
 
 
+ALIKE = {"BipedIceSeen-v0": "BipedIce-v0"}
+"""Tasks that differ from another one in what is observed alone: whoever reads the state earns the
+same on both, and is measured on one."""
 RECIPES: dict[str, Recipe] = {
     "BipedSteady-v0": programmed(3.0),
     "BipedFast-v0": programmed(6.5),
@@ -79,7 +82,6 @@ RECIPES: dict[str, Recipe] = {
     "BipedHiddenFriction-v0": improved("optimal-gait", 9, 25),
     "BipedPayload-v0": improved("computed-torque", 9, 25),
     "BipedIce-v0": improved("optimal-gait", 9, 25),
-    "BipedIceSeen-v0": improved("optimal-gait", 9, 25),
 }
 """By the task's name; the UGV's tasks are all polished."""
 

@@ -8,6 +8,8 @@ from stickslip.envs.tasks.definition import Plain, TaskDefinition
 
 SOLVER: Plain = {"method": "newton", "iterations": 5, "samples": 8}
 """Unrolled, which suits batches; exact to rounding on such ground."""
+SEARCHING: Plain = {"method": "scan", "samples": 8, "candidates": 64}
+"""For ground that is hollower than a wheel."""
 CHOICES: dict[str, Plain] = {"preview": 16, "solver": SOLVER}
 NUMBERS: dict[str, Plain] = {
     "friction": 0.8,
@@ -51,6 +53,25 @@ UGV_TASKS = (
         "J",
         "total_energy",
         track={"bump": {"height": 0.1, "centre": 4.0, "width": 1.0, "start": 0.0, "end": 8.0}},
+    ),
+    _task(
+        "UGVDitch",
+        "through a ditch hollower than a wheel with the least work of all motors",
+        "8 cm deep; where the sides end the ground is hollower than a wheel, which touches it twice. "
+        "The ground is always the same.",
+        "J",
+        "total_energy",
+        solver=SEARCHING,
+        track={
+            "ditch": {
+                "depth": 0.08,
+                "position": 4.0,
+                "width": 1.2,
+                "side": 0.35,
+                "start": 0.0,
+                "end": 8.0,
+            }
+        },
     ),
     _task(
         "UGVRandomBumps",

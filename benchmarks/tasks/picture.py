@@ -1,0 +1,58 @@
+"""One sheet with a picture of every task: an instant of the best baseline's first episode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.agents.evaluation.rollout import rollout, without_resets
+from stickslip.agents.registry import machine_by_name
+from stickslip.envs import TASKS, known_of
+from stickslip.records.files import writing
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stickslip.envs import TaskDefinition
+
+COLUMNS, WIDTH, HEIGHT = 3, 960, 540
+INSTANT = {"biped": 60, "ugv": 32}
+"""Steps before the picture."""
+
+
+def draw_sheet(path: Path) -> None:
+    """Write the sheet as a PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = -(-len(TASKS) // COLUMNS)
+    figure = Figure(figsize=(4.4 * COLUMNS, 2.75 * rows), layout="constrained", dpi=90)
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for ax in axes:
+        ax.set_axis_off()
+    for ax, task in zip(axes, TASKS.values(), strict=False):
+        ax.imshow(picture(task), interpolation="lanczos")
+        ax.set_title(f"{task.name}\n{task.title}", fontsize=8.5)
+    with writing(path) as file:
+        figure.savefig(file, format="png")
+
+
+def picture(task: TaskDefinition) -> np.ndarray:
+    """An instant of an episode [height, width, 3]."""
+    env, params = task.make()
+    env, machine = without_resets(env), machine_by_name(task.machine)
+    known = known_of(task)
+    name = machine.baselines[0] if known is None else known.by_hand.policy
+    steps = INSTANT[task.machine]
+    played = rollout(env, machine.baseline(name, env), params, 0, steps).trimmed()
+    state, info = _last(played.state), _last(played.info)
+    renderer = env.renderer(params)
+    return renderer.draw(env.picture(state, info, params))
+
+
+def _last(tree: Any) -> Any:
+    import jax
+
+    return jax.tree.map(lambda leaf: leaf[-1], tree)
