@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.envs.plain import Entries, Given
 
 AUTORESET = ("same_step", "next_step", "disabled")
 
@@ -68,12 +69,12 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return ()
 
     @classmethod
-    def from_plain(cls, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    def from_plain(cls, parameters: Entries) -> Given:
         """What `make_params` takes, from values as JSON holds them; numbers stay as they are."""
         return dict(parameters)
 
     @classmethod
-    def choices_from_plain(cls, choices: Mapping[str, Any]) -> dict[str, Any]:
+    def choices_from_plain(cls, choices: Entries) -> Given:
         """What the class takes, likewise."""
         return dict(choices)
 

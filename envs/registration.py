@@ -11,6 +11,8 @@ from stickslip import envs
 from stickslip.envs.tasks.ladder import TASKS, task_by_name
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from gymnasium.vector import AutoresetMode
 
     from stickslip.envs.adapters.gym import GymEnv
@@ -60,7 +62,7 @@ def make_ugv_vec(
     return _vector(envs.UGVEnv, options, num_envs, autoreset_mode, render_mode)
 
 
-def make_task(task: str, render_mode: str | None = None, **options: Any) -> GymEnv:
+def make_task(task: str, render_mode: str | None = None, **options: object) -> GymEnv:
     """A task of the ladder (see stickslip.envs.tasks): nothing of it can be changed."""
     return envs.GymEnv(*_fixed(task, options).make(), render_mode)
 
@@ -71,15 +73,13 @@ def make_task_vec(
     *,
     autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
-    **options: Any,
+    **options: object,
 ) -> GymVectorEnv:
     """n environments of a task in one compiled call."""
-    return envs.GymVectorEnv(
-        *_fixed(task, options).make(), num_envs, autoreset_mode, render_mode
-    )
+    return envs.GymVectorEnv(*_fixed(task, options).make(), num_envs, autoreset_mode, render_mode)
 
 
-def _fixed(task: str, options: Options) -> TaskDefinition:
+def _fixed(task: str, options: Collection[str]) -> TaskDefinition:
     """The task of a name; ValueError for options, which would make another one of it."""
     found = task_by_name(task)
     if options:

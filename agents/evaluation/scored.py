@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from stickslip.agents.evaluation.columns import Column
 from stickslip.agents.evaluation.statistics import mean_interval
 
 if TYPE_CHECKING:
+    from typing import Any
+
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.evaluation.statistics import Interval
     from stickslip.envs.tasks.known import Known
@@ -18,6 +22,15 @@ if TYPE_CHECKING:
 
 AnyMeasures: TypeAlias = "Measures[Any, Any, Any]"
 """Of whichever machine."""
+
+
+class _Played(Protocol):
+    """What every machine keeps of its episodes."""
+
+    @property
+    def reward(self) -> Array | np.ndarray: ...
+
+
 FIRST = "return"
 """The column that scores stand behind."""
 
@@ -25,10 +38,10 @@ FIRST = "return"
 def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
     """The measures with the columns task_score and gap; unit: of the task's returns."""
 
-    def score(played: Any) -> Interval:
+    def score(played: _Played) -> Interval:
         return mean_interval(scale.score(np.asarray(played.reward, float)))
 
-    def gap(played: Any) -> Interval:
+    def gap(played: _Played) -> Interval:
         return mean_interval(scale.gap(np.asarray(played.reward, float)))
 
     own = {

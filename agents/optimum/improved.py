@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.agents.protocol import Controller, Params, State
+from stickslip.agents.protocol import Controller, Memory, Params, State
 from stickslip.dynamics.checks import require_integer, require_kind
 from stickslip.envs.functional import FunctionalEnv, pure_step
 
@@ -21,8 +21,8 @@ MOST = 10**4
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
-class Improved(Generic[State, Params]):
-    """At every step try each of some actions, then follow `base` for `horizon` steps; take the best.
+class Improved(Generic[Memory, State, Params]):
+    """At every step try some actions, follow `base` for `horizon` steps after each, take the best.
 
     One step of policy iteration with the environment as its own model (a rollout policy: Bertsekas,
     Reinforcement Learning and Optimal Control, ch. 2). It works wherever the environment can be
@@ -36,12 +36,12 @@ class Improved(Generic[State, Params]):
     last three are static.
     """
 
-    base: Controller[Any, State, Params]
+    base: Controller[Memory, State, Params]
     env: FunctionalEnv[State, Params] = field(metadata={"static": True})
     count: int = field(default=15, metadata={"static": True})
     horizon: int = field(default=40, metadata={"static": True})
 
-    def validate(self) -> Improved[State, Params]:
+    def validate(self) -> Improved[Memory, State, Params]:
         """Return self, or raise ValueError naming the field."""
         require_kind("env", self.env, FunctionalEnv, "an environment")
         if self.env.autoreset != "disabled":
@@ -54,13 +54,13 @@ class Improved(Generic[State, Params]):
         self.base.validate()
         return self
 
-    def init(self, env_params: Params, env_state: State) -> Any:
+    def init(self, env_params: Params, env_state: State) -> Memory:
         """The base's memory."""
         return self.base.init(env_params, env_state)
 
     def act(
-        self, memory: Any, obs: Float[Array, " obs"], env_state: State, env_params: Params
-    ) -> tuple[Any, Float[Array, " act"]]:
+        self, memory: Memory, obs: Float[Array, " obs"], env_state: State, env_params: Params
+    ) -> tuple[Memory, Float[Array, " act"]]:
         """See Controller."""
         after, own = self.base.act(memory, obs, env_state, env_params)
         tried = jnp.concatenate([own[None], self._actions(own)])
@@ -74,21 +74,27 @@ class Improved(Generic[State, Params]):
         return jnp.stack(mesh, -1).reshape(-1, like.shape[0])
 
     def _worth(
-        self, first: Float[Array, " act"], memory: Any, state: State, params: Params
+        self, first: Float[Array, " act"], memory: Memory, state: State, params: Params
     ) -> Float[Array, ""]:
         """What is earned with a first action and the base after it."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
         obs, state, earned = pure_step(self.env, unused, state, first, params)[:3]
 
-        def body(_: Array, now: tuple[Any, ...]) -> tuple[Any, ...]:
-            obs, state, memory, earned = now
-            over = self.env.is_over(state)
-            memory, action = self.base.act(memory, obs, state, params)
-            obs, state, reward = pure_step(self.env, unused, state, action, params)[:3]
-            return obs, _unless(over, state, now[1]), memory, earned + jnp.where(over, 0.0, reward)
+        def body(_: Array, now: _Way[Memory, State]) -> _Way[Memory, State]:
+            over = self.env.is_over(now.state)
+            memory, action = self.base.act(now.memory, now.obs, now.state, params)
+            obs, state, reward = pure_step(self.env, unused, now.state, action, params)[:3]
+            state = jax.tree.map(lambda a, b: jnp.where(over, b, a), state, now.state)
+            return _Way(obs, state, memory, now.earned + jnp.where(over, 0.0, reward))
 
-        return jax.lax.fori_loop(0, self.horizon, body, (obs, state, memory, earned))[3]
+        begun = _Way(obs, state, memory, earned)
+        return jax.lax.fori_loop(0, self.horizon, body, begun).earned
 
 
-def _unless(over: Array, new: State, old: State) -> State:
-    return jax.tree.map(lambda a, b: jnp.where(over, b, a), new, old)
+class _Way(NamedTuple, Generic[Memory, State]):
+    """What is followed."""
+
+    obs: Float[Array, " obs"]
+    state: State
+    memory: Memory
+    earned: Float[Array, ""]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
 
 FAILURE = 10.0
-"""Penalty of a failure in the scaled reward that the UGV trains on, as `stickslip train ugv` has."""
+"""Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
 
 
 def learn(task: TaskDefinition, seeds: int, steps: int) -> dict[str, Any]:

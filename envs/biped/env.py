@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
+    from stickslip.envs.plain import Entries, Given
+
 
 MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
@@ -158,7 +160,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return keyword_names(make_params)
 
     @classmethod
-    def from_plain(cls, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    def from_plain(cls, parameters: Entries) -> Given:
         """See FunctionalEnv and stickslip.envs.biped.plain."""
         return from_plain(parameters)
 

@@ -76,8 +76,8 @@ class Randomisation:
                 raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
         if self.command_interval is not None and self.commanded_rate is None:
             raise ValueError(
-                f"command_interval = {self.command_interval} without commanded_rate; accepted: with "
-                "the range that commands are drawn from"
+                f"command_interval = {self.command_interval} without commanded_rate; accepted: "
+                "with the range that commands are drawn from"
             )
         return self
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.params import Randomisation
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from stickslip.envs.plain import Entries, Given
 
 FLOORS = ("uniform", "patches")
 """Constructors of Scene that take numbers alone."""
 
 
-def from_plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def from_plain(parameters: Entries) -> Given:
     """What `BipedEnv.make_params` takes.
 
     scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's arguments.

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
-from stickslip.envs.tasks.definition import Plain, TaskDefinition
+from stickslip.envs.tasks.definition import TaskDefinition
+
+if TYPE_CHECKING:
+    from stickslip.envs.plain import Plain
 
 ANY_PHASE: Plain = [1.5707963267948966, 4.71238898038469]
 """The whole support phase [rad]."""
@@ -44,7 +47,7 @@ NUMBERS: dict[str, Plain] = {
 """What a task does not say otherwise: written down, so that no default elsewhere changes a task."""
 
 
-def _task(stem: str, title: str, about: str, unit: str = "-", **content: Any) -> TaskDefinition:
+def _task(stem: str, title: str, about: str, unit: str = "-", **content: Plain) -> TaskDefinition:
     """A task of the biped with the reference robot; names of CHOICES are static choices."""
     choices = CHOICES | {name: content.pop(name) for name in CHOICES if name in content}
     parameters = NUMBERS | content

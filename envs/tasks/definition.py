@@ -5,16 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip import envs
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.plain import Plain
 
-Plain: TypeAlias = "None | bool | int | float | str | list[Plain] | dict[str, Plain]"
-"""What JSON holds."""
-
+Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
+"""An environment of some machine, and its parameters."""
 NAMESPACE = "stickslip/"
 DTYPE = "float32"
 """Every task computes in it, whatever `jax_enable_x64` says: a score is the same everywhere."""
@@ -63,7 +65,7 @@ class TaskDefinition:
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def make(self, autoreset: str = "disabled") -> tuple[FunctionalEnv[Any, Any], Any]:
+    def make(self, autoreset: str = "disabled") -> Made:
         """The functional environment and its parameters."""
         kind = getattr(envs, self.environment)
         env = kind(**kind.choices_from_plain(self.choices), autoreset=autoreset)

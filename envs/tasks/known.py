@@ -7,11 +7,14 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.definition import TaskDefinition
 from stickslip.envs.tasks.scale import Scale
+
+if TYPE_CHECKING:
+    from stickslip.envs.plain import Entries
 
 FILE = Path(__file__).with_name("known.json")
 FORMAT, VERSION = "stickslip known scores", 1
@@ -95,7 +98,7 @@ def known_of(task: TaskDefinition) -> Known | None:
 
 
 @lru_cache(maxsize=4)
-def read_known(path: Path) -> dict[str, Any]:
+def read_known(path: Path) -> Entries:
     """The tasks of a file by name. ValueError naming it where it cannot be read."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -109,7 +112,7 @@ def read_known(path: Path) -> dict[str, Any]:
     return tasks
 
 
-def _known(name: str, content: dict[str, Any]) -> Known:
+def _known(name: str, content: Entries) -> Known:
     bound, learned = content["bound"], content.get("learned")
     known = Known(
         task=name,
@@ -124,23 +127,21 @@ def _known(name: str, content: dict[str, Any]) -> Known:
     )
     if known.bound is not None and not known.best.value <= known.bound.value:
         raise ValueError(f"best {known.best.value} above the bound {known.bound.value}")
-    known.scale  # for its ValueError
+    Scale(known.trivial.value, known.best.value)  # for its ValueError
     return known
 
 
-def _learned(content: dict[str, Any]) -> Learned:
+def _learned(content: Entries) -> Learned:
     return Learned(str(content["how"]), tuple(map(_number, content["returns"])))
 
 
-def _earned(content: dict[str, Any]) -> Earned:
-    low, high = (
-        None if content[end] is None else _number(content[end]) for end in ("low", "high")
-    )
+def _earned(content: Entries) -> Earned:
+    low, high = (None if content[end] is None else _number(content[end]) for end in ("low", "high"))
     failures = _number(content["failures"])
     return Earned(str(content["policy"]), _number(content["return"]), low, high, failures)
 
 
-def _number(given: Any) -> float:
+def _number(given: object) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise ValueError(f"{shown(given)} is no finite number")
     return float(given)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
-from stickslip.envs.tasks.definition import Plain, TaskDefinition
+from stickslip.envs.tasks.definition import TaskDefinition
+
+if TYPE_CHECKING:
+    from stickslip.envs.plain import Plain
 
 SOLVER: Plain = {"method": "newton", "iterations": 5, "samples": 8}
 """Unrolled, which suits batches; exact to rounding on such ground."""
@@ -35,7 +38,7 @@ ROUGH: dict[str, Plain] = {"roughness": [16e-6, 1024e-6], "waves": 32, "pieces":
 
 
 def _task(
-    stem: str, title: str, about: str, unit: str, criterion: str, **content: Any
+    stem: str, title: str, about: str, unit: str, criterion: str, **content: Plain
 ) -> TaskDefinition:
     """A task of the UGV with the reference vehicle; names of CHOICES are static choices."""
     choices = CHOICES | {name: content.pop(name) for name in CHOICES if name in content}
@@ -57,8 +60,8 @@ UGV_TASKS = (
     _task(
         "UGVDitch",
         "through a ditch hollower than a wheel with the least work of all motors",
-        "8 cm deep; where the sides end the ground is hollower than a wheel, which touches it twice. "
-        "The ground is always the same.",
+        "8 cm deep; where the sides end the ground is hollower than a wheel, which touches it "
+        "twice. The ground is always the same.",
         "J",
         "total_energy",
         solver=SEARCHING,

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Float
 
+    from stickslip.envs.plain import Entries, Given
+
 T = TypeVar("T")
 
 
@@ -159,12 +161,12 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return keyword_names(make_params)
 
     @classmethod
-    def from_plain(cls, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    def from_plain(cls, parameters: Entries) -> Given:
         """See FunctionalEnv and stickslip.envs.ugv.plain."""
         return from_plain(parameters)
 
     @classmethod
-    def choices_from_plain(cls, choices: Mapping[str, Any]) -> dict[str, Any]:
+    def choices_from_plain(cls, choices: Entries) -> Given:
         """See FunctionalEnv: the solver as its settings by name."""
         solver = choices.get("solver")
         given = {} if solver is None else {"solver": PoseSolver(**solver)}

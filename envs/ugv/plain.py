@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from stickslip.envs.plain import Entries, Given
 
 
-def from_plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def from_plain(parameters: Entries) -> Given:
     """What `UGVEnv.make_params` takes.
 
     track: a name, or {name: {...}} with the named track's arguments. randomisation: ranges as
@@ -31,6 +31,6 @@ def from_plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return given
 
 
-def _ranges(given: Mapping[str, Any]) -> dict[str, Any]:
+def _ranges(given: Entries) -> Given:
     """Pairs as ranges; what is no pair as it is."""
     return {name: tuple(one) if isinstance(one, list) else one for name, one in given.items()}

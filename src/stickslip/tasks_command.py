@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.envs.tasks.known import known_of
 from stickslip.envs.tasks.ladder import TASKS, task_by_name
@@ -73,7 +73,8 @@ def _in_words(task: TaskDefinition) -> str:
     if known.bound is not None:
         score = known.scale.score(known.bound.value)
         lines.append(
-            f"Proved: at most {known.bound.value:.4g}, a score of {score:.2f}; {known.bound.reason}."
+            f"Proved: at most {known.bound.value:.4g}, a score of {score:.2f}, as "
+            f"{known.bound.reason}."
         )
     return "\n".join(lines)
 
@@ -85,7 +86,7 @@ def _line(known: Known, one: Earned) -> str:
     return f"{one.policy:<24}{one.value:10.4g}{half}{fell}, score {score:.2f}"
 
 
-def _record(task: TaskDefinition) -> dict[str, Any]:
+def _record(task: TaskDefinition) -> dict[str, object]:
     """Everything, with scores beside the returns."""
     known = known_of(task)
     about = {"name": task.name, "id": task.id, "digest": task.digest} | asdict(task)

@@ -73,5 +73,5 @@ def test_what_is_not_asked_for_leaves_a_reset_as_it_was():
 
 
 def test_an_interval_without_a_range_of_commands_is_refused():
-    with pytest.raises(ValueError, match="command_interval.*without commanded_rate"):
+    with pytest.raises(ValueError, match=r"command_interval.*without commanded_rate"):
         BipedEnv().make_params(randomisation=Randomisation(command_interval=(1.0, 2.0)))

@@ -34,7 +34,8 @@ def test_the_trivial_policy_scores_nought_and_a_baseline_what_is_known_of_it(tab
 
 def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
     assert list(table.columns)[:3] == ["return", "task_score", "gap"]
-    assert "score" in table.to_text() and "gap [m]" in table.to_text()
+    assert "score" in table.to_text()
+    assert "gap [m]" in table.to_text()
     head = table.write_csv(tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()[0]
     assert "task_score,task_score_low,task_score_high,gap" in head
     content = json.loads(table.write_json(tmp_path / "a.json").read_text(encoding="utf-8"))
