@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-import numpy as np
-
 from stickslip.agents.evaluation.columns import Column
 from stickslip.agents.evaluation.statistics import mean_interval
 
 if TYPE_CHECKING:
     from typing import Any
 
+    import numpy as np
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.run import Measures
@@ -39,10 +38,10 @@ def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
     """The measures with the columns task_score and gap; unit: of the task's returns."""
 
     def score(played: _Played) -> Interval:
-        return mean_interval(scale.score(np.asarray(played.reward, float)))
+        return mean_interval([scale.score(float(one)) for one in played.reward])
 
     def gap(played: _Played) -> Interval:
-        return mean_interval(scale.gap(np.asarray(played.reward, float)))
+        return mean_interval([scale.gap(float(one)) for one in played.reward])
 
     own = {
         "task_score": (Column("score", "-", 3), score),

@@ -64,7 +64,7 @@ class Improved(Generic[Memory, State, Params]):
         """See Controller."""
         after, own = self.base.act(memory, obs, env_state, env_params)
         tried = jnp.concatenate([own[None], self._actions(own)])
-        worth = jax.vmap(lambda one: self._worth(one, after, env_state, env_params))(tried)
+        worth = jax.vmap(lambda one: self._worth(one, after, obs, env_state, env_params))(tried)
         return after, tried[jnp.argmax(worth)]
 
     def _actions(self, like: Float[Array, " act"]) -> Float[Array, "tried act"]:
@@ -74,21 +74,31 @@ class Improved(Generic[Memory, State, Params]):
         return jnp.stack(mesh, -1).reshape(-1, like.shape[0])
 
     def _worth(
-        self, first: Float[Array, " act"], memory: Memory, state: State, params: Params
+        self,
+        first: Float[Array, " act"],
+        memory: Memory,
+        obs: Float[Array, " obs"],
+        state: State,
+        params: Params,
     ) -> Float[Array, ""]:
         """What is earned with a first action and the base after it."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
-        obs, state, earned = pure_step(self.env, unused, state, first, params)[:3]
 
-        def body(_: Array, now: _Way[Memory, State]) -> _Way[Memory, State]:
+        def body(step: Array, now: _Way[Memory, State]) -> _Way[Memory, State]:
             over = self.env.is_over(now.state)
-            memory, action = self.base.act(now.memory, now.obs, now.state, params)
+            memory, own = self.base.act(now.memory, now.obs, now.state, params)
+            action = jnp.where(step == 0, first, own)
+            memory = _unless(step == 0, memory, now.memory)  # of the first it is known already
             obs, state, reward = pure_step(self.env, unused, now.state, action, params)[:3]
-            state = jax.tree.map(lambda a, b: jnp.where(over, b, a), state, now.state)
-            return _Way(obs, state, memory, now.earned + jnp.where(over, 0.0, reward))
+            earned = now.earned + jnp.where(over, 0.0, reward)
+            return _Way(obs, _unless(over, state, now.state), memory, earned)
 
-        begun = _Way(obs, state, memory, earned)
-        return jax.lax.fori_loop(0, self.horizon, body, begun).earned
+        begun = _Way(obs, state, memory, jnp.zeros((), obs.dtype))
+        return jax.lax.fori_loop(0, self.horizon + 1, body, begun).earned
+
+
+def _unless(over: Array, new: State, old: State) -> State:
+    return jax.tree.map(lambda a, b: jnp.where(over, b, a), new, old)
 
 
 class _Way(NamedTuple, Generic[Memory, State]):

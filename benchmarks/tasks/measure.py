@@ -17,7 +17,7 @@ from stickslip.agents.registry import machine_by_name
 if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
 
-EPISODES = {"biped": 32, "ugv": 16}
+EPISODES = {"biped": 32, "ugv": 8}
 """Of a task that draws anything; of another task one."""
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""

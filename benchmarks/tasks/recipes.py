@@ -79,9 +79,9 @@ RECIPES: dict[str, Recipe] = {
     "BipedWeakMotor-v0": programmed(5.0),
     "BipedThrift-v0": programmed(3.0),
     "BipedSprint-v0": programmed(7.0),
-    "BipedHiddenFriction-v0": improved("optimal-gait", 9, 25),
-    "BipedPayload-v0": improved("computed-torque", 9, 25),
-    "BipedIce-v0": improved("optimal-gait", 9, 25),
+    "BipedHiddenFriction-v0": improved("optimal-gait", 7, 20),
+    "BipedPayload-v0": improved("optimal-gait", 7, 20),
+    "BipedIce-v0": improved("optimal-gait", 7, 20),
 }
 """By the task's name; the UGV's tasks are all polished."""
 

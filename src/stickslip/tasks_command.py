@@ -10,7 +10,7 @@ from stickslip.envs.tasks.ladder import TASKS, task_by_name
 from stickslip.records.table import Column, Table, json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.envs.tasks.definition import TaskDefinition
     from stickslip.envs.tasks.known import Earned, Known
@@ -86,7 +86,7 @@ def _line(known: Known, one: Earned) -> str:
     return f"{one.policy:<24}{one.value:10.4g}{half}{fell}, score {score:.2f}"
 
 
-def _record(task: TaskDefinition) -> dict[str, object]:
+def _record(task: TaskDefinition) -> Mapping[str, object]:
     """Everything, with scores beside the returns."""
     known = known_of(task)
     about = {"name": task.name, "id": task.id, "digest": task.digest} | asdict(task)
