@@ -48,7 +48,18 @@ def long_table() -> str:
                 "proved: at most": "" if known.bound is None else f"{known.bound.value:.4g}",
             }
         )
-    return markdown(rows)
+    return f"{markdown(rows)}\n\n{_in_words()}"
+
+
+def _in_words() -> str:
+    """A paragraph a task: what makes it hard, and where its best known comes from."""
+    found = []
+    for task in TASKS.values():
+        known = known_of(task)
+        if known is not None:
+            asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
+            found.append(f"{asked} Its 1 was earned by {known.how}.")
+    return "\n\n".join(found)
 
 
 def _cell(known: Any, earned: Any) -> str:

@@ -2,25 +2,62 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import gymnasium
+import jax
 import numpy as np
 import pytest
 
 import stickslip  # noqa: F401, registers
-from stickslip.envs import TASKS, BipedEnv, GymEnv, GymVectorEnv, task_by_name
+from stickslip.envs import (
+    TASKS,
+    BipedEnv,
+    GymEnv,
+    GymVectorEnv,
+    TaskDefinition,
+    task_by_name,
+)
+from stickslip.envs.biped.params import NUMBERS
 
-DIGESTS: dict[str, str] = json.loads(
+DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
 )
-"""Of every definition that ever was, by name. A changed definition gets the next version."""
+"""Of every definition that ever was, by name, and of what is built of it. A changed one gets the
+next version."""
+
+
+def built(task: TaskDefinition) -> str:
+    """A digest of the environment's choices and of every number that its parameters were given,
+    the reference robot's and vehicle's too, to four digits: what is fitted to them is left out."""
+    env, params = task.make()
+    if task.machine == "biped":
+        names = ("scene", "randomisation", *NUMBERS)
+        given = [params.robot.bare, *(getattr(params, name) for name in names)]
+    else:
+        names = ("vehicle", "randomisation", "friction", "leg_rate", "spacing", "start", "end")
+        names += ("start_angles", "min_clearance", "preview_length", "preview_noise")
+        given = [params.track.shape, *(getattr(params, name) for name in names)]
+        given += [params.reward_scale, params.failure_penalty]
+    leaves, structure = jax.tree.flatten(given)
+    numbers = [f"{value:.4g}" for leaf in leaves for value in np.ravel(np.asarray(leaf))]
+    kinds = [type(one).__name__ for one in given]
+    text = json.dumps([str(env), kinds, structure.num_leaves, numbers])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def test_no_definition_has_changed_under_its_name():
-    assert {name: task.digest for name, task in TASKS.items()} == DIGESTS
+    assert {name: task.digest for name, task in TASKS.items()} == {
+        name: both[0] for name, both in DIGESTS.items()
+    }
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_what_is_built_of_a_definition_has_not_changed_either(name):
+    assert built(TASKS[name]) == DIGESTS[name][1]
 
 
 def test_a_digest_tells_of_every_number_that_decides_an_episode():
