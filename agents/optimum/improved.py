@@ -89,9 +89,9 @@ class Improved(Generic[Memory, State, Params]):
             memory, own = self.base.act(now.memory, now.obs, now.state, params)
             action = jnp.where(step == 0, first, own)
             memory = _unless(step == 0, memory, now.memory)  # of the first it is known already
-            obs, state, reward = pure_step(self.env, unused, now.state, action, params)[:3]
-            earned = now.earned + jnp.where(over, 0.0, reward)
-            return _Way(obs, _unless(over, state, now.state), memory, earned)
+            found = pure_step(self.env, unused, now.state, action, params)
+            earned = now.earned + jnp.where(over, 0.0, found[2])
+            return _Way(found[0], _unless(over, found[1], now.state), memory, earned)
 
         begun = _Way(obs, state, memory, jnp.zeros((), obs.dtype))
         return jax.lax.fori_loop(0, self.horizon + 1, body, begun).earned

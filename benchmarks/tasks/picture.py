@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluation.rollout import rollout, without_resets
+from stickslip.agents.evaluation.rollout import planned, rollout, without_resets
 from stickslip.agents.registry import machine_by_name
 from stickslip.envs import TASKS, known_of
 from stickslip.records.files import writing
@@ -46,7 +46,8 @@ def picture(task: TaskDefinition) -> np.ndarray:
     known = known_of(task)
     name = machine.baselines[0] if known is None else known.by_hand.policy
     steps = INSTANT[task.machine]
-    played = rollout(env, machine.baseline(name, env), params, 0, steps).trimmed()
+    controller = planned(env, machine.baseline(name, env), params, 0)
+    played = rollout(env, controller, params, 0, steps).trimmed()
     state, info = _last(played.state), _last(played.info)
     renderer = env.renderer(params)
     return renderer.draw(env.picture(state, info, params))
