@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Any
-
-Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
+Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None
 """What JSON holds."""
-Entries: TypeAlias = "Mapping[str, Any]"
+Entries: TypeAlias = Mapping[str, Any]
 """Plain values by name, read."""
-Given: TypeAlias = "dict[str, Any]"
+Given: TypeAlias = dict[str, Any]
 """What is made of them: arguments by name."""
