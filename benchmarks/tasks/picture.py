@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
 
     from stickslip.envs import TaskDefinition
 
-COLUMNS, WIDTH, HEIGHT = 3, 960, 540
+COLUMNS = 3
+SCENE = 0.69
+"""Share of a frame's width without the strips over time."""
+LETTERS = 56
+"""In a line of a title."""
 INSTANT = {"biped": 60, "ugv": 32}
 """Steps before the picture."""
 
@@ -27,14 +32,14 @@ def draw_sheet(path: Path) -> None:
     from matplotlib.figure import Figure
 
     rows = -(-len(TASKS) // COLUMNS)
-    figure = Figure(figsize=(4.4 * COLUMNS, 2.75 * rows), layout="constrained", dpi=90)
+    figure = Figure(figsize=(4.2 * COLUMNS, 3.75 * rows), layout="constrained", dpi=80)
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
     for ax in axes:
         ax.set_axis_off()
     for ax, task in zip(axes, TASKS.values(), strict=False):
         ax.imshow(picture(task), interpolation="lanczos")
-        ax.set_title(f"{task.name}\n{task.title}", fontsize=8.5)
+        ax.set_title(f"{task.name}\n{textwrap.fill(task.title, LETTERS)}", fontsize=9)
     with writing(path) as file:
         figure.savefig(file, format="png")
 
@@ -50,7 +55,8 @@ def picture(task: TaskDefinition) -> np.ndarray:
     played = rollout(env, controller, params, 0, steps).trimmed()
     state, info = _last(played.state), _last(played.info)
     renderer = env.renderer(params)
-    return renderer.draw(env.picture(state, info, params))
+    page = renderer.draw(env.picture(state, info, params))
+    return page[:, : round(SCENE * page.shape[1])]
 
 
 def _last(tree: Any) -> Any:

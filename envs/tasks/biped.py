@@ -80,7 +80,7 @@ BIPED_TASKS = (
     _task(
         "BipedSlippery",
         "walk at 5 rad/s on a friction of 0.02",
-        "The best walk known slides on purpose: walks that never slip earn less.",
+        "Hardly any torque goes in without a slide: the best policy known slides 4 mm a metre.",
         scene={"uniform": {"mu_static": 0.02, "mu_kinetic": 0.017}},
         commanded_rate=5.0,
         randomisation=_moving(3.0),
