@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.report import markdown
 from stickslip.envs import TASKS, known_of
+
+
+if TYPE_CHECKING:
+    from stickslip.envs.tasks.known import Earned, Known, Learned
 
 
 def short_table() -> str:
@@ -62,16 +66,18 @@ def _in_words() -> str:
     return "\n\n".join(found)
 
 
-def _cell(known: Any, earned: Any) -> str:
+def _cell(known: Known, earned: Earned) -> str:
     return f"{known.scale.score(earned.value):.2f}: {_earned(earned)}, {earned.policy}"
 
 
-def _learned(known: Any, learned: Any) -> str:
+def _learned(known: Known, learned: Learned) -> str:
     scores = [known.scale.score(one) for one in learned.returns]
+    if len(scores) == 1:
+        return f"{scores[0]:.2f}"
     return f"{min(scores):.2f} to {max(scores):.2f}"
 
 
-def _earned(earned: Any) -> str:
+def _earned(earned: Earned) -> str:
     half = "" if earned.high is None else f" ± {earned.high - earned.value:.2g}"
     fell = f", {earned.failures:.0%} fail" if earned.failures else ""
     return f"{earned.value:.4g}{half}{fell}"
