@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.report import markdown
 from stickslip.envs import TASKS, known_of
 
-
 if TYPE_CHECKING:
     from stickslip.envs.tasks.known import Earned, Known, Learned
 
