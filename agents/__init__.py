@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
     from stickslip.agents.biped.optimal_gait import GaitTable, OptimalGait, gaits_of
-    from stickslip.agents.evaluate import evaluate
+    from stickslip.agents.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.idle import Idle
     from stickslip.agents.machine import Machine
     from stickslip.agents.pictures.film import film
     from stickslip.agents.policy.describe import describe_environment
@@ -39,12 +40,13 @@ else:
                 "CrankSpeedPI",
             ),
             "biped.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
-            "evaluate": ("evaluate",),
+            "evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": (
                 "Rollout",
                 "rollout",
             ),
             "evaluation.table": ("Evaluation",),
+            "idle": ("Idle",),
             "machine": ("Machine",),
             "registry": (
                 "machines",
@@ -90,6 +92,7 @@ __all__ = [
     "FixedPosture",
     "FollowPath",
     "GaitTable",
+    "Idle",
     "LevelBody",
     "MLPPolicy",
     "Machine",
@@ -103,6 +106,7 @@ __all__ = [
     "UGVTrainConfig",
     "describe_environment",
     "evaluate",
+    "evaluate_task",
     "film",
     "from_sb3",
     "gaits_of",

@@ -10,11 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.agents.evaluate import evaluate
+from stickslip.agents.evaluate import evaluate, evaluate_task
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
+from stickslip.agents.tasks.named import named_on, task_in_words
 from stickslip.agents.tasks.places import (
     controller_of,
     machine_of,
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.tasks.places import Named, Place
+
+EPISODES = 32
+"""Of each in `stickslip evaluate`, unless it says otherwise."""
 
 
 def train_command(given: Options) -> bool:
@@ -92,7 +96,8 @@ def demo_command(given: Options) -> bool:
 
 def evaluate_command(given: Options) -> None:
     """`stickslip evaluate`: print the tasks and the table, and write the table if asked."""
-    require_integer("episodes", given["episodes"], high=MOST_EPISODES)
+    if given["episodes"] is not None:
+        require_integer("episodes", given["episodes"], high=MOST_EPISODES)
     targets = []
     if given["out"] is not None:
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
@@ -101,17 +106,25 @@ def evaluate_command(given: Options) -> None:
     def progress(line: str) -> None:
         print(f"running {line} ...", file=sys.stderr)
 
-    machine = machine_of(given["who"])
-    named = read_named(given["who"], machine)
-    places = places_of(named, given, machine)
-    require_writable(targets)
-    for place in places:
-        print(place.line())
-    table = evaluation(machine, named, places, given["episodes"], progress)
+    if given["task"] is not None:
+        named = named_on(given)
+        require_writable(targets)
+        about = task_in_words(given["task"])
+        print(about)
+        table = evaluate_task(given["task"], named, episodes=given["episodes"], progress=progress)
+        tasks = {table.rows[0].scene: about}
+    else:
+        machine = machine_of(given["who"])
+        policies = read_named(given["who"], machine)
+        places = places_of(policies, given, machine)
+        require_writable(targets)
+        for place in places:
+            print(place.line())
+        table = evaluation(machine, policies, places, given["episodes"] or EPISODES, progress)
+        tasks = {place.label: place.line() for place in places}
     print("\n" + table.to_text())
     if targets:
         table.write_csv(targets[0])
-        tasks = {place.label: place.line() for place in places}
         table.write_json(targets[1], {"tasks": tasks})
         print("Written: " + ", ".join(map(str, targets)))
 

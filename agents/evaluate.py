@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import evaluate_in
-from stickslip.agents.registry import machine_of_env
+from stickslip.agents.evaluation.scored import scored
+from stickslip.agents.registry import machine_by_name, machine_of_env
+from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.protocol import Params, Player, State
+    from stickslip.agents.protocol import AnyPlayer, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
 
 
@@ -34,4 +38,36 @@ def evaluate(
     measures = machine_of_env(env).measures(env)
     return evaluate_in(
         env, controllers, scenes, measures, episodes=episodes, seeds=seeds, progress=progress
+    )
+
+
+def evaluate_task(
+    name: str,
+    controllers: Mapping[str, AnyPlayer],
+    *,
+    episodes: int | None = None,
+    seeds: Sequence[int] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Evaluation:
+    """The same on a task of the ladder, by its name, with the columns task_score and gap.
+
+    episodes: by default those that its best known score was measured on. A score compares means
+    over different episodes where others are played. ValueError for an unknown task.
+    """
+    task = task_by_name(name)
+    env, params = task.make()
+    env, known = without_resets(env), known_of(task)
+    measures = machine_by_name(task.machine).task_measures(env)
+    if known is not None:
+        measures = scored(measures, known.scale, task.unit)
+    usual = 32 if known is None else known.episodes
+    count = usual if episodes is None else episodes
+    return evaluate_in(
+        env,
+        controllers,
+        {task.name: params},
+        measures,
+        episodes=count,
+        seeds=seeds,
+        progress=progress,
     )

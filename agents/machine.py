@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.evaluation.scored import AnyMeasures
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
@@ -192,6 +193,10 @@ class Machine(ABC, Generic[Env, Params, Config]):
     @abstractmethod
     def measures(self, env: Env) -> Measures[Any, Params, Any]:
         """What is kept of an environment's episodes, and the columns of its tables."""
+
+    def task_measures(self, env: Env) -> AnyMeasures:
+        """The same for a named task, whose scores say what an optimum would."""
+        return self.measures(env)
 
     def unit_of(self, env: Env) -> str:
         """What a table's columns depend on; environments of one table have the same."""

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.collecting import Collected, collect
     from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.known import known_of
+    from stickslip.envs.tasks.ladder import TASKS, task_by_name
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
@@ -34,6 +37,9 @@ else:
             "biped.state": ("BipedEnvState",),
             "collecting": ("Collected", "collect"),
             "functional": ("FunctionalEnv",),
+            "tasks.definition": ("TaskDefinition",),
+            "tasks.known": ("known_of",),
+            "tasks.ladder": ("TASKS", "task_by_name"),
             "ugv.env": ("UGVEnv",),
             "ugv.params": ("UGVEnvParams",),
             "ugv.randomisation": (
@@ -45,6 +51,7 @@ else:
     )
 
 __all__ = [
+    "TASKS",
     "BipedEnv",
     "BipedEnvParams",
     "BipedEnvState",
@@ -55,10 +62,13 @@ __all__ = [
     "RandomTrack",
     "Randomisation",
     "SB3VecEnv",
+    "TaskDefinition",
     "UGVEnv",
     "UGVEnvParams",
     "UGVEnvState",
     "UGVRandomisation",
     "check_vector_env",
     "collect",
+    "known_of",
+    "task_by_name",
 ]

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.envs.plain import Entries, Given
 
 AUTORESET = ("same_step", "next_step", "disabled")
 
@@ -66,6 +67,16 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes; () without one."""
         return ()
+
+    @classmethod
+    def from_plain(cls, parameters: Entries) -> Given:
+        """What `make_params` takes, from values as JSON holds them; numbers stay as they are."""
+        return dict(parameters)
+
+    @classmethod
+    def choices_from_plain(cls, choices: Entries) -> Given:
+        """What the class takes, likewise."""
+        return dict(choices)
 
     episode_entries: tuple[str, ...] = ()
     """Entries of the parameters that options of a reset may change."""

@@ -8,12 +8,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
+from stickslip.envs.tasks.ladder import TASKS, task_by_name
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from gymnasium.vector import AutoresetMode
 
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
+    from stickslip.envs.tasks.definition import TaskDefinition
 
     Kind: TypeAlias = type[envs.BipedEnv] | type[envs.UGVEnv]
 
@@ -56,6 +60,35 @@ def make_ugv_vec(
 ) -> GymVectorEnv:
     """n UGVs in one compiled call; options as for the single one."""
     return _vector(envs.UGVEnv, options, num_envs, autoreset_mode, render_mode)
+
+
+def make_task(task: str, render_mode: str | None = None, **options: object) -> GymEnv:
+    """A task of the ladder (see stickslip.envs.tasks): nothing of it can be changed."""
+    return envs.GymEnv(*_fixed(task, options).make(), render_mode)
+
+
+def make_task_vec(
+    task: str,
+    num_envs: int = 1,
+    *,
+    autoreset_mode: str | AutoresetMode = "next_step",
+    render_mode: str | None = None,
+    **options: object,
+) -> GymVectorEnv:
+    """n environments of a task in one compiled call."""
+    return envs.GymVectorEnv(*_fixed(task, options).make(), num_envs, autoreset_mode, render_mode)
+
+
+def _fixed(task: str, options: Collection[str]) -> TaskDefinition:
+    """The task of a name; ValueError for options, which would make another one of it."""
+    found = task_by_name(task)
+    if options:
+        general = BIPED_ID if found.machine == "biped" else UGV_ID
+        raise ValueError(
+            f"{', '.join(options)} with {found.id}, which is fixed; accepted: render_mode (and for "
+            f"vectors num_envs, autoreset_mode), or {general} with options"
+        )
+    return found
 
 
 def _single(kind: Kind, options: Options, render_mode: str | None) -> GymEnv:
@@ -101,4 +134,12 @@ def register() -> None:
                 name,
                 entry_point=f"stickslip.envs.registration:{maker}",
                 vector_entry_point=f"stickslip.envs.registration:{maker}_vec",
+            )
+    for task in TASKS.values():
+        if task.id not in gymnasium.registry:
+            gymnasium.register(
+                task.id,
+                entry_point="stickslip.envs.registration:make_task",
+                vector_entry_point="stickslip.envs.registration:make_task_vec",
+                kwargs={"task": task.name},
             )

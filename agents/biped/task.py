@@ -75,7 +75,7 @@ class BipedTask(NamedTuple):
             load, drawn = options["payload"], replace(drawn, payload=None)
         if options["commanded_rate"] is not None:
             numbers["commanded_rate"] = options["commanded_rate"]
-            drawn = replace(drawn, commanded_rate=None)
+            drawn = replace(drawn, commanded_rate=None, command_interval=None)
         changed = replace(self.scene, floor=floor, payload=load).validate()
         return self._replace(scene=changed, randomisation=drawn, numbers=numbers)
 

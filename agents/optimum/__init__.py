@@ -7,6 +7,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.agents.optimum.controller import ValuePolicy
     from stickslip.agents.optimum.file import load_value_policy, save_value_policy
+    from stickslip.agents.optimum.improved import Improved
     from stickslip.agents.optimum.known import Known, known
     from stickslip.agents.optimum.replay import Replay, replay
     from stickslip.agents.optimum.solve import Solution, solve
@@ -17,6 +18,7 @@ else:
         {
             "controller": ("ValuePolicy",),
             "file": ("load_value_policy", "save_value_policy"),
+            "improved": ("Improved",),
             "known": ("Known", "known"),
             "replay": ("Replay", "replay"),
             "solve": ("Solution", "solve"),
@@ -25,6 +27,7 @@ else:
     )
 
 __all__ = [
+    "Improved",
     "Known",
     "Replay",
     "Solution",

@@ -111,6 +111,16 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
         return ugv_measures(env)
 
+    def task_measures(self, env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
+        """See Machine."""
+        from dataclasses import replace
+
+        from stickslip.agents.ugv.evaluate import ugv_measures
+
+        found = ugv_measures(env, optimum=None)
+        kept = {k: one for k, one in found.columns.items() if k not in ("optimum", "score")}
+        return replace(found, columns=kept)
+
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"

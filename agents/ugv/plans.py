@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from stickslip.agents.ugv.controllers import FollowPath
-from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.checks import require_integer, require_kind
 from stickslip.optim.posture.fitting import fitting_grid
 from stickslip.optim.solve import solve
 
@@ -25,23 +25,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Optimum:
-    """The optimiser's path for the whole episode, by `solve(problem, "dp", polish=False)`.
+    """The optimiser's path for the whole episode, by `solve(problem, "dp")`.
 
     angles: least number of the grid's angles, for each leg (see `fitting_grid`). Knows ground and
-    friction; no path on its grid is better, off the grid some are.
+    friction; no path on its grid is better, off the grid some are. polish: go on to a local optimum
+    off the grid, from the best path on it; of the two the better one.
     """
 
     angles: int = 31
+    polish: bool = False
 
     def validate(self) -> Optimum:
         """Return self, or raise ValueError naming the field."""
         require_integer("angles", self.angles, low=2)
+        require_kind("polish", self.polish, bool, "True or False")
         return self
 
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> PostureResult:
         """The result for the episode that begins in `state`."""
         problem = env.problem(state, params)
-        return _best_on_grid(problem, self.angles)
+        return _best_from_grid(problem, self.angles, self.polish)
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """The path, or the legs held where there is none."""
@@ -85,12 +88,12 @@ class RecedingHorizon:
         self, problem: PostureProblem, first: int, last: int, start: Float[np.ndarray, "2"]
     ) -> Float[np.ndarray, "k 2"] | None:
         part = replace(problem, x=problem.x[first : last + 1], start_angles=start)
-        return _best_on_grid(part, self.angles).leg_angles
+        return _best_from_grid(part, self.angles).leg_angles
 
 
-def _best_on_grid(problem: PostureProblem, least: int) -> PostureResult:
-    """The best path over the grid that fits."""
-    return solve(problem, "dp", polish=False, angles=fitting_grid(problem, least))
+def _best_from_grid(problem: PostureProblem, least: int, polish: bool = False) -> PostureResult:
+    """The best path over the grid that fits, or what polishing makes of it."""
+    return solve(problem, "dp", polish=polish, angles=fitting_grid(problem, least))
 
 
 def _follow(

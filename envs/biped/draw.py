@@ -19,6 +19,21 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.ranges import Range
 
+ROUNDING = 1e-3
+"""Of an interval: a whole number of control periods changes the command on the last of them."""
+
+
+class Commands(NamedTuple):
+    """How the commanded rate goes on in an episode in which it changes."""
+
+    key: Array
+    """As plain numbers, which later commands are drawn from."""
+    interval: Array
+    """From one command to the next [s]."""
+    low: Array
+    """Least and greatest of them [rad/s]."""
+    high: Array
+
 
 class Drawn(NamedTuple):
     """What the reset drew; entries that are not randomised hold their neutral value."""
@@ -27,6 +42,8 @@ class Drawn(NamedTuple):
     mass: Array
     payload: Array
     commanded_rate: Array
+    """In force now [rad/s]."""
+    commands: Commands | None = None
 
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
@@ -41,15 +58,33 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
         return low + (high - low) * share
 
+    commands = None
+    if ranges.command_interval is not None and ranges.commanded_rate is not None:
+        ends = (jnp.asarray(bound, dtype) for bound in ranges.commanded_rate)
+        chain = jax.random.key_data(jax.random.fold_in(key, 7))
+        commands = Commands(chain, uniform(6, ranges.command_interval, 0.0), *ends)
     drawn = Drawn(
         friction=uniform(0, ranges.friction, 1.0),
         mass=uniform(1, ranges.mass, 1.0),
         payload=uniform(2, ranges.payload, 0.0),
         commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
+        commands=commands,
     )
     phase = uniform(4, ranges.phase, SUPPORT_START)
     phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
     return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
+
+
+def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
+    """What is in force so long after the episode's start [s]: another command each interval."""
+    if drawn.commands is None:
+        return drawn
+    chain, interval, low, high = drawn.commands
+    number = jnp.floor(duration / interval + ROUNDING).astype(jnp.int32)
+    key = jax.random.fold_in(jax.random.wrap_key_data(chain), number)
+    share = jax.random.uniform(key, (), low.dtype)
+    rate = jnp.where(number == 0, drawn.commanded_rate, low + (high - low) * share)
+    return drawn._replace(commanded_rate=rate)
 
 
 def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:

@@ -23,10 +23,11 @@ from stickslip.dynamics.biped.simulate import stepped
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.draw import draw, drawn_robot, drawn_scene
+from stickslip.envs.biped.draw import commanded_at, draw, drawn_robot, drawn_scene
 from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
+from stickslip.envs.biped.plain import from_plain
 from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
 from stickslip.envs.biped.state import BipedEnvState, Totals
 from stickslip.envs.functional import FunctionalEnv, keyword_names
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from jaxtyping import Array, Float
+
+    from stickslip.envs.plain import Entries, Given
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -90,7 +93,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     ## Start
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
-    rate, friction, masses, payload or commanded rate.
+    rate, friction, masses, payload or commanded rate. With `command_interval` the commanded rate is
+    drawn again after each interval; the step that ends it is judged by the command before.
 
     ## Options of a reset
     `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
@@ -154,6 +158,11 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes."""
         return keyword_names(make_params)
+
+    @classmethod
+    def from_plain(cls, parameters: Entries) -> Given:
+        """See FunctionalEnv and stickslip.envs.biped.plain."""
+        return from_plain(parameters)
 
     @classmethod
     def option_names(cls) -> tuple[str, ...]:
@@ -247,7 +256,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             mode=contact.mode,
             elapsed=elapsed,
             over=terminated | timed_out,
-            drawn=state.drawn,
+            drawn=commanded_at(state.drawn, duration),
             totals=totals,
         )
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}

@@ -32,6 +32,8 @@ START: dict[str, dict[str, Any]] = {
 }
 """What a reset draws and an option gives, and the rule of each."""
 OPTIONS = ("scene", "payload", *START)
+START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval")
+"""What a reset draws and no step reads: commands to come are in the state."""
 
 
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
@@ -58,6 +60,6 @@ def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedE
 
 def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
     """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
-    drawn = replace(params.randomisation, phase=None, crank_rate=None, commanded_rate=None)
+    drawn = replace(params.randomisation, **dict.fromkeys(START_ALONE))
     drawn = jax.tree.map(lambda _: 0.0, drawn)
     return rebuilt(params, randomisation=drawn, commanded_rate=0.0)

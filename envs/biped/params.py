@@ -50,7 +50,8 @@ class Randomisation:
 
     friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
     mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
-    episode begins. What is None is not compiled in.
+    episode begins. command_interval: time after which the commanded rate is drawn anew, again and
+    again [s]; one number for each episode. What is None is not compiled in.
     """
 
     friction: Range | None = None
@@ -59,18 +60,25 @@ class Randomisation:
     commanded_rate: Range | None = None
     phase: Range | None = None
     crank_rate: Range | None = None
+    command_interval: Range | None = None
 
     __repr__ = short_repr
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
         lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
+        lowest["command_interval"] = 1e-6
         for one in fields(self):
             require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
         if self.phase is not None and is_concrete(self.phase):
             low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
             if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
                 raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
+        if self.command_interval is not None and self.commanded_rate is None:
+            raise ValueError(
+                f"command_interval = {self.command_interval} without commanded_rate; accepted: "
+                "with the range that commands are drawn from"
+            )
         return self
 
 

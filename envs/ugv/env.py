@@ -26,6 +26,7 @@ from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
 from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
+from stickslip.envs.ugv.plain import from_plain
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate
 from stickslip.optim.posture.problem import PostureProblem
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from jaxtyping import Array, Bool, Float
+
+    from stickslip.envs.plain import Entries, Given
 
 T = TypeVar("T")
 
@@ -156,6 +159,18 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def parameter_names(cls) -> tuple[str, ...]:
         """What `make_params` takes."""
         return keyword_names(make_params)
+
+    @classmethod
+    def from_plain(cls, parameters: Entries) -> Given:
+        """See FunctionalEnv and stickslip.envs.ugv.plain."""
+        return from_plain(parameters)
+
+    @classmethod
+    def choices_from_plain(cls, choices: Entries) -> Given:
+        """See FunctionalEnv: the solver as its settings by name."""
+        solver = choices.get("solver")
+        given = {} if solver is None else {"solver": PoseSolver(**solver)}
+        return {**choices, **given}
 
     @classmethod
     def option_names(cls) -> tuple[str, ...]:

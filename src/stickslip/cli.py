@@ -1,4 +1,4 @@
-"""The command line: `stickslip train | evaluate | view | demo | optimise | reproduce`.
+"""The command line: `stickslip train | evaluate | view | demo | tasks | optimise | reproduce`.
 
 Here are the flags only, with names and defaults from modules that need neither JAX nor NumPy; each
 command's work is imported when it is run. Wrong input is a one-line message on stderr and exit
@@ -130,7 +130,14 @@ def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
 
 def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
     parser.add_argument("who", nargs="+", metavar="POLICY", help=WHO)
-    parser.add_argument("--episodes", type=int, default=32, help="for each (default: %(default)s)")
+    parser.add_argument(
+        "--episodes", type=int, help="for each (default: 32; of a task, those it was measured on)"
+    )
+    parser.add_argument(
+        "--task",
+        metavar="TASK",
+        help="a task of `stickslip tasks`, in place of the policies' own: with scores and the gap",
+    )
     parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
     parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")
     _add_scene(parser, many=True)
@@ -217,6 +224,14 @@ def _add_demo(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     )
 
 
+def _add_tasks(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    from stickslip.envs.tasks.ladder import TASKS
+
+    parser.add_argument("names", nargs="*", metavar="NAME", help="one or more of those below")
+    parser.add_argument("--json", action="store_true", help="print JSON, with every number")
+    add_tables(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
+
+
 def _add_optimise(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
     from stickslip.optimise.flags import add_flags
     from stickslip.optimise.gait_flags import add_gait_flags
@@ -281,6 +296,13 @@ def _demo(given: argparse.Namespace) -> int:
     return OK if demo_command(vars(given)) else INTERRUPTED
 
 
+def _tasks(given: argparse.Namespace) -> int:
+    from stickslip.tasks_command import tasks_command
+
+    tasks_command(given.names, given.json)
+    return OK
+
+
 def _optimise(given: argparse.Namespace) -> int:
     if given.machine == "biped":
         from stickslip.optimise.gait_command import optimise_gait_command
@@ -305,6 +327,7 @@ COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
     "evaluate": (_add_evaluate, _evaluate, "compare policies and baselines in a table"),
     "view": (_add_view, _view, "an animation of a policy or baseline at work"),
     "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
+    "tasks": (_add_tasks, _tasks, "named tasks that never change, and the best known on each"),
     "optimise": (
         _add_optimise,
         _optimise,

@@ -296,7 +296,7 @@ def plans() -> dict[str, Plan]:
         "Randomisation": Plan(
             lambda **k: envs.Randomisation(**k).validate(),
             dict.fromkeys(("friction", "mass", "payload", "commanded_rate", "crank_rate"), RANGE)
-            | {"phase": ("none",)},
+            | {"phase": ("none",), "command_interval": ("none",)},
         ),
         "UGVRandomisation": Plan(
             lambda **k: envs.UGVRandomisation(**k).validate(ugv.UGVParams()),

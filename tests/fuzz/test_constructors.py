@@ -33,7 +33,8 @@ NO_CONSTRUCTORS = {
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
     "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
-    "Certificate", "Gait", "GaitResult", "Replay", "replay",
+    "Certificate", "Gait", "GaitResult", "Replay", "replay", "TaskDefinition", "known_of",
+    "task_by_name",
 }  # fmt: skip
 
 

@@ -17,10 +17,19 @@ from types import FunctionType, ModuleType
 import pytest
 
 from stickslip.cli import COMMANDS, make_parser
+from stickslip.envs.tasks.ladder import TASKS
 
 ROOT = Path(__file__).parents[2]
 HEAVY = ("jax", "jaxlib", "numpy", "scipy", "gymnasium", "cvxpy", "torch", "matplotlib")
-LAYERS = ("dynamics", "dynamics.biped", "dynamics.ugv", "optim", "envs", "envs.rendering")
+LAYERS = (
+    "dynamics",
+    "dynamics.biped",
+    "dynamics.ugv",
+    "optim",
+    "envs",
+    "envs.rendering",
+    "envs.tasks",
+)
 
 
 def answer(code: str) -> list:
@@ -70,7 +79,7 @@ def test_importing_and_listing_packages_loads_nothing_heavy():
 
 
 def test_names_of_scenes_and_tracks_load_nothing_heavy():
-    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names")
+    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names", "envs.tasks.ladder")
     assert loaded_after("\n".join(f"import stickslip.{one}" for one in modules)) == []
 
 
@@ -94,7 +103,7 @@ def test_the_environments_are_registered_in_either_order_of_imports(code: str):
     listed = "[one for one in gymnasium.registry if one.startswith('stickslip/')]"
     rest = "[type(one).__name__ for one in sys.meta_path if '_Watch' in type(one).__name__]"
     ids, watching = answer(f"import json, sys\n{code}\nprint(json.dumps([{listed}, {rest}]))")
-    assert ids == ["stickslip/Biped-v0", "stickslip/UGV-v0"]
+    assert ids == ["stickslip/Biped-v0", "stickslip/UGV-v0", *(one.id for one in TASKS.values())]
     assert watching == []
 
 

@@ -1,0 +1,65 @@
+"""Scores of a named task beside the other columns of an evaluation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from stickslip.agents.evaluation.columns import Column
+from stickslip.agents.evaluation.statistics import mean_interval
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    import numpy as np
+    from jaxtyping import Array
+
+    from stickslip.agents.evaluation.run import Measures
+    from stickslip.agents.evaluation.statistics import Interval
+    from stickslip.envs.tasks.known import Known
+    from stickslip.envs.tasks.scale import Scale
+
+AnyMeasures: TypeAlias = "Measures[Any, Any, Any]"
+"""Of whichever machine."""
+
+
+class _Played(Protocol):
+    """What every machine keeps of its episodes."""
+
+    @property
+    def reward(self) -> Array | np.ndarray: ...
+
+
+FIRST = "return"
+"""The column that scores stand behind."""
+
+
+def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
+    """The measures with the columns task_score and gap; unit: of the task's returns."""
+
+    def score(played: _Played) -> Interval:
+        return mean_interval([scale.score(float(one)) for one in played.reward])
+
+    def gap(played: _Played) -> Interval:
+        return mean_interval([scale.gap(float(one)) for one in played.reward])
+
+    own = {
+        "task_score": (Column("score", "-", 3), score),
+        "gap": (Column("gap", unit, 2), gap),
+    }
+    rest = dict(measures.columns)
+    return replace(measures, columns={FIRST: rest.pop(FIRST), **own, **rest})
+
+
+def in_words(known: Known, unit: str) -> str:
+    """What 0 and 1 are, and what is proved."""
+    unit = "" if unit == "-" else f" {unit}"
+    words = (
+        f"score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; 1: the best known, "
+        f"{known.best.value:.4g}{unit} over {known.episodes} episode"
+        f"{'s' if known.episodes > 1 else ''}, earned in replay by {known.how}, no proof that no "
+        "more can be"
+    )
+    if known.bound is None:
+        return words + "; no bound is known"
+    return f"{words}; proved: at most {known.bound.value:.4g}{unit}, as {known.bound.reason}"

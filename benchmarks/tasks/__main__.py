@@ -1,0 +1,76 @@
+"""The ladder of tasks: what is earned on each, and the pages that say so.
+
+    python -m benchmarks.tasks [--only NAME ...] [--learn SEEDS STEPS] [--docs FILE] [--readme FILE]
+        [--pictures FILE]
+
+Without --docs, --readme and --pictures: measures the tasks named (default: those of which nothing
+is known yet), one after the other, and puts what comes out into known.json, which the package
+carries. --learn: PPO instead, beside what is there. --docs, --readme: put the tables of what is
+known into these pages, measuring nothing. --pictures: draws the sheet of docs/tasks.md.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from benchmarks.report import options, put_between
+from benchmarks.tasks.measure import measure
+from benchmarks.tasks.recipes import ALIKE
+from benchmarks.tasks.tables import long_table, short_table
+from stickslip.envs import TASKS, task_by_name
+from stickslip.envs.tasks.known import FILE, FORMAT, VERSION, read_known
+from stickslip.records.files import write_whole
+from stickslip.records.table import json_text
+
+MARKS = ("<!-- tasks -->", "<!-- end of tasks -->")
+
+
+def put(name: str, entry: dict[str, Any], path: Path = FILE) -> None:
+    """Write a task's entry beside the others; those of tasks that are no more go."""
+    read_known.cache_clear()
+    tasks = read_known(path) if path.exists() else {}
+    tasks = {**tasks, name: entry}
+    kept = {one: tasks[one] for one in TASKS if one in tasks}
+    write_whole(path, json_text({"format": FORMAT, "version": VERSION, "tasks": kept}))
+    read_known.cache_clear()
+
+
+def main(arguments: list[str]) -> None:
+    """Measure and write, or put what is known into pages."""
+    parser = options("tasks", __doc__, FILE)
+    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--learn", nargs=2, type=int, metavar=("SEEDS", "STEPS"))
+    parser.add_argument("--docs", type=Path)
+    parser.add_argument("--readme", type=Path)
+    parser.add_argument("--pictures", type=Path)
+    asked = parser.parse_args(arguments)
+    pages = {asked.docs: long_table, asked.readme: short_table}
+    for page, table in pages.items():
+        if page is not None:
+            put_between(page, table(), MARKS)
+    if asked.pictures is not None:
+        from benchmarks.tasks.picture import draw_sheet
+
+        draw_sheet(asked.pictures)
+    if any(one is not None for one in (asked.docs, asked.readme, asked.pictures)):
+        return
+    known = read_known(asked.out) if asked.out.exists() else {}
+    names = asked.only or [name for name in TASKS if name not in known or asked.learn]
+    for name in names:
+        task = task_by_name(name)
+        if asked.learn is not None:
+            from benchmarks.tasks.learn import learn
+
+            put(task.name, {**known[task.name], "learned": learn(task, *asked.learn)}, asked.out)
+        elif task.name in ALIKE:
+            same = read_known(asked.out)[ALIKE[task.name]]
+            put(task.name, {**same, "digest": task.digest}, asked.out)
+        else:
+            before = {k: v for k, v in known.get(task.name, {}).items() if k == "learned"}
+            put(task.name, {**measure(task), **before}, asked.out)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,50 @@
+"""PPO with the default learning settings on a task."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.tasks.measure import EPISODES, rounded
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.run import is_random, play
+from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.training.trainer import trainer_of
+from stickslip.agents.ugv.training import USUAL
+
+if TYPE_CHECKING:
+    from stickslip.envs import TaskDefinition
+
+FAILURE = 10.0
+"""Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
+
+
+def learn(task: TaskDefinition, seeds: int, steps: int) -> dict[str, Any]:
+    """The mean return of each seed's last policy over the task's episodes."""
+    returns = [_trained(task, seed, steps) for seed in range(seeds)]
+    scaled = ", rewards scaled" if task.machine == "ugv" else ""
+    how = f"PPO, default learning settings, on the task itself{scaled}, {steps:,} steps"
+    return {"how": how, "returns": returns}
+
+
+def _trained(task: TaskDefinition, seed: int, steps: int) -> float:
+    env, params = task.make("same_step")
+    machine = machine_by_name(task.machine)
+    config = machine.configuration.of(seed=seed, timesteps=steps)
+    training = params
+    if task.machine == "ugv":
+        scale = 1 / USUAL[str(task.choices["criterion"])]
+        training = params.replace(reward_scale=scale, failure_penalty=FAILURE / scale)
+    kind = trainer_of(config)
+    trainer = kind(config, env, training, lambda update: None, lambda: False)
+    try:
+        trainer.begin_stretch(0)
+        trainer.advance(steps)
+        policy = trainer.policy()
+    finally:
+        trainer.close()
+    seen = range(EPISODES[task.machine] if is_random(params) else 1)
+    played = play(without_resets(env), policy, params, seen, keep_of)
+    found = rounded(float(played.reward.mean()))
+    print(f"{task.name}: PPO, seed {seed}: {found}", flush=True)
+    return found

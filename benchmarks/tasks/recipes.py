@@ -1,0 +1,91 @@
+"""Where the best known score of each task comes from: a way to make a policy, in words, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from stickslip.agents.biped.controllers import controller_by_name
+from stickslip.agents.biped.state_map import BipedStates
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.optimum import Improved, solve
+from stickslip.agents.ugv.plans import Optimum
+from stickslip.optim.dynamic_programming import Ahead
+
+FINENESS, ACTIONS, DEPTH, BEAM = 1.0, 41, 4, 4
+
+
+class Recipe(NamedTuple):
+    """name: of the policy. how: in words. make: of an environment and its parameters."""
+
+    name: str
+    how: str
+    make: Callable[[Any, Any], Any]
+
+
+def programmed(rate: float) -> Recipe:
+    """Dynamic programming on the environment's step, over the usual grid for this crank rate."""
+
+    def make(env: Any, params: Any) -> Any:
+        states = BipedStates.of(env, params)
+        grid = states.grid(params.replace(commanded_rate=rate), FINENESS)
+        found = solve(
+            env, params, grid=grid, actions=ACTIONS, ahead=Ahead(DEPTH, BEAM), states=states
+        )
+        return found.policy
+
+    how = (
+        f"value iteration on the environment's own step ({ACTIONS} torques, usual grid for "
+        f"{rate:g} rad/s), its policy {DEPTH} steps ahead with the {BEAM} best ways kept"
+    )
+    return Recipe("dynamic programming", how, make)
+
+
+def improved(baseline: str, count: int, horizon: int) -> Recipe:
+    """A baseline improved by trying other actions in the true environment."""
+
+    def make(env: Any, params: Any) -> Any:
+        del params
+        return Improved(controller_by_name(baseline), without_resets(env), count, horizon)
+
+    how = (
+        f"{baseline} improved: {count} torques tried at every step, {baseline} followed for "
+        f"{horizon} steps after each, in the true environment (it knows what is hidden)"
+    )
+    return Recipe(f"{baseline}, improved", how, make)
+
+
+def polished(angles: int) -> Recipe:
+    """The optimiser's path off the grid, played back."""
+
+    def make(env: Any, params: Any) -> Any:
+        del env, params
+        return Optimum(angles, polish=True)
+
+    how = (
+        f"dynamic programming over {angles} x {angles} leg angles or more, then sequential convex "
+        "programming off the grid; the path played back (it knows the whole ground)"
+    )
+    return Recipe("optimum off the grid", how, make)
+
+
+ALIKE = {"BipedIceSeen-v0": "BipedIce-v0"}
+"""Tasks that differ from another one in what is observed alone: whoever reads the state earns the
+same on both, and is measured on one."""
+RECIPES: dict[str, Recipe] = {
+    "BipedSteady-v0": programmed(3.0),
+    "BipedFast-v0": programmed(6.5),
+    "BipedSlippery-v0": programmed(5.0),
+    "BipedWeakMotor-v0": programmed(5.0),
+    "BipedThrift-v0": programmed(3.0),
+    "BipedSprint-v0": programmed(7.0),
+    "BipedHiddenFriction-v0": improved("optimal-gait", 7, 20),
+    "BipedPayload-v0": improved("optimal-gait", 7, 20),
+    "BipedIce-v0": improved("optimal-gait", 7, 20),
+}
+"""By the task's name; the UGV's tasks are all polished."""
+
+
+def recipe_of(name: str) -> Recipe:
+    """Of a task."""
+    return RECIPES.get(name, polished(31))

@@ -1,0 +1,86 @@
+"""What is known of the tasks, as tables for pages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.report import markdown
+from stickslip.envs import TASKS, known_of
+
+if TYPE_CHECKING:
+    from stickslip.envs.tasks.known import Earned, Known, Learned
+
+
+def short_table() -> str:
+    """A row a task: what is asked, the best by hand and the best known."""
+    rows = []
+    for task in TASKS.values():
+        known = known_of(task)
+        if known is None:
+            continue
+        score = known.scale.score(known.by_hand.value)
+        rows.append(
+            {
+                "task": f"`{task.name}`",
+                "asked": task.title,
+                "by hand": f"{score:.2f}, {known.by_hand.policy}",
+                "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
+            }
+        )
+    return markdown(rows)
+
+
+def long_table() -> str:
+    """A row a task with returns, intervals, failures and scores of everybody."""
+    rows: list[dict[str, Any]] = []
+    for task in TASKS.values():
+        known = known_of(task)
+        if known is None:
+            continue
+        planned = max(known.planners, key=lambda one: one.value, default=None)
+        learned = known.learned
+        rows.append(
+            {
+                "task": f"`{task.name}`",
+                "episodes": f"{known.episodes}",
+                "idle (0)": f"{known.trivial.value:.4g}",
+                "best by hand": _cell(known, known.by_hand),
+                "best planner": "" if planned is None else _cell(known, planned),
+                "PPO": "" if learned is None else _learned(known, learned),
+                "best known (1)": _earned(known.best),
+                "proved: at most": "" if known.bound is None else f"{known.bound.value:.4g}",
+            }
+        )
+    return f"{markdown(rows)}\n\n{_in_words()}"
+
+
+def _in_words() -> str:
+    """A paragraph a task: what makes it hard, and where its best known comes from."""
+    found = []
+    for task in TASKS.values():
+        known = known_of(task)
+        if known is not None:
+            asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
+            found.append(f"{asked} Its 1 was earned by {known.how}.")
+    return "\n\n".join(found)
+
+
+def _cell(known: Known, earned: Earned) -> str:
+    return f"{known.scale.score(earned.value):.2f}: {_earned(earned)}, {earned.policy}"
+
+
+def _learned(known: Known, learned: Learned) -> str:
+    scores = [known.scale.score(one) for one in learned.returns]
+    if len(scores) == 1:
+        return f"{scores[0]:.2f}"
+    return f"{min(scores):.2f} to {max(scores):.2f}"
+
+
+def _earned(earned: Earned) -> str:
+    half = "" if earned.high is None else f" ± {earned.high - earned.value:.2g}"
+    fell = f", {earned.failures:.0%} fail" if earned.failures else ""
+    return f"{earned.value:.4g}{half}{fell}"
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "-" else f" {unit}"

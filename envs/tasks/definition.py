@@ -1,0 +1,72 @@
+"""What a task is: an environment and its parameters as plain values, under a name for ever."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+from stickslip import envs
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.plain import Plain
+
+Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
+"""An environment of some machine, and its parameters."""
+NAMESPACE = "stickslip/"
+DTYPE = "float32"
+"""Every task computes in it, whatever `jax_enable_x64` says: a score is the same everywhere."""
+
+
+@dataclass(frozen=True)
+class TaskDefinition:
+    """A task. Its content never changes; what changes it gets a name with the next version.
+
+    stem, version: the name is STEM-vVERSION. title: what is asked, in a few words. about: what
+    makes it hard, in a sentence or two. machine: whose. environment: the class, by name. choices:
+    its static options. parameters: what `make_params` takes, as plain values (see `from_plain` of
+    the class). unit: of a return.
+    """
+
+    stem: str
+    title: str
+    about: str
+    machine: str
+    environment: str
+    parameters: dict[str, Plain]
+    choices: dict[str, Plain] = field(default_factory=dict)
+    unit: str = "-"
+    version: int = 0
+
+    @property
+    def name(self) -> str:
+        """As commands know it."""
+        return f"{self.stem}-v{self.version}"
+
+    @property
+    def id(self) -> str:
+        """As Gymnasium knows it."""
+        return NAMESPACE + self.name
+
+    @property
+    def digest(self) -> str:
+        """Of what decides how an episode goes: SHA-256 of the canonical JSON, in hexadecimal."""
+        content = {
+            "environment": self.environment,
+            "choices": self.choices,
+            "parameters": self.parameters,
+            "dtype": DTYPE,
+            "version": self.version,
+        }
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def make(self, autoreset: str = "disabled") -> Made:
+        """The functional environment and its parameters."""
+        kind = getattr(envs, self.environment)
+        env = kind(**kind.choices_from_plain(self.choices), autoreset=autoreset)
+        return env, env.make_params(**kind.from_plain(self.parameters), dtype=DTYPE)

@@ -1,0 +1,98 @@
+"""`stickslip tasks`: the ladder, and what is known of each task."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.ladder import TASKS, task_by_name
+from stickslip.records.table import Column, Table, json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.known import Earned, Known
+
+NOTE = """
+Scores: 0 is a trivial policy (every action 0), 1 the most that a policy is known to have earned in
+replay: no proof that no more can be. "at most": proved. `stickslip tasks NAME` tells more.
+"""
+
+
+def tasks_command(names: Sequence[str], as_json: bool) -> None:
+    """Print all tasks in a table, those named in words, or either as JSON."""
+    tasks = [task_by_name(name) for name in names] or list(TASKS.values())
+    if as_json:
+        print(json_text({"tasks": [_record(task) for task in tasks]}), end="")
+    elif names:
+        print("\n\n".join(map(_in_words, tasks)))
+    else:
+        print(_table(tasks).terminal() + NOTE.rstrip())
+
+
+def _table(tasks: Sequence[TaskDefinition]) -> Table:
+    """A row a task: returns, and the score of the best by hand."""
+    columns = [
+        Column("task", words=True),
+        Column("asked", words=True),
+        *map(Column, ("idle (0)", "by hand", "its score", "best known (1)", "at most")),
+    ]
+    rows = []
+    for task in tasks:
+        known, cells = known_of(task), ["", "", "", "", ""]
+        if known is not None:
+            hand = known.by_hand.value
+            cells = [
+                f"{known.trivial.value:.4g}",
+                f"{hand:.4g}",
+                f"{known.scale.score(hand):.2f}",
+                f"{known.best.value:.4g}",
+                "" if known.bound is None else f"{known.bound.value:.4g}",
+            ]
+        rows.append([task.name, task.title, *cells])
+    return Table(columns, rows)
+
+
+def _in_words(task: TaskDefinition) -> str:
+    """All about a task."""
+    lines = [f"{task.name}: {task.title}", task.about, f"Gymnasium: {task.id}"]
+    lines += [f"  {name} = {value}" for name, value in (task.choices | task.parameters).items()]
+    known = known_of(task)
+    if known is None:
+        return "\n".join([*lines, "Nothing is known of it yet."])
+    count = "1 episode" if known.episodes == 1 else f"{known.episodes} episodes, seeds 0, 1, ..."
+    lines.append(f"Mean returns [{task.unit}] of {count}, and scores:")
+    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
+    lines += [f"  {_line(known, one)}" for one in dict.fromkeys(everybody)]
+    if known.learned is not None:
+        returns = ", ".join(f"{one:.4g}" for one in known.learned.returns)
+        lines.append(f"  {known.learned.how}: {returns}")
+    lines.append(f"Best known, a score of 1: {known.how}.")
+    if known.bound is not None:
+        score = known.scale.score(known.bound.value)
+        lines.append(
+            f"Proved: at most {known.bound.value:.4g}, a score of {score:.2f}, as "
+            f"{known.bound.reason}."
+        )
+    return "\n".join(lines)
+
+
+def _line(known: Known, one: Earned) -> str:
+    half = "" if one.high is None else f" ± {one.high - one.value:.2g}"
+    fell = f", {one.failures:.0%} fail" if one.failures else ""
+    score = known.scale.score(one.value)
+    return f"{one.policy:<24}{one.value:10.4g}{half}{fell}, score {score:.2f}"
+
+
+def _record(task: TaskDefinition) -> Mapping[str, object]:
+    """Everything, with scores beside the returns."""
+    known = known_of(task)
+    about = {"name": task.name, "id": task.id, "digest": task.digest} | asdict(task)
+    if known is None:
+        return about | {"known": None}
+    scores = {
+        one.policy: known.scale.score(one.value) for one in (*known.baselines, *known.planners)
+    }
+    return about | {"known": asdict(known) | {"scores": scores}}

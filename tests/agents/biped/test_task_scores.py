@@ -1,0 +1,52 @@
+"""The columns that a named task adds to an evaluation."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from stickslip.agents import Idle, evaluate_task
+from stickslip.agents.biped.controllers import CrankSpeedPI
+from stickslip.envs import known_of, task_by_name
+
+TASK = "BipedSprint-v0"
+
+
+@pytest.fixture(scope="module")
+def table():
+    return evaluate_task(TASK, {"idle": Idle(), "pi": CrankSpeedPI()})
+
+
+def test_the_trivial_policy_scores_nought_and_a_baseline_what_is_known_of_it(table):
+    known = known_of(task_by_name(TASK))
+    assert known is not None
+    rows = {name: table.row(TASK, name).metrics for name in ("idle", "pi")}
+    assert rows["idle"]["task_score"].value == pytest.approx(0.0, abs=1e-4)
+    (kept,) = (one for one in known.baselines if one.policy == "crank-speed-pi")
+    assert rows["pi"]["return"].value == pytest.approx(kept.value, rel=1e-4)
+    assert rows["pi"]["task_score"].value == pytest.approx(
+        (kept.value - known.trivial.value) / (known.best.value - known.trivial.value), abs=1e-4
+    )
+    assert rows["pi"]["gap"].value == pytest.approx(known.best.value - kept.value, abs=1e-3)
+
+
+def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
+    assert list(table.columns)[:3] == ["return", "task_score", "gap"]
+    assert "score" in table.to_text()
+    assert "gap [m]" in table.to_text()
+    head = table.write_csv(tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert "task_score,task_score_low,task_score_high,gap" in head
+    content = json.loads(table.write_json(tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert content["units"]["gap"] == "m"
+    assert math.isfinite(content["rows"][1]["metrics"]["task_score"]["value"])
+
+
+def test_one_episode_of_a_task_that_draws_nothing(table):
+    assert [row.count for row in table.rows] == [1, 1]
+
+
+def test_unknown_tasks_are_refused_with_the_nearest():
+    with pytest.raises(ValueError, match=r"'BipedSprnt-v0' is unknown.*BipedSprint-v0\?"):
+        evaluate_task("BipedSprnt-v0", {"idle": Idle()})

@@ -1,0 +1,77 @@
+"""A commanded rate that changes in the episode."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.envs import BipedEnv, Randomisation
+
+PERIOD, RANGE = 0.02, (1.0, 3.0)
+STEPS = 60
+
+
+def ranges(interval: tuple[float, float] | None) -> Randomisation:
+    return Randomisation(commanded_rate=RANGE, command_interval=interval)
+
+
+@lru_cache
+def walk(low: float, high: float, seed: int = 0):
+    """Commands observed before each step, and the rewards of standing still."""
+    env = BipedEnv(autoreset="disabled")
+    params = env.make_params(scene="firm", randomisation=ranges((low, high)))
+    obs, state = env.reset(jax.random.key(seed), params)
+    seen, earned = [], []
+    for _ in range(STEPS):
+        seen.append(float(obs[5]))
+        obs, state, _, _, _, info = env.step(jax.random.key(0), state, [0.0], params)
+        earned.append(float(info["reward_tracking"]))
+    return np.asarray(seen), np.asarray(earned), state
+
+
+def test_the_command_changes_after_each_interval_and_only_then():
+    seen = walk(0.3, 0.3)[0]
+    changes = 1 + np.flatnonzero(np.diff(seen))
+    assert changes.tolist() == [15, 30, 45]  # 0.3 s are 15 control periods
+    assert len(set(seen)) == 4
+    assert np.all((seen >= RANGE[0]) & (seen <= RANGE[1]))
+
+
+def test_the_interval_is_drawn_once_an_episode_from_its_range():
+    for seed in range(3):
+        seen, _, state = walk(0.2, 0.5, seed)
+        interval = float(state.drawn.commands.interval)
+        assert 0.2 <= interval <= 0.5
+        due = np.ceil(np.arange(1, int(STEPS * PERIOD / interval) + 1) * interval / PERIOD - 0.02)
+        changes = 1 + np.flatnonzero(np.diff(seen))
+        assert changes.tolist() == [one for one in due.astype(int) if one < STEPS]
+
+
+def test_a_step_is_judged_by_the_command_that_was_observed_before_it():
+    env = BipedEnv(autoreset="disabled")
+    params = env.make_params(scene="firm", randomisation=ranges((PERIOD, PERIOD)))
+    key = jax.random.key(5)
+    obs, state = env.reset(key, params)
+    seen = float(obs[5])
+    obs, state, _, _, _, info = env.step(key, state, [0.2], params)
+    speed = seen / np.pi * float(params.robot.step_length)
+    expected = PERIOD * max(-1.0, 1 - abs(float(info["walking_speed"]) - speed) / speed)
+    assert float(info["reward_tracking"]) == pytest.approx(expected, rel=1e-4)
+    assert float(obs[5]) != seen
+
+
+def test_what_is_not_asked_for_leaves_a_reset_as_it_was():
+    env = BipedEnv()
+    first = env.reset(jax.random.key(1), env.make_params(randomisation=ranges((1.0, 2.0))))[1]
+    other = env.reset(jax.random.key(1), env.make_params(randomisation=ranges(None)))[1]
+    assert other.drawn.commands is None
+    assert float(first.drawn.commanded_rate) == float(other.drawn.commanded_rate)
+    assert len(jax.tree.leaves(first)) == len(jax.tree.leaves(other)) + 4
+
+
+def test_an_interval_without_a_range_of_commands_is_refused():
+    with pytest.raises(ValueError, match=r"command_interval.*without commanded_rate"):
+        BipedEnv().make_params(randomisation=Randomisation(command_interval=(1.0, 2.0)))

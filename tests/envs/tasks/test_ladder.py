@@ -1,0 +1,152 @@
+"""A task never changes under its name, and says all that its environment needs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import gymnasium
+import jax
+import numpy as np
+import pytest
+
+import stickslip  # noqa: F401, registers
+from stickslip.envs import (
+    TASKS,
+    BipedEnv,
+    GymEnv,
+    GymVectorEnv,
+    TaskDefinition,
+    task_by_name,
+)
+from stickslip.envs.biped.params import NUMBERS
+
+DIGESTS: dict[str, list[str]] = json.loads(
+    (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
+)
+"""Of every definition that ever was, by name, and of what is built of it. A changed one gets the
+next version."""
+
+
+def built(task: TaskDefinition) -> str:
+    """A digest of the environment's choices and of every number that its parameters were given,
+    the reference robot's and vehicle's too, to four digits: what is fitted to them is left out."""
+    env, params = task.make()
+    if task.machine == "biped":
+        names = ("scene", "randomisation", *NUMBERS)
+        given = [params.robot.bare, *(getattr(params, name) for name in names)]
+    else:
+        names = ("vehicle", "randomisation", "friction", "leg_rate", "spacing", "start", "end")
+        names += ("start_angles", "min_clearance", "preview_length", "preview_noise")
+        given = [params.track.shape, *(getattr(params, name) for name in names)]
+        given += [params.reward_scale, params.failure_penalty]
+    leaves, structure = jax.tree.flatten(given)
+    numbers = [f"{value:.4g}" for leaf in leaves for value in np.ravel(np.asarray(leaf))]
+    kinds = [type(one).__name__ for one in given]
+    text = json.dumps([str(env), kinds, structure.num_leaves, numbers])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def test_no_definition_has_changed_under_its_name():
+    assert {name: task.digest for name, task in TASKS.items()} == {
+        name: both[0] for name, both in DIGESTS.items()
+    }
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_what_is_built_of_a_definition_has_not_changed_either(name):
+    assert built(TASKS[name]) == DIGESTS[name][1]
+
+
+def test_a_digest_tells_of_every_number_that_decides_an_episode():
+    task = TASKS["BipedSprint-v0"]
+    floor = {"uniform": {"mu_static": 0.06, "mu_kinetic": 0.0500001}}
+    others = [
+        replace(task, parameters={**task.parameters, "scene": floor}),
+        replace(task, choices={"see_friction": True}),
+        replace(task, version=1),
+        replace(task, environment="UGVEnv"),
+    ]
+    assert len({task.digest, *(one.digest for one in others)}) == 5
+    assert replace(task, title="another", about="words").digest == task.digest
+
+
+def test_there_are_a_dozen_tasks_of_both_machines_with_ids_of_their_names():
+    assert len(TASKS) >= 12
+    assert {task.machine for task in TASKS.values()} == {"biped", "ugv"}
+    for name, task in TASKS.items():
+        assert name == f"{task.stem}-v{task.version}"
+        assert task_by_name(task.id) is task_by_name(name) is task
+        assert gymnasium.spec(task.id).kwargs == {"task": name}
+        assert json.loads(json.dumps([task.parameters, task.choices])) == [
+            task.parameters,
+            task.choices,
+        ]
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_every_task_makes_parameters_that_say_what_its_definition_says(name):
+    task = TASKS[name]
+    env, params = task.make()
+    assert type(env).__name__ == task.environment
+    assert env.autoreset == "disabled"
+    numbers = {k: v for k, v in task.parameters.items() if isinstance(v, int | float)}
+    for entry, value in numbers.items():
+        if entry not in ("start", "end", "spacing"):
+            assert float(getattr(params, entry)) == pytest.approx(value, rel=1e-6)
+    drawn = task.parameters.get("randomisation", {})
+    for entry, ends in drawn.items():
+        if isinstance(ends, list):
+            assert np.asarray(getattr(params.randomisation, entry), float) == pytest.approx(
+                ends, rel=1e-6
+            )
+    low, high = env.observation_bounds(params)
+    assert np.all(low < high)
+
+
+def test_gymnasium_makes_the_task_single_and_as_a_vector():
+    env = gymnasium.make("stickslip/BipedSprint-v0").unwrapped
+    assert isinstance(env, GymEnv)
+    assert float(env.params.tracking_weight) == pytest.approx(1.2)
+    envs = gymnasium.make_vec("stickslip/BipedSprint-v0", num_envs=2)
+    assert isinstance(envs, GymVectorEnv)
+    assert envs.observation_space.shape == (2, 6)
+
+
+def test_the_return_of_a_sprint_is_the_way_walked():
+    env = gymnasium.make("stickslip/BipedSprint-v0")
+    env.reset(seed=0)
+    earned = 0.0
+    for _ in range(30):
+        _, reward, terminated, _, info = env.step(np.array([0.3], np.float32))
+        earned += float(reward)
+        assert not terminated
+    assert info["episode_walked"] > 0.02
+    assert earned == pytest.approx(info["episode_walked"], rel=1e-4)
+
+
+def test_a_task_takes_no_options_and_says_where_they_go():
+    with pytest.raises(ValueError, match=r"commanded_rate.*fixed.*stickslip/Biped-v0"):
+        gymnasium.make("stickslip/BipedSprint-v0", commanded_rate=3.0)
+    with pytest.raises(ValueError, match=r"track.*fixed.*stickslip/UGV-v0"):
+        gymnasium.make_vec("stickslip/UGVBump-v0", num_envs=2, track="flat")
+
+
+@pytest.mark.parametrize("name", ["BipedSprit-v0", "bipedsprint", "stickslip/BipedSprint", 3])
+def test_an_unknown_task_brings_the_known_ones_and_the_nearest(name):
+    with pytest.raises(ValueError, match=r"task = .* is unknown; accepted: .*'BipedSprint-v0'"):
+        task_by_name(name)
+    if name == "BipedSprit-v0":
+        with pytest.raises(ValueError, match=r"BipedSprint-v0.*\?"):
+            task_by_name(name)
+
+
+def test_plain_values_are_those_of_the_constructors():
+    plain = {"scene": "wet", "randomisation": {"payload": [0.0, 1.0]}, "commanded_rate": 2.0}
+    params = BipedEnv().make_params(**BipedEnv.from_plain(plain))
+    assert float(params.scene.floor.mu_static) == pytest.approx(0.2)
+    assert params.randomisation.payload is not None
+    with pytest.raises(ValueError, match="scene = 'ice' is unknown"):
+        BipedEnv.from_plain({"scene": {"ice": {}}})

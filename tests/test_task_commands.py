@@ -1,0 +1,91 @@
+"""`stickslip tasks` and `stickslip evaluate --task`: what they print, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from stickslip.agents import MLPPolicy, save_policy
+from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.envs import TASKS, known_of
+
+
+def refusal(capsys, *arguments: str) -> str:
+    assert main(arguments) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert said.startswith("stickslip: error: ")
+    assert said.count("\n") == 1
+    return said
+
+
+def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys):
+    assert main(["tasks"]) == OK
+    lines = capsys.readouterr().out.splitlines()
+    for name, task in TASKS.items():
+        (line,) = (one for one in lines if one.startswith(f"{name} "))
+        known = known_of(task)
+        assert known is not None
+        assert task.title in line
+        assert f"{known.best.value:.4g}" in line
+        assert f"{known.scale.score(known.by_hand.value):.2f}" in line
+
+
+def test_a_task_by_name_tells_its_numbers_and_who_earned_what(capsys):
+    assert main(["tasks", "BipedSprint-v0", "stickslip/UGVBump-v0"]) == OK
+    said = capsys.readouterr().out
+    for part in ("commanded_rate = 15.7", "total_energy", "optimal-gait", "Proved: at most 12"):
+        assert part in said
+    assert known_of(TASKS["BipedSprint-v0"]).how in said
+
+
+def test_json_holds_every_number(capsys):
+    assert main(["tasks", "--json", "BipedFast-v0"]) == OK
+    (one,) = json.loads(capsys.readouterr().out)["tasks"]
+    assert one["parameters"]["commanded_rate"] == 6.5
+    assert one["digest"] == TASKS["BipedFast-v0"].digest
+    known = known_of(TASKS["BipedFast-v0"])
+    assert one["known"]["best"]["value"] == known.best.value
+    assert one["known"]["scores"][known.by_hand.policy] == pytest.approx(
+        known.scale.score(known.by_hand.value)
+    )
+
+
+def test_unknown_tasks_bring_the_nearest_everywhere(capsys):
+    for arguments in (["tasks", "BipedFst-v0"], ["evaluate", "--task", "BipedFst-v0", "optimum"]):
+        assert "did you mean BipedFast-v0?" in refusal(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["crank-speed-pi", "--scene", "wet"], "--scene with --task BipedFast-v0, which is fixed"),
+        (["crank-speed-pi", "--payload", "1"], "--payload with --task BipedFast-v0"),
+        (["level-body"], "'level-body' is a baseline of the UGV"),
+        (["nobody"], "'nobody' is neither a baseline nor a file"),
+        (["crank-speed-pi", "--episodes", "0"], "episodes = 0"),
+    ],
+)
+def test_what_does_not_go_with_a_task_is_refused(capsys, arguments, said):
+    assert said in refusal(capsys, "evaluate", "--task", "BipedFast-v0", *arguments)
+
+
+def test_a_policy_that_observes_something_else_is_refused(capsys, tmp_path):
+    weights, biases = (np.zeros((4, 1), np.float32),), (np.zeros(1, np.float32),)
+    policy = MLPPolicy(weights, biases, np.zeros(4, np.float32), np.ones(4, np.float32))
+    path = tmp_path / "small.npz"
+    save_policy(policy, path, {"environment": "BipedEnv"})
+    said = refusal(capsys, "evaluate", "--task", "BipedFast-v0", str(path))
+    assert "observes 4 numbers, BipedFast-v0 has 6" in said
+
+
+def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):
+    arguments = ["evaluate", "--task", "BipedSprint-v0", "constant-torque", "--out", str(tmp_path)]
+    assert main(arguments) == OK
+    said = capsys.readouterr().out
+    for part in ("no proof that no more can be", "proved: at most 12 m", "score", "gap [m]"):
+        assert part in said
+    content = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
+    assert "task_score" in content["rows"][0]["metrics"]
+    assert "score 0: idle" in content["tasks"]["BipedSprint-v0"]
