@@ -77,9 +77,7 @@ def _learned(known: Known, learned: Learned) -> str:
 
 
 def _earned(earned: Earned) -> str:
-    half = "" if earned.high is None else f" ± {earned.high - earned.value:.2g}"
-    fell = f", {earned.failures:.0%} fail" if earned.failures else ""
-    return f"{earned.value:.4g}{half}{fell}"
+    return f"{earned.value:.4g}{earned.spread}"
 
 
 def _unit(unit: str) -> str:

@@ -92,10 +92,9 @@ def _momenta(
 ) -> tuple[tuple[Float[Array, ""], ...], Float[Array, "24 2"]]:
     """Generalised momenta per unit crank rate, M, P, Y, L, and the centres of mass [m]."""
 
-    def place(angle: Float[Array, ""]):
-        return centres_and_angles(params, angle)
-
-    (centres, _), (velocity, turning) = jax.jvp(place, (theta,), (jnp.ones_like(theta),))
+    (centres, _), (velocity, turning) = jax.jvp(
+        lambda angle: centres_and_angles(params, angle), (theta,), (jnp.ones_like(theta),)
+    )
     mass, inertia = body_masses(params), jnp.asarray(params.inertia)[LINK_OF_BODY]
     M = jnp.sum(mass * jnp.sum(velocity**2, axis=-1)) + jnp.sum(inertia * turning**2)
     P, Y = jnp.sum(mass[:, None] * velocity, axis=0)

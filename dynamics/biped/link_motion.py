@@ -62,7 +62,7 @@ def exact_motion(params: BipedParams, theta: Float[Array, ""]) -> LinkMotion:
     one = jnp.ones_like(theta)
 
     def slope(angle: Float[Array, ""]):
-        return jax.jvp(lambda at: _places(params, at), (angle,), (one,))
+        return jax.jvp(lambda at: centres_and_angles(params, at), (angle,), (one,))
 
     (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))
     return _motion(params, theta, places, slopes, curvatures)
@@ -76,7 +76,7 @@ def differenced_motion(params: BipedParams, theta: Float[Array, ""], step: float
     in single precision more than 10 % of it at D = 1e-3.
     """
     require_difference_step(step)
-    now, ahead, further = (_places(params, theta + shift * step) for shift in (0, 1, 2))
+    now, ahead, further = (centres_and_angles(params, theta + shift * step) for shift in (0, 1, 2))
     first = jax.tree.map(_change, now, ahead)
     second = jax.tree.map(_change, ahead, further)
     slopes = jax.tree.map(lambda change: change / step, first)
@@ -91,11 +91,6 @@ def require_difference_step(step: float) -> None:
         raise ValueError(
             f"difference_step = {step!r}; accepted: None (exact) or a crank angle in (0, 0.5] rad"
         )
-
-
-def _places(params: BipedParams, theta: Float[Array, ""]) -> Places:
-    """What is differentiated: centres [24, 2] and angles [24]."""
-    return centres_and_angles(params, theta)
 
 
 def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Array, "..."]:

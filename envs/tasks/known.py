@@ -32,6 +32,12 @@ class Earned:
     high: float | None
     failures: float
 
+    @property
+    def spread(self) -> str:
+        """What stands behind the value: half the interval and the failures, if there are any."""
+        half = "" if self.high is None else f" ± {self.high - self.value:.2g}"
+        return half + (f", {self.failures:.0%} fail" if self.failures else "")
+
 
 @dataclass(frozen=True)
 class Bound:

@@ -81,10 +81,10 @@ def _in_sizes(program: Callable[..., Result], shared: Posture, *rows: object) ->
     count, most = len(jax.tree.leaves(rows)[0]), SIZES[-1]
     parts = []
     with jax.enable_x64(True):
-        for begin in range(0, max(count, 1), most):
+        for begin in range(0, count, most):
             here = min(count - begin, most)
             size = next(size for size in SIZES if size >= here)
-            part = jax.tree.map(lambda of, b=begin, s=size: _padded(of[b : b + s], s), rows)
+            part = jax.tree.map(lambda of, b=begin, s=size: padded(of[b : b + s], s), rows)
             found = program(shared, *part)
             parts.append(jax.tree.map(lambda leaf, n=here: np.asarray(leaf)[:n], found))
     if len(parts) == 1:
@@ -92,7 +92,7 @@ def _in_sizes(program: Callable[..., Result], shared: Posture, *rows: object) ->
     return jax.tree.map(lambda *of: np.concatenate(of), *parts)
 
 
-def _padded(rows: np.ndarray, size: int) -> np.ndarray:
+def padded(rows: np.ndarray, size: int) -> np.ndarray:
     """The last entry repeated up to that many."""
     more = np.broadcast_to(rows[-1], (size - len(rows), *rows.shape[1:]))
     return np.concatenate([rows, more]) if len(more) else rows

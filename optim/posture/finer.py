@@ -7,7 +7,7 @@ the constraints there, is no part of it. This measures both.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 FACTOR = 10
 """How many times finer a drive is looked at."""
 LEAST_PAD, MOST = 1024, 2**17
-"""Stations are padded to a power of two, so that few sizes are compiled; no more than MOST are
-looked at, by a lower factor."""
+"""For the value stations are padded to a power of two, so that few sizes are compiled; no more than
+MOST are looked at, by a lower factor."""
 
 
 class Fine(NamedTuple):
@@ -72,7 +72,7 @@ def evaluate_finer(
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     at = evaluated.stations(fine.posture, angles)
     with jax.enable_x64(True):
-        whole = jax.tree.map(lambda of: _padded(of, size), at)
+        whole = jax.tree.map(lambda of: evaluated.padded(of, size), at)
         value = float(_value(fine.posture.criterion, whole, np.int32(count)))
     residuals = missed_by(fine, angles, at)
     kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
@@ -84,12 +84,6 @@ def _between(rows: np.ndarray, factor: int) -> np.ndarray:
     share = np.arange(factor).reshape(-1, *[1] * (rows.ndim - 1)) / factor
     inner = rows[:-1, None] + share * (rows[1:] - rows[:-1])[:, None]
     return np.concatenate([inner.reshape(-1, *rows.shape[1:]), rows[-1:]])
-
-
-def _padded(rows: Any, size: int) -> np.ndarray:
-    """The last entry repeated up to that many."""
-    rows = np.asarray(rows)
-    return np.concatenate([rows, np.broadcast_to(rows[-1], (size - len(rows), *rows.shape[1:]))])
 
 
 @jax.jit

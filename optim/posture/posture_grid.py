@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.problem import PostureProblem
 
-CHUNK = 16_384
+CHUNK = evaluated.SIZES[-1]
 """Stations evaluated in one call, about: what bounds the memory."""
 
 

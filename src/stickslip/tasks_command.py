@@ -80,10 +80,8 @@ def _in_words(task: TaskDefinition) -> str:
 
 
 def _line(known: Known, one: Earned) -> str:
-    half = "" if one.high is None else f" ± {one.high - one.value:.2g}"
-    fell = f", {one.failures:.0%} fail" if one.failures else ""
     score = known.scale.score(one.value)
-    return f"{one.policy:<24}{one.value:10.4g}{half}{fell}, score {score:.2f}"
+    return f"{one.policy:<24}{one.value:10.4g}{one.spread}, score {score:.2f}"
 
 
 def _record(task: TaskDefinition) -> Mapping[str, object]:

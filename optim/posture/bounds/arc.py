@@ -46,7 +46,6 @@ class Arc:
         square = m.square() + 1.0
         bends = (f2.square() / square + m * f3) / square.sqrt()
         pieces = _integral(ground, interval(left), interval(right), bends)
-        sums = interval(np.zeros(len(edges)))
         lo = np.concatenate([[0.0], np.cumsum(pieces.lo)])
         hi = np.concatenate([[0.0], np.cumsum(pieces.hi)])
         slack = len(edges) * np.finfo(float).eps * (1 + np.abs(hi))
