@@ -6,7 +6,8 @@ into one kernel instead, which goes through a batch in blocks that the nearest c
 platforms the function is what `vmap` makes of it, where XLA's own fusion is the better one.
 
 Until it is lowered, a fused function is one operation of JAX's, which vmap widens without tracing
-it: only what a platform compiles is traced, grouped and cut into blocks.
+it: only what a platform compiles is traced, grouped and cut into blocks. Results that a program
+does not use are dropped from it before.
 """
 
 from __future__ import annotations
@@ -17,20 +18,24 @@ from typing import TYPE_CHECKING, TypeVar
 import jax
 import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
-from jax.extend.core import Primitive, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, Primitive, jaxpr_as_fun
 from jax.interpreters import batching, mlir
+from jax.interpreters.partial_eval import dce_jaxpr, dce_rules
 
 from stickslip.dynamics.grouping import KERNEL
 from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Sequence
+    from collections.abc import Callable, Hashable, Iterable, Sequence
 
-    from jax.extend.core import ClosedJaxpr
+    from jax.extend.core import JaxprEqn
     from jaxtyping import Array
 
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
+    Flags = tuple[bool, ...]
+    """For each result, or each argument, whether it is needed."""
+    Less = tuple["_Kernel", Flags] | None
 
 BLOCK, LARGE_BLOCK = 64, 128
 """Members of a batch that go through the kernel together; the second is faster for large batches
@@ -45,6 +50,7 @@ REMEMBERED = 128
 """Kernels that are not built anew when another program needs them."""
 
 Result = TypeVar("Result")
+Entry = TypeVar("Entry")
 
 
 def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
@@ -93,7 +99,6 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
     """Of a traced function; keys: which of its arguments are random keys; off: whether the user
     wants no kernels, which is part of what is remembered."""
-    del off
     function = jaxpr_as_fun(traced)
 
     def read(*leaves: Array) -> list[Array]:
@@ -108,7 +113,16 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
     def in_kernel(*leaves: Array) -> list[Array]:
         return run_as_one_kernel(traced, leaves, read)
 
-    return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals))
+    def less(needed: Flags) -> Less:
+        rest, kept = dce_jaxpr(traced.jaxpr, needed)
+        kernel = _kernel(ClosedJaxpr(rest, traced.consts), _those(keys, kept), off)
+        return kernel, tuple(kept)
+
+    return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals), less)
+
+
+def _those(entries: Iterable[Entry], chosen: Iterable[bool]) -> tuple[Entry, ...]:
+    return tuple(entry for entry, one in zip(entries, chosen, strict=True) if one)
 
 
 def _is_key(leaf: object) -> bool:
@@ -124,16 +138,21 @@ class _Kernel:
         in_kernels: Function,
         at_once: Function,
         results: tuple[ShapedArray, ...],
+        less: Callable[[Flags], Less],
         width: int = 1,
         in_blocks: bool = False,
     ):
         """body: for `width` members together; in_kernels: for all members, as a processor runs it,
-        in_blocks: one block after the other; at_once: for all members, as vmap makes it.
+        in_blocks: one block after the other; at_once: for all members, as vmap makes it; less: see
+        `less`.
         """
         self.body, self.width, self.in_blocks = body, width, in_blocks
         self.in_kernels, self.at_once = jax.jit(in_kernels), jax.jit(at_once)
         self.results = results
         self.over = lru_cache(maxsize=REMEMBERED)(self._over)
+        self.less = lru_cache(maxsize=REMEMBERED)(less)
+        """The kernel of the results that are needed, and which arguments that one has; None where
+        all have to stay."""
 
     def _over(self, size: int, axes: Axes, widest: int) -> _Kernel:
         """The same for one more axis, which comes first in the arrays that have it.
@@ -142,18 +161,26 @@ class _Kernel:
         """
         results = tuple(ShapedArray((size, *one.shape), one.dtype) for one in self.results)
         at_once = jax.vmap(self.at_once, axes, axis_size=size)
+
+        def less(needed: Flags) -> Less:
+            found = self.less(needed)
+            own = _those(axes, found[1]) if found else ()
+            if not found or all(axis is None for axis in own):  # nothing says how many there are
+                return None
+            return found[0].over(size, own, widest), found[1]
+
         if self.in_blocks:  # a kernel after the other
             after = partial(_one_by_one, self.in_kernels, axes)
-            return _Kernel(self.body, after, at_once, results, self.width, True)
+            return _Kernel(self.body, after, at_once, results, less, self.width, True)
         most = (LARGE_BLOCK if size * self.width >= LARGE else BLOCK) // self.width
         block = _block(size, max(1, min(most, LARGEST_CUT // widest)))
         body = partial(_only, self.body, axes)
         if block > 1:
             body = jax.vmap(self.body, axes)
         if block == size:
-            return _Kernel(body, as_one_kernel(body), at_once, results, block * self.width)
+            return _Kernel(body, as_one_kernel(body), at_once, results, less, block * self.width)
         in_kernel = partial(_in_blocks, body, size, block, axes)
-        return _Kernel(body, in_kernel, at_once, results, block * self.width, True)
+        return _Kernel(body, in_kernel, at_once, results, less, block * self.width, True)
 
     @cached_property
     def alone(self) -> Function:
@@ -200,7 +227,25 @@ def _at_once(*leaves: Array, kernel: _Kernel) -> list[Array]:
     return kernel.at_once(*leaves)
 
 
+def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEqn | None]:
+    """Without the results that nothing reads: which arguments are left, and the operation."""
+    kernel, arguments = equation.params["kernel"], equation.invars
+    if not any(needed):
+        return [False] * len(arguments), None
+    found = None if all(needed) else kernel.less(tuple(needed))
+    if found is None:
+        return [True] * len(arguments), equation
+    less, kept = found
+    rest = equation.replace(
+        invars=_those(arguments, kept),
+        outvars=_those(equation.outvars, needed),
+        params={"kernel": less},
+    )
+    return list(kept), rest
+
+
 batching.primitive_batchers[kernel_p] = _batched
+dce_rules[kernel_p] = _needed
 mlir.register_lowering(kernel_p, mlir.lower_fun(_at_once, multiple_results=True))
 mlir.register_lowering(kernel_p, mlir.lower_fun(_in_kernels, multiple_results=True), "cpu")
 

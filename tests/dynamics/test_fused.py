@@ -112,6 +112,53 @@ def test_arguments_that_nothing_reads_do_no_harm(unread, size, constant):
     np.testing.assert_allclose(program(x).shape, shape)
 
 
+def apart(x, y, key):
+    """Results that need different arguments."""
+    return {"x": jnp.sin(x), "draw": jnp.exp(y) * jax.random.uniform(key), "y": 2 * y}
+
+
+@pytest.mark.parametrize("size", [None, 5, 300])
+@pytest.mark.parametrize("read", [("x",), ("x", "draw"), ("y",)])
+def test_what_a_program_does_not_read_is_not_in_its_kernel(read, size):
+    """In a loop, too. Where only results of shared arguments are read, all stays."""
+    over = (lambda function: function) if size is None else partial(jax.vmap, in_axes=(0, None, 0))
+    shape = () if size is None else (size,)
+    x, y, keys = jnp.full(shape, 0.5), jnp.float32(0.7), jax.random.split(jax.random.key(0), shape)
+
+    def twice(function, x, y, keys):
+        def step(x, _):
+            found = over(function)(x, y, keys)
+            return found["x"] if "x" in read else x, {name: found[name] for name in read}
+
+        return jax.lax.scan(step, x, None, length=2)[1]
+
+    program = jax.jit(partial(twice, fused(apart)))
+    text = program.lower(x, y, keys).as_text()
+    whole = read == ("y",) and size is not None
+    assert ("exponential" in text, "sine" in text) == (
+        whole or "draw" in read,
+        whole or "x" in read,
+    )
+    found, plain = program(x, y, keys), jax.jit(partial(twice, apart))(x, y, keys)
+    for name in read:
+        assert found[name].shape == (2, *shape)
+        np.testing.assert_allclose(found[name], plain[name], rtol=1e-6, err_msg=name)
+
+
+def test_a_fused_part_of_a_kernel_is_thinned_out_with_it():
+    inner = fused(apart)
+    outer = fused(lambda x, y, key: inner(x, y, key) | {"own": x + y})
+    arguments_ = jnp.ones(7), jnp.ones(7), jax.random.split(jax.random.key(0), 7)
+
+    def program(x, y, key):
+        found = jax.vmap(outer)(x, y, key)
+        return found["own"], found["y"]
+
+    text = jax.jit(program).lower(*arguments_).as_text()
+    assert "xla_cpu_small_call" in text
+    assert "exponential" not in text
+
+
 @pytest.mark.parametrize(
     "outside",
     [
