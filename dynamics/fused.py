@@ -237,8 +237,8 @@ def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEq
         return [True] * len(arguments), equation
     less, kept = found
     rest = equation.replace(
-        invars=_those(arguments, kept),
-        outvars=_those(equation.outvars, needed),
+        invars=list(_those(arguments, kept)),
+        outvars=list(_those(equation.outvars, needed)),
         params={"kernel": less},
     )
     return list(kept), rest
@@ -271,11 +271,11 @@ def _in_blocks(
     kernel cannot.
     """
     count = -(-size // block)
-    cut = [
-        leaf if axis is None else _cut(leaf, count, block)
+    parts = [
+        leaf if axis is None else cut(leaf, count, block)
         for leaf, axis in zip(leaves, axes, strict=True)
     ]
-    found = as_one_kernel(partial(_one_by_one, body, axes))(*cut)
+    found = as_one_kernel(partial(_one_by_one, body, axes))(*parts)
     return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in found]
 
 
@@ -301,8 +301,8 @@ def _only(
     return [leaf[None] for leaf in function(*one)]
 
 
-def _cut(leaf: Array, count: int, block: int) -> Array:
-    """[count, block, ...] of [size, ...]."""
+def cut(leaf: Array, count: int, block: int) -> Array:
+    """[count, block, ...] of [size, ...], filled up with copies of the last member."""
     missing = count * block - leaf.shape[0]
     if missing:
         last = jnp.broadcast_to(leaf[-1:], (missing, *leaf.shape[1:]))

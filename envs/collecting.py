@@ -18,6 +18,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_memory,
 )
+from stickslip.dynamics.fused_scan import fused_scan
 from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 MOST = 2**31 - 1
 LEAST_A_CORE = 512
 """Environments for which a second core is worth its start."""
+SMALL = 512
+"""So few environments take many steps in one kernel; with more of them, a step in each is as fast
+or faster, since what they carry no longer fits the nearest cache."""
 
 Policy = Callable[[Any, Any, Any], Any]
 """action [act] in [-1, 1] of (policy_params, observation [obs], random key), for one environment;
@@ -137,12 +141,19 @@ def _begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progre
     return jax.vmap(one)(jnp.arange(num_envs))
 
 
+def _one_step(program: _Program, shared: tuple[object, object], progress: Progress, _: None):
+    return program.step(*shared, progress)
+
+
 @partial(jax.jit, static_argnums=0)
 def _collect(program: _Program, params: Any, policy_params: Any, progress: Progress) -> Collected:
-    def body(now: Progress, _: None):
-        return jax.vmap(partial(program.step, params, policy_params))(now)
-
-    last, rows = jax.lax.scan(body, progress, None, length=program.steps)
+    shared = (params, policy_params)
+    if len(progress.obs) <= SMALL:
+        run = partial(fused_scan, _one_step, (program,), shared, length=program.steps)
+        last, rows = jax.vmap(run, out_axes=(0, 1))(progress)
+    else:
+        body = jax.vmap(partial(_one_step, program, shared), in_axes=(0, None))
+        last, rows = jax.lax.scan(body, progress, None, length=program.steps)
     reward, terminated, truncated, kept = rows
     return Collected(reward, terminated, truncated, kept, last)
 

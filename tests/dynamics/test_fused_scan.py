@@ -1,0 +1,91 @@
+"""Many steps in one kernel: what jax.lax.scan makes of them, whatever their number."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.fused_scan import LONGEST, fused_scan
+from stickslip.dynamics.grouping import KERNEL
+
+
+def decay(power, shared, carry, value):
+    """A step that reads all it can, with a row of two kinds; value: None or a number."""
+    x, key = carry
+    key, draw = jax.random.split(key)
+    push = 0.1 * jax.random.uniform(draw) + (0.0 if value is None else value)
+    x = shared["pull"] * x**power + push
+    return (x, key), {"x": x, "high": x > 0.5}
+
+
+def layered(power, shared, carry, value):
+    """One with a product of matrices, which no kernel holds."""
+    x, key = carry
+    hidden = jnp.tanh(jnp.full((4, 4), shared["pull"]) @ jnp.full(4, x))
+    return decay(power, shared, (hidden.sum(), key), value)
+
+
+def given(size=()):
+    carry = jnp.full(size, 0.4), jax.random.split(jax.random.key(0), size)
+    return {"pull": jnp.float32(0.7)}, carry
+
+
+def scanned(step, length, shared, carry, values=None, power=2):
+    return jax.lax.scan(partial(step, power, shared), carry, values, length=length)
+
+
+def assert_equal(found, wanted):
+    assert jax.tree.structure(found) == jax.tree.structure(wanted)
+    for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
+        assert (one.shape, one.dtype) == (other.shape, other.dtype)
+        if jnp.issubdtype(one.dtype, jax.dtypes.prng_key):
+            one, other = jax.random.key_data(one), jax.random.key_data(other)
+        np.testing.assert_allclose(one, other, rtol=1e-5)
+
+
+@pytest.mark.parametrize("length", [0, 1, 5, LONGEST, LONGEST + 5, 3 * LONGEST - 2])
+@pytest.mark.parametrize("with_values", [False, True])
+def test_any_number_of_steps_is_the_scan(length, with_values):
+    shared, carry = given()
+    values = jnp.linspace(0, 0.2, length) if with_values else None
+    run = jax.jit(partial(fused_scan, decay, (2,), length=length))
+    wanted = jax.jit(partial(scanned, decay, length))(shared, carry, values)
+    assert_equal(run(shared, carry, values), wanted)
+
+
+@pytest.mark.parametrize("step", [decay, layered])
+@pytest.mark.parametrize("length", [20, 37])
+def test_batches_too(step, length):
+    shared, carry = given((3,))
+    run = partial(fused_scan, step, (2,), length=length)
+    found = jax.jit(jax.vmap(lambda carry: run(shared, carry)))(carry)
+    wanted = jax.jit(jax.vmap(lambda carry: scanned(step, length, shared, carry)))(carry)
+    assert_equal(found, wanted)
+
+
+@pytest.mark.parametrize("length", [20, 37])
+def test_derivatives_both_ways(length):
+    shared, (x, key) = given()
+
+    def end(scan, x):
+        return scan(shared, (x, key))[0][0]
+
+    ours = partial(end, partial(fused_scan, decay, (1,), length=length))
+    theirs = partial(end, partial(scanned, decay, length, power=1))
+    for derivative in (jax.grad, jax.jacfwd):
+        found, wanted = jax.jit(derivative(ours))(x), jax.jit(derivative(theirs))(x)
+        assert wanted != 0
+        np.testing.assert_allclose(found, wanted, rtol=1e-4)
+
+
+def test_the_loop_is_in_the_kernel():
+    """Of 37 steps, two kernels of 19."""
+    shared, carry = given()
+    traced = jax.make_jaxpr(partial(fused_scan, decay, (2,), length=37))(shared, carry)
+    (loop,) = [one for one in traced.eqns if one.primitive.name == "scan"]
+    assert loop.params["length"] == 2
+    inside = str(loop.params["jaxpr"])
+    assert KERNEL in inside
+    assert "scan[" not in inside
