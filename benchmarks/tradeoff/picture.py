@@ -80,7 +80,7 @@ def _scales(axis, points: list[Promise]) -> None:
     """Logarithmic, with room on the right and above for the labels; nothing wilder than 1 rad/s."""
     logarithmic(axis, "time for a simulated second of an environment [s]", "error [rad/s]")
     costs = [point.cost for point in points]
-    axis.set_xlim(min(costs) / 1.5, max(costs) * 8)
+    axis.set_xlim(min(costs) / 1.5, max(costs) * 16)
     axis.set_ylim(min(point.typical for point in points) / 4, 3.0)
 
 
