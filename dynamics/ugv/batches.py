@@ -38,18 +38,19 @@ def over_poses(
     function: elementwise over leading axes of x_front, leg_angles, the vehicle's and the other
     numbers, with a `status` among its results. fixed: hashable. ground: pytrees that all poses
     share. Where not every result is one of one pose, as on ground that is a batch itself, or where
-    the vehicle's numbers have more axes than the poses, the function is called as it is.
+    other numbers have more axes than the poses, the function is called as it is.
     """
     given = (params, ground, x_front, leg_angles, *numbers)
     dtype = float_type(params, ground, x_front, leg_angles)
     arrays = jax.tree.map(lambda leaf: _as_float(leaf, dtype), given)
     params_, ground_, x, angles, *others = arrays
-    shape: Any = jnp.broadcast_shapes(x.shape, angles.shape[:-1])
     own = (params_, *others)
+    vehicles = [leaf.shape for leaf in jax.tree.leaves(params_)]
+    shape: Any = jnp.broadcast_shapes(x.shape, angles.shape[:-1], *vehicles)
     if not (
         prod(shape) > 0
         and float_type(dtype.type(0), *numbers) == dtype
-        and all(_fits(leaf, shape) for leaf in jax.tree.leaves(own))
+        and all(_fits(leaf, shape) for leaf in others)
         and _shared(function, fixed, params_, ground_, others, dtype)
     ):
         return function(*fixed, *given)

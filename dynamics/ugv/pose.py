@@ -36,11 +36,12 @@ def pose(
 ) -> Pose:
     """Place the vehicle with its front wheel touching at x_front (eqs. 38, 39; MODEL 2).
 
-    x_front: [...] [m]. leg_angles: [..., 2], rear and front [rad]. track: a Track, or one of TRACKS
-    by its name. solver: how the rear wheel is found, and what is checked. The rear contact lies
-    behind the front one, where the path of the wheel's centre meets the circle of radius R about
-    the front centre, in a bracket that always holds such a point. Differentiable in every number
-    (implicit function theorem).
+    x_front: [...] [m]. leg_angles: [..., 2], rear and front [rad]. params: its numbers, too, may be
+    arrays [...] that go with these: a column of vehicles is put at a row of places. track: a Track,
+    or one of TRACKS by its name. solver: how the rear wheel is found, and what is checked. The rear
+    contact lies behind the front one, where the path of the wheel's centre meets the circle of
+    radius R about the front centre, in a bracket that always holds such a point. Differentiable in
+    every number (implicit function theorem).
 
     Computed relative to the front contact (`stand`) and only then put into the world frame.
 
@@ -68,7 +69,8 @@ def require_place(
     require_number("x_front", x_front, accepted="finite numbers [m]")
     params.check_leg_angles(leg_angles)
     shapes = {"x_front": np.shape(x_front), "leg_angles": np.shape(leg_angles)[:-1]}
-    shapes |= {name: np.shape(value) for name, value in others.items()}
+    vehicles = {name: value for name, value in vars(params).items() if np.ndim(value)}
+    shapes |= {name: np.shape(value) for name, value in (others | vehicles).items()}
     try:
         np.broadcast_shapes(*shapes.values())
     except ValueError:

@@ -75,6 +75,19 @@ def test_vehicles_and_frictions_of_any_shape_that_broadcasts(poses):
     assert wider.torque.shape == (2, 3)
 
 
+def test_vehicles_in_a_column_are_each_put_at_every_place(poses):
+    track, x, angles, _ = poses
+    x, angles = x[:3], angles[:3]
+    radii = np.array([[0.3], [0.28]], np.float32)
+    held = equilibrium(UGVParams(wheel_radius=radii), track, x, angles)
+    assert held.torque.shape == (2, 3)
+    alone = equilibrium(UGVParams(wheel_radius=radii[1, 0]), track, x, angles)
+    np.testing.assert_allclose(held.torque[1], alone.torque, rtol=1e-4, atol=0.01)
+    pair = UGVParams(wheel_radius=radii[:, 0])
+    with pytest.raises(ValueError, match=r"x_front \(3,\).*wheel_radius \(2,\) do not go together"):
+        equilibrium(pair, track, x, angles)
+
+
 def test_ground_that_is_a_batch_stays_elementwise(poses):
     _, x, angles, _ = poses
     heights = jnp.linspace(0.0, 0.1, 3, dtype=x.dtype)[:, None]
