@@ -31,6 +31,7 @@ class UGVTrainConfig(LearningConfiguration):
     """
 
     algorithm: str = shared("algorithm", "ppo")
+    trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
