@@ -80,7 +80,8 @@ class Trainer(ABC, Generic[Config, State, Params]):
 
     @abstractmethod
     def begin_stretch(self, timesteps: int) -> None:
-        """Start all random generators and episodes anew from the seed and the steps so far."""
+        """Start all random generators and episodes anew from the seed and the steps so far, but for
+        those that the state holds."""
 
     @abstractmethod
     def advance(self, goal: int) -> None:

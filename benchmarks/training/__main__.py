@@ -6,8 +6,8 @@
 Trains five seeds a task with the JAX trainer, as a population, and SB3 on the tasks and with the
 budgets of budgets.py; the policies play the task's own episodes at 16 points of the way. What the
 JSON has already, of the same definition and settings, is left as it is (--again measures it anew):
-so a run that was cut off goes on with the task it was at. --redraw writes the tables and pictures
-of docs/training.md, the entries "learned" of the ladder's known.json and the table of docs/tasks.md.
+so a run that was cut off goes on with the task it was at. --redraw writes table and picture of
+docs/training.md, the entries "learned" of the ladder's known.json and the table of docs/tasks.md.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.report import options, provenance, put_between, read_json, write_json
-from benchmarks.tasks.tables import long_table
 from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
 from benchmarks.tasks.__main__ import put
+from benchmarks.tasks.tables import long_table
 from benchmarks.training import tables
 from benchmarks.training.budgets import BUDGETS, COMPARED, configuration
 from benchmarks.training.measure import measure

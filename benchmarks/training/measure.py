@@ -64,7 +64,7 @@ def _by_population(
 ) -> dict[str, Any]:
     """All seeds side by side in one call; times are those of all of them."""
     budget, (env, params) = BUDGETS["jax", task.machine], task.make("same_step")
-    settings = settings_of(configuration("jax", task, 0))  # type: ignore[arg-type]
+    settings = settings_of(configuration("jax", task, 0))
     given = env, training_params(task, params), settings, budget.seeds
     begun = Stopwatch()
     begun.start()

@@ -9,7 +9,8 @@ import numpy as np
 from benchmarks.report import markdown, where
 from benchmarks.tasks.measure import rounded
 from stickslip.agents.evaluation.statistics import mean_interval
-from stickslip.envs import TASKS, Scale, known_of
+from stickslip.envs import TASKS, known_of
+from stickslip.envs.tasks import Scale
 
 GOAL = 0.9
 """The score whose time is looked for."""

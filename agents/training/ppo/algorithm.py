@@ -16,7 +16,7 @@ and learning use the same numbers, which change between updates only.
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -44,6 +44,8 @@ OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam
 
 Layers = tuple[tuple["Array", "Array"], ...]
 """Weights [inputs, outputs] and biases [outputs] of each layer."""
+Carry = tuple[tuple[Layers, Layers], optax.OptState]
+"""What a gradient step changes: actor and critic, and the optimiser's state."""
 
 
 class Moments(NamedTuple):
@@ -51,7 +53,7 @@ class Moments(NamedTuple):
 
     mean: Float[Array, " obs"]
     variance: Float[Array, " obs"]
-    count: Float[Array, ""]
+    number: Float[Array, ""]
 
 
 class Learner(NamedTuple):
@@ -59,7 +61,7 @@ class Learner(NamedTuple):
 
     actor: Layers
     critic: Layers
-    optimiser: Any
+    optimiser: optax.OptState
     """State of `OPTIMISER` over (actor, critic)."""
     seen: Moments
 
@@ -217,7 +219,7 @@ def improve(
     every = judged(learner, found, noise, rates)
     samples, size = sizes.samples, sizes.batch_size
 
-    def step(carry: tuple[Any, Any], rows: Array):
+    def step(carry: Carry, rows: Array):
         networks, optimiser = carry
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
         gradient, about = jax.grad(loss_of, has_aux=True)(
@@ -227,7 +229,7 @@ def improve(
         networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
         return (networks, optimiser), about
 
-    def epoch(carry: tuple[Any, Any], first: Array):
+    def epoch(carry: Carry, first: Array):
         return jax.lax.scan(step, carry, jnp.roll(order, first).reshape(-1, size))
 
     shuffling, beginning = jax.random.split(key)
@@ -243,32 +245,25 @@ def improve(
 
 def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
     """Mean and variance of what was seen and these."""
-    count = seen.count + len(obs)
-    share = len(obs) / count
+    number = seen.number + len(obs)
+    share = len(obs) / number
     mean, variance = obs.mean(0), obs.var(0)
     apart = mean - seen.mean
     spread = (1 - share) * seen.variance + share * variance + share * (1 - share) * apart**2
-    return Moments(seen.mean + share * apart, spread, count)
+    return Moments(seen.mean + share * apart, spread, number)
 
 
 class Start(NamedTuple):
-    """What a stretch begins with."""
+    """What a training begins with, beside its learner."""
 
     progress: Progress
     key: Array
     """Of its updates; that of the one i is fold_in(key, i)."""
 
 
-def begin_stretch(
-    env: FunctionalEnv[State, Params],
-    params: Params,
-    sizes: Sizes,
-    seed: Array | int,
-    timesteps: int = 0,
+def begin_episodes(
+    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
 ) -> Start:
-    """Fresh episodes and random numbers, which depend on the seed and the steps so far alone."""
-    key = jax.random.key(seed)
-    for part in divmod(timesteps, 2**31):
-        key = jax.random.fold_in(key, part)
-    episodes, updates = jax.random.split(key)
+    """Fresh episodes and random numbers."""
+    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
     return Start(begin(env, sizes.num_envs, params, episodes), updates)

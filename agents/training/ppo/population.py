@@ -5,17 +5,18 @@ from __future__ import annotations
 import itertools
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.ppo.algorithm import (
     Learner,
     Start,
+    begin_episodes,
     begin_learning,
-    begin_stretch,
     improve,
     network,
     rollout,
@@ -28,10 +29,11 @@ from stickslip.envs.collecting import cores_here
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.envs.functional import FunctionalEnv, Params, State
+    from stickslip.envs.functional import FunctionalEnv
 
 RETURN = "episode_return"
 """The entry of info whose mean over the episodes that end is kept."""
@@ -68,7 +70,7 @@ def train_population(
     tell: Callable[[Population], object] = lambda population: None,
     cores: int | None = None,
 ) -> Population:
-    """Train one member a seed on an environment, each as `PPOTrainer` does in one stretch.
+    """Train one member a seed on an environment, each as `PPOTrainer` does.
 
     params: of training episodes, shared by all. settings: sizes, and rates whose entries are
     numbers or arrays [members]: so a population goes over hyperparameters, too. timesteps: of each
@@ -118,10 +120,10 @@ def train_population(
     return now
 
 
-class _Program(NamedTuple):
+class _Program(NamedTuple, Generic[State, Params]):
     """What is static."""
 
-    env: FunctionalEnv[Any, Any]
+    env: FunctionalEnv[State, Params]
     sizes: Sizes
     inputs: int
     infos: tuple[str, ...]
@@ -133,18 +135,18 @@ class _Member(NamedTuple):
 
 
 @partial(jax.jit, static_argnums=0)
-def _begin(program: _Program, params: Any, seeds: Array) -> _Member:
+def _begin(program: _Program[State, Params], params: Params, seeds: Array) -> _Member:
     def one(seed: Array) -> _Member:
         outputs = len(program.env.action_names)
         learner = begin_learning(program.inputs, outputs, program.sizes, jax.random.key(seed))
-        return _Member(learner, begin_stretch(program.env, params, program.sizes, seed))
+        return _Member(learner, begin_episodes(program.env, params, program.sizes, seed))
 
     return jax.vmap(one)(seeds)
 
 
 def _advance(
-    program: _Program,
-    params: Any,
+    program: _Program[State, Params],
+    params: Params,
     first: int,
     shares: list[float],
     rates: Rates,
@@ -164,7 +166,12 @@ def _advance(
 
 @partial(jax.jit, static_argnums=0)
 def _update(
-    program: _Program, params: Any, rates: Rates, members: _Member, index: Array, share: Array
+    program: _Program[State, Params],
+    params: Params,
+    rates: Rates,
+    members: _Member,
+    index: Array,
+    share: Array,
 ) -> tuple[_Member, dict[str, Array]]:
     """One update of each member."""
 
@@ -196,7 +203,7 @@ def _groups(members: int, cores: int | None) -> list[slice]:
 def _spread(rates: Rates, members: int) -> Rates:
     """Every entry as an array [members]. ValueError for one of another length."""
 
-    def one(value: Any) -> Array:
+    def one(value: ArrayLike) -> Array:
         if np.shape(value) not in ((), (members,)):
             raise ValueError(
                 f"rates of shape {np.shape(value)} with {members} seeds; accepted: numbers, or "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import is_dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -13,10 +13,9 @@ from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.groups import LearningConfiguration
 from stickslip.agents.training.ppo.algorithm import (
     LOSSES,
-    Learner,
     Start,
+    begin_episodes,
     begin_learning,
-    begin_stretch,
     improve,
     network,
     rollout,
@@ -28,11 +27,14 @@ from stickslip.dynamics.checks import shown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from jaxtyping import Array
+
     from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.training.state_file import ModelState
     from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
+Tree = TypeVar("Tree")
 UNFIT = "its contents do not fit the configuration"
 _improve = jax.jit(improve, static_argnums=2)
 _begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
@@ -52,10 +54,9 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         super().__init__(config, same_step(env), params, report, stop)
         self._sizes, self._rates = settings_of(config)
         inputs, self._infos = shapes_of(self.env, params)
-        outputs = len(env.action_names)
-        self._learner = _begin_learning(inputs, outputs, self._sizes, jax.random.key(config.seed))
+        first = jax.random.key(config.seed)
+        self._learner = _begin_learning(inputs, len(env.action_names), self._sizes, first)
         self._start: Start | None = None
-        self._updates = 0
 
     @property
     def losses(self) -> tuple[str, ...]:
@@ -63,35 +64,39 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         return LOSSES
 
     def begin_stretch(self, timesteps: int) -> None:
-        """See Trainer."""
-        self.timesteps, self._updates = timesteps, 0
-        self._start = begin_stretch(self.env, self.params, self._sizes, self.config.seed, timesteps)
+        """See Trainer. Episodes and random numbers are in the state, so they go on."""
+        self.timesteps = timesteps
+        self._start = self._begun()
+
+    def _begun(self) -> Start:
+        """Where the episodes are: at their beginning, if nothing else was said."""
+        if self._start is not None:
+            return self._start
+        return begin_episodes(self.env, self.params, self._sizes, self.config.seed)
 
     def advance(self, goal: int) -> None:
         """See Trainer."""
-        if self._start is None:
-            self.begin_stretch(self.timesteps)
+        self._start = self._begun()
         while self.timesteps < goal and not self.stopped:
             self._update()
 
     def _update(self) -> None:
         """One rollout and what is learnt from it; neither, where it is stopped."""
-        progress, key = self._start  # type: ignore[misc]
+        progress, key = self._begun()
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         given = self.env, self.params, self._sizes, now.noise, self._learner
         found = rollout(*given, progress, self._infos)
         if self.stop():
             self.stopped = True
             return
-        updated = jax.random.fold_in(key, self._updates)
-        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, updated)
+        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
+        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, own)
         ended = ended_in(found, self._infos)
         jax.block_until_ready(learner)
         if self.stop():
             self.stopped = True
             return
         self._learner, self._start = learner, Start(found.progress, key)
-        self._updates += 1
         self.timesteps += self._sizes.samples
         self.report(
             Update(
@@ -105,20 +110,15 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
 
     def take_state(self) -> ModelState:
         """See Trainer."""
-        return {"learner": {**_named(self._learner)}}
+        episodes = _named(self._begun().progress)
+        return {"learner": {**_named(self._learner)}, "episodes": {**episodes}}
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
-        mine, given = _named(self._learner), state.get("learner")
-        if not isinstance(given, dict) or given.keys() != mine.keys():
-            raise ValueError(f"{UNFIT} (it holds another learner)")
-        leaves: dict[Any, Any] = {**given}
-        for name, own in mine.items():
-            if _kind(leaves[name]) != _kind(own):
-                what = f"{_kind(leaves[name])}, not {_kind(own)}"
-                raise ValueError(f"{UNFIT} (learner{name} is {what})")
-        arrays = [jnp.asarray(leaves[name]) for name in mine]
-        self._learner = jax.tree.unflatten(jax.tree.structure(self._learner), arrays)
+        learner = _filled("learner", self._learner, state.get("learner"))
+        start = self._begun()
+        progress = _filled("episodes", start.progress, state.get("episodes"))
+        self._learner, self._start = learner, start._replace(progress=progress)
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""
@@ -141,7 +141,7 @@ def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]
 def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
     """How many numbers an observation has, and the names of those in info."""
 
-    def first(key: Any) -> Any:
+    def first(key: Array) -> tuple[Array, dict[str, Array]]:
         obs, state = env.reset_env(key, params)
         info = env.step_env(state, jnp.zeros(len(env.action_names)), params)[5]
         return obs, {name: value for name, value in info.items() if jnp.ndim(value) == 0}
@@ -158,11 +158,38 @@ def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     return {name: np.asarray(found.kept[name])[over] for name in names}
 
 
-def _kind(value: Any) -> str:
+def _named(tree: object) -> dict[str, np.ndarray]:
+    """A tree's arrays by the way to each; random keys as plain numbers."""
+    leaves = jax.tree.leaves_with_path(tree)
+    return {jax.tree_util.keystr(path): np.asarray(_plain(leaf)) for path, leaf in leaves}
+
+
+def _filled(what: str, tree: Tree, given: object) -> Tree:
+    """The tree with the arrays that `_named` gave. ValueError for those of another tree."""
+    mine, leaves = _named(tree), jax.tree.leaves(tree)
+    if not isinstance(given, dict) or given.keys() != mine.keys():
+        raise ValueError(f"{UNFIT} (its {what} holds other arrays)")
+    arrays = []
+    for leaf, (name, own) in zip(leaves, mine.items(), strict=True):
+        array = given[name]
+        if not isinstance(array, np.ndarray) or _kind(array) != _kind(own):
+            raise ValueError(f"{UNFIT} ({what}{name} is {_kind(array)}, not {_kind(own)})")
+        arrays.append(_like(leaf, array))
+    return jax.tree.unflatten(jax.tree.structure(tree), arrays)
+
+
+def _is_key(leaf: Array) -> bool:
+    return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def _plain(leaf: Array) -> Array:
+    return jax.random.key_data(leaf) if _is_key(leaf) else leaf
+
+
+def _like(leaf: Array, array: np.ndarray) -> Array:
+    numbers = jnp.asarray(array)
+    return jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers
+
+
+def _kind(value: object) -> str:
     return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else shown(value)
-
-
-def _named(learner: Learner) -> dict[str, np.ndarray]:
-    """The learner's arrays by the way to each."""
-    leaves = jax.tree.leaves_with_path(learner)
-    return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}

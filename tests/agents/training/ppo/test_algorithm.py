@@ -11,8 +11,8 @@ import pytest
 from stickslip.agents.training.ppo.algorithm import (
     Moments,
     advantages,
+    begin_episodes,
     begin_learning,
-    begin_stretch,
     explore,
     improve,
     log_probability,
@@ -34,7 +34,7 @@ IMPROVE = jax.jit(improve, static_argnums=2)
 def found():
     """A rollout of a corridor, with its info."""
     learner = begin_learning(1, 1, SIZES, jax.random.key(0))
-    progress = begin_stretch(ENV, PARAMS, SIZES, 0).progress
+    progress = begin_episodes(ENV, PARAMS, SIZES, 0).progress
     return ROLL(ENV, PARAMS, SIZES, jnp.float32(1e-6), learner, progress, ("episode_length",))
 
 
@@ -78,7 +78,7 @@ def test_the_critic_learns_the_value_in_closed_form():
     sizes = replace(SIZES, epochs=8, hidden=16)
     rates = replace(RATES, learning_rate=1e-2, noise=0.01, final_noise=0.01)
     learner = begin_learning(1, 1, sizes, jax.random.key(1))
-    progress, key = begin_stretch(ENV, PARAMS, sizes, 1)
+    progress, key = begin_episodes(ENV, PARAMS, sizes, 1)
     for update in range(100):
         now = rates.at(jnp.float32(update / 100))
         found = ROLL(ENV, PARAMS, sizes, now.noise, learner, progress)
@@ -118,7 +118,7 @@ def test_moments_are_those_of_everything_seen():
     every = np.concatenate(parts)
     np.testing.assert_allclose(seen.mean, every.mean(0), rtol=1e-5)
     np.testing.assert_allclose(seen.variance, every.var(0), rtol=1e-4)
-    assert seen.count == 345
+    assert seen.number == 345
 
 
 def test_without_a_learning_rate_nothing_changes_but_what_was_seen(found):
@@ -131,7 +131,7 @@ def test_without_a_learning_rate_nothing_changes_but_what_was_seen(found):
         strict=True,
     ):
         np.testing.assert_array_equal(one, other)
-    assert after.seen.count == SIZES.samples
+    assert after.seen.number == SIZES.samples
     assert float(losses["kl_divergence"]) == pytest.approx(0, abs=1e-6)
     assert float(losses["clip_fraction"]) == 0
 

@@ -42,7 +42,7 @@ def three() -> Population:
 
 def test_a_member_is_the_trainers_own_run_of_its_seed(three):
     assert three.timesteps == STEPS
-    config = MassConfig.of(
+    config = MassConfig.of(  # in two stretches, which are as one
         seed=9,
         timesteps=STEPS,
         num_envs=8,
@@ -54,8 +54,9 @@ def test_a_member_is_the_trainers_own_run_of_its_seed(three):
     assert settings_of(config)[0] == SIZES
     rows = []
     trainer = PPOTrainer(config, ENV, PARAMS, rows.append, lambda: False)
-    trainer.begin_stretch(0)
-    trainer.advance(STEPS)
+    for goal in (1, STEPS):
+        trainer.begin_stretch(trainer.timesteps)
+        trainer.advance(goal)
     one, other = three.policy(1), trainer.policy()
     for left, right in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
         np.testing.assert_allclose(left, right, atol=2e-5, rtol=1e-3)
