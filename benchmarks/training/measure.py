@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.tasks.learn import training_params
 from benchmarks.tasks.measure import EPISODES, rounded
-from benchmarks.training.budgets import BUDGETS, STRETCHES, configuration
+from benchmarks.training.budgets import BUDGETS, STRETCHES, configuration, training_params
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.standard import keep_of
@@ -62,13 +61,14 @@ def measure(trainer: str, task: TaskDefinition, say: Callable[[str], None]) -> d
 def _by_population(
     task: TaskDefinition, earned: Callable[[MLPPolicy], float], say: Callable[[str], None]
 ) -> dict[str, Any]:
-    """All seeds side by side in one call; times are those of all of them."""
+    """All seeds side by side on one core, which is one program; each has its share of the time."""
     budget, (env, params) = BUDGETS["jax", task.machine], task.make("same_step")
-    settings = settings_of(configuration("jax", task, 0))
-    given = env, training_params(task, params), settings, budget.seeds
+    config = configuration("jax", task, 0)
+    settings = settings_of(config)
+    given = env, training_params(task, params, config), settings, budget.seeds
     begun = Stopwatch()
     begun.start()
-    train_population(*given, timesteps=settings[0].samples)  # compiles
+    train_population(*given, timesteps=settings[0].samples, cores=1)  # compiles
     begun.stop()
     watch, rows = Stopwatch(), []
 
@@ -81,7 +81,7 @@ def _by_population(
         watch.start()
 
     watch.start()
-    train_population(*given, timesteps=budget.timesteps, stretches=STRETCHES, tell=tell)
+    train_population(*given, timesteps=budget.timesteps, stretches=STRETCHES, tell=tell, cores=1)
     steps, wall, processor, returns = zip(*rows, strict=True)
     return {
         "steps": list(steps),
@@ -102,7 +102,7 @@ def _one_by_one(
     for seed in budget.seeds:
         config = configuration("sb3", task, seed)
         kind = trainer_of(config)
-        trainer = kind(config, env, training_params(task, params), _ignore, _never)
+        trainer = kind(config, env, training_params(task, params, config), _ignore, _never)
         watch, returns, passed, made = Stopwatch(), [], [], []
         try:
             trainer.begin_stretch(0)
