@@ -25,6 +25,7 @@ BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
 
 SB3: dict[str, Json] = {
+    "timesteps": 6_000_000,
     "num_envs": 256,
     "learning_rate": 1e-3,
     "discount": 0.99,
@@ -32,6 +33,7 @@ SB3: dict[str, Json] = {
     "rollout_steps": 128,
     "epochs": 6,
     "noise": 0.22,
+    "final_noise": 0.03,
 }
 """Where the defaults of PPO in Stable-Baselines3 differ from the fields' own."""
 DEFAULTS: dict[str, dict[str, Json]] = {
@@ -64,7 +66,7 @@ class TrainConfig(LearningConfiguration):
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
     trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
-    timesteps: int = shared("timesteps", 6_000_000)
+    timesteps: int = shared("timesteps", 8_000_000)
 
     scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -105,7 +107,7 @@ class TrainConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
 
-    ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3)
+    ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
     sac: SACSettings = group(SACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
