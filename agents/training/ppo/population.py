@@ -136,12 +136,16 @@ class _Member(NamedTuple):
 
 @partial(jax.jit, static_argnums=0)
 def _begin(program: _Program[State, Params], params: Params, seeds: Array) -> _Member:
-    def one(seed: Array) -> _Member:
+    def learner(seed: Array) -> Learner:
         outputs = len(program.env.action_names)
-        learner = begin_learning(program.inputs, outputs, program.sizes, jax.random.key(seed))
-        return _Member(learner, begin_episodes(program.env, params, program.sizes, seed))
+        return begin_learning(program.inputs, outputs, program.sizes, jax.random.key(seed))
 
-    return jax.vmap(one)(seeds)
+    def start(seed: Array) -> Start:
+        return begin_episodes(program.env, params, program.sizes, seed)
+
+    # One learner after the other: of several at once, LAPACK factorises the weights of different
+    # layers in tasks of one thread pool that wait for each other, on two cores for ever.
+    return _Member(jax.lax.map(learner, jnp.asarray(seeds)), jax.vmap(start)(seeds))
 
 
 def _advance(
@@ -188,6 +192,8 @@ def _update(
             losses["return"] = total / jnp.sum(over)
         return _Member(learner, Start(found.progress, key)), losses
 
+    if jax.default_backend() == "cpu":  # batches of small matrix products take it twice as long
+        return jax.lax.map(lambda each: one(*each), (rates, members))
     return jax.vmap(one)(rates, members)
 
 
