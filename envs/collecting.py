@@ -99,7 +99,7 @@ def collect(
     _require_room(program, params, policy_params, num_envs)
     traced = not is_concrete((params, policy_params, key, progress))
     count = 1 if traced else _threads(num_envs, cores)
-    now = _begin(env, num_envs, params, key) if progress is None else progress
+    now = begin(env, num_envs, params, key) if progress is None else progress
     if count == 1:
         return _collect(program, params, policy_params, now)
     size = -(-num_envs // count)
@@ -132,7 +132,9 @@ class _Program(NamedTuple):
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progress:
+def begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progress:
+    """Where `collect` begins: every environment after its first reset. Nothing is checked."""
+
     def one(index: Array) -> Progress:
         chain, reset = jax.random.split(jax.random.fold_in(key, index))
         obs, state = env.reset_env(reset, params)
@@ -164,10 +166,10 @@ def _threads(num_envs: int, cores: int | None) -> int:
         return min(require_integer("cores", cores, high=4096), num_envs)
     if jax.default_backend() != "cpu":
         return 1
-    return max(1, min(_cores(), num_envs // LEAST_A_CORE))
+    return max(1, min(cores_here(), num_envs // LEAST_A_CORE))
 
 
-def _cores() -> int:
+def cores_here() -> int:
     """Of this machine that the process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

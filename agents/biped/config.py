@@ -24,9 +24,23 @@ ALGORITHMS = ("ppo", "sac")
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
 
+SB3: dict[str, Json] = {
+    "timesteps": 6_000_000,
+    "num_envs": 256,
+    "learning_rate": 1e-3,
+    "discount": 0.99,
+    "hidden": 64,
+    "rollout_steps": 128,
+    "epochs": 6,
+    "noise": 0.22,
+    "final_noise": 0.03,
+}
+"""Where the defaults of PPO in Stable-Baselines3 differ from the fields' own."""
 DEFAULTS: dict[str, dict[str, Json]] = {
     "ppo": {},
     "sac": {
+        **SB3,
+        "trainer": "sb3",
         "timesteps": 300_000,
         "num_envs": 16,
         "batch_size": 256,
@@ -36,7 +50,7 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "checkpoint_interval": 25_000,
     },
 }
-"""Where an algorithm's defaults differ from the fields' own."""
+"""Where an algorithm's do."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +64,9 @@ class TrainConfig(LearningConfiguration):
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
+    trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
-    timesteps: int = shared("timesteps", 6_000_000)
+    timesteps: int = shared("timesteps", 8_000_000)
 
     scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -83,16 +98,16 @@ class TrainConfig(LearningConfiguration):
     energy_weight: float = entry(0.5, float, "of energy in the training reward", low=0)
     fall_penalty: float = entry(1.0, float, "of a fall in the training reward", low=0)
 
-    num_envs: int = shared("num_envs", 256)
-    learning_rate: float = shared("learning_rate", 1e-3)
+    num_envs: int = shared("num_envs", 1024)
+    learning_rate: float = shared("learning_rate", 2e-3)
     final_learning_rate: float = shared("final_learning_rate", 1e-4)
-    discount: float = shared("discount", 0.99)
+    discount: float = shared("discount", 0.98)
     batch_size: int = shared("batch_size", 4096)
-    hidden: int = shared("hidden", 64)
+    hidden: int = shared("hidden", 32)
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
 
-    ppo: PPOSettings = group(PPOSettings)
+    ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
     sac: SACSettings = group(SACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
@@ -116,8 +131,8 @@ class TrainConfig(LearningConfiguration):
     }
 
     @classmethod
-    def _defaults(cls, algorithm: str) -> dict[str, Json]:
-        return DEFAULTS.get(algorithm, {})
+    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
+        return SB3 if (algorithm, trainer) == ("ppo", "sb3") else DEFAULTS.get(algorithm, {})
 
     def _check_together(self) -> None:
         require_room(self, BIPED_OBSERVATION)

@@ -23,7 +23,7 @@ ENTRY = b"PK\x01\x02"
 """Begins each entry of an archive's directory; by chance also stands in one array out of 10^8."""
 KINDS = {"stored": zipfile.ZIP_STORED, "deflated": zipfile.ZIP_DEFLATED}
 """Compressions that NumPy writes."""
-NUMBERS = ("<f4", "<f8", "<i4", "<i8", "|u1", "|b1")
+NUMBERS = ("<f4", "<f8", "<i4", "<i8", "<u4", "|u1", "|b1")
 HEADER = re.compile(
     rb"\{'descr': '([<|][a-zA-Z]\d{1,9})', 'fortran_order': (?:True|False), "
     rb"'shape': \((\d{0,18}(?:, ?\d{1,18}){0,7}),?\), ?\} *\n"

@@ -92,6 +92,12 @@ class MLPPolicy(Memoryless):
 
     def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch act"]:
         """The actions for observations."""
+        x = self.unlimited(obs)
+        x = jnp.tanh(x) if self.squash == "tanh" else jnp.clip(x, -1.0, 1.0)
+        return x.astype(jnp.asarray(obs).dtype)
+
+    def unlimited(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch out"]:
+        """What the last layer gives, in the weights' type: the actions before `squash`."""
         size = self.layer_sizes[0]
         if np.shape(obs)[-1:] != (size,):
             raise ValueError(
@@ -106,8 +112,7 @@ class MLPPolicy(Memoryless):
         for index, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             x = jnp.matmul(x, weight, precision="highest") + bias
             x = x if index == last else ACTIVATIONS[self.activation](x)
-        x = jnp.tanh(x) if self.squash == "tanh" else jnp.clip(x, -1.0, 1.0)
-        return x.astype(given.dtype)
+        return x
 
     def _check_shapes(self) -> None:
         width = None

@@ -1,9 +1,9 @@
 """Checkpoints: folders that appear whole or not at all, and that run no code when read.
 
 A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters and optimiser states, for SAC
-what the replay buffer holds, as arrays), `policy.npz` and `state.json`. Random states are not kept:
-at every checkpoint the generators and environments start anew from the seed and the number of steps
-(see train.py).
+what the replay buffer holds, for PPO in JAX the episodes, as arrays), `policy.npz` and
+`state.json`. Other random states are not kept: at every checkpoint such generators and environments
+start anew from the seed and the number of steps (see run.py).
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 from dataclasses import Field as DataclassField
 from dataclasses import asdict, field, fields, replace
@@ -28,6 +29,9 @@ FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
 UNNAMED = "biped"
 """The machine of a configuration that names none."""
+BEFORE: dict[str, Json] = {"trainer": "sb3"}
+"""Fields that came later, and what runs were until then: a text without one means that, and one
+that means it is without. So earlier files are read, and earlier digests stay as they were."""
 
 
 def entry(default: T, kind: Kind, about: str, **rule: Unpack[Limits]) -> T:
@@ -134,25 +138,29 @@ class Configuration(Settings):
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         require_known(given, rules)
         given = {name: value for name, value in given.items() if value is not None}
-        algorithm = given.get("algorithm", "ppo")
+        defaults = cls._defaults(str(given.get("algorithm", "ppo")), given.get("trainer"))
+        known = {one.name: one.default for one in every_field(cls)} | defaults | given
         for one, other in cls.EXCLUSIVE:
             if one in given and other in given:
                 raise ValueError(
                     f"{one} with {other}: both say which {cls.EXCLUSIVE[one, other]}; accepted: "
                     "one of them"
                 )
-        for name in given:
+        for name, kind in itertools.product(given, ("algorithm", "trainer")):
             whose = rules[name].about.partition(": ")[0]
-            if whose in rules["algorithm"].choices and whose != algorithm:
+            if kind in rules and whose in rules[kind].choices and whose != known[kind]:
                 raise ValueError(
-                    f"{name} with algorithm = {shown(algorithm)}, which has none; accepted: with "
-                    f"algorithm = {whose!r}"
+                    f"{name} with {kind} = {shown(known[kind])}, which has none; accepted: with "
+                    f"{kind} = {whose!r}"
                 )
-        return cls._grouped(cls._defaults(str(algorithm)) | given)
+        return cls._grouped(defaults | given)
 
     @classmethod
-    def _defaults(cls, algorithm: str) -> dict[str, Json]:
-        """Where an algorithm's defaults differ from the fields' own."""
+    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
+        """Where the defaults of an algorithm and a trainer differ from the fields' own.
+
+        trainer: None where none is asked for, the algorithm's usual one is meant then.
+        """
         return {}
 
     @classmethod
@@ -173,7 +181,8 @@ class Configuration(Settings):
     def _json(self, version: int, content: dict[str, Any]) -> str:
         head: dict[str, Json] = {"format": FORMAT, "version": version}
         head |= {} if self.machine == UNNAMED else {"machine": self.machine}
-        return json.dumps(head | content, indent=2) + "\n"
+        told = {name: one for name, one in content.items() if BEFORE.get(name, ...) != one}
+        return json.dumps(head | told, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> Self:
@@ -182,7 +191,8 @@ class Configuration(Settings):
         if (machine := content.pop("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
-        return cls._grouped(require_entries(_flat(content, cls), rules))
+        before = {name: one for name, one in BEFORE.items() if name in rules}
+        return cls._grouped(require_entries(before | _flat(content, cls), rules))
 
     @property
     def digest(self) -> str:
@@ -225,9 +235,11 @@ def _help_of(one: Field, kind: type[Configuration]) -> str:
     choices = f": {', '.join(rule.choices)}" if rule.choices else ""
     defaults = "none" if one.default is None else f"{one.default}"
     rules = {of.name: rule_of(of) for of in every_field(kind)}
-    for algorithm in rules["algorithm"].choices:
-        other = kind._defaults(algorithm).get(one.name, one.default)
-        defaults += f"; {algorithm}: {other}" if other != one.default else ""
+    for asked in ("algorithm", "trainer"):
+        for choice in rules[asked].choices if asked in rules else ():
+            others = kind._defaults(**{"algorithm": "ppo", asked: choice})
+            other = others.get(one.name, one.default)
+            defaults += f"; {choice}: {other}" if other != one.default else ""
     return f"{rule.about}{choices} (default: {defaults})"
 
 

@@ -34,6 +34,7 @@ PACKAGES = (
     "jaxlib",
     "numpy",
     "gymnasium",
+    "optax",
     "stable-baselines3",
     "torch",
     "matplotlib",

@@ -16,6 +16,7 @@ MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
 SHARED = {
     "algorithm": Rule(str, "learning algorithm", choices=("ppo",)),
+    "trainer": Rule(str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")),
     "timesteps": Rule(int, "control steps in all", low=1, high=MOST_STEPS),
     "seed": Rule(int, "of everything random", low=0, high=2**31 - 1),
     "num_envs": Rule(int, "environments side by side", low=1, high=65536),
@@ -25,7 +26,7 @@ SHARED = {
     "batch_size": Rule(int, "samples a gradient step", low=2),
     "hidden": Rule(int, "units a hidden layer", low=1, high=4096),
     "layers": Rule(int, "hidden layers", low=1, high=8),
-    "threads": Rule(int, "of PyTorch", low=1, high=256),
+    "threads": Rule(int, "sb3: of PyTorch", low=1, high=256),
     "checkpoint_interval": Rule(int, "steps to the next checkpoint", low=1, high=MOST_STEPS),
     "keep_checkpoints": Rule(int, "of the latest, beside the best", low=1),
     "evaluation_episodes": Rule(int, "episodes an evaluation", low=1, high=65536),
@@ -67,8 +68,9 @@ class SACSettings(Settings):
 
 
 class LearningConfiguration(Configuration):
-    """A configuration of what Stable-Baselines3 trains; its dataclasses give each its default."""
+    """A configuration of what the trainers here train; its dataclasses give each its default."""
 
+    trainer: str = "sb3"
     num_envs: int
     learning_rate: float
     final_learning_rate: float
@@ -80,6 +82,14 @@ class LearningConfiguration(Configuration):
     ppo: PPOSettings
     sac: SACSettings
     """Where "sac" is among the algorithms."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.trainer == "jax" and self.algorithm != "ppo":
+            raise ValueError(
+                f"trainer = 'jax' with algorithm = {self.algorithm!r}; accepted: 'sb3', or "
+                "algorithm = 'ppo'"
+            )
 
 
 def require_whole_batches(config: LearningConfiguration) -> None:

@@ -1,11 +1,12 @@
 """A training run in a directory that a killed run can go on in, whatever learns.
 
 A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
-environments anew from the seed and the number of steps so far, so it depends on nothing but the
-checkpoint before it: a run that was killed and resumed ends with the policy, the metrics and the
-evaluations of one that was not, to the last bit on the same machine and versions (the columns of
-wall-clock time aside). A run stopped by `stop` (Ctrl-C) adds a checkpoint where it stood, and so
-goes on with other random numbers.
+environments anew from the seed and the number of steps so far, or takes them from the checkpoint,
+where the trainer keeps them there. So it depends on nothing but the checkpoint before it: a run
+that was killed and resumed ends with the policy, the metrics and the evaluations of one that was
+not, to the last bit on the same machine and versions (the columns of wall-clock time aside). A run
+stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a trainer that starts anew there goes
+on with other random numbers.
 """
 
 from __future__ import annotations

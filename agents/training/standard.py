@@ -21,6 +21,7 @@ class StandardConfig(LearningConfiguration):
     """
 
     algorithm: str = shared("algorithm", "ppo")
+    trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
     timesteps: int = shared("timesteps", 1_000_000)
 

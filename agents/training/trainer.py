@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from stickslip.agents.training.state_file import ModelState
     from stickslip.envs.functional import FunctionalEnv
 
-TRAINERS = {"sb3": "stickslip.agents.training.sb3.trainer:SB3Trainer"}
+TRAINERS = {
+    "jax": "stickslip.agents.training.ppo.trainer:PPOTrainer",
+    "sb3": "stickslip.agents.training.sb3.trainer:SB3Trainer",
+}
 """Module and class by name; what they import is needed only where they are used."""
 TEST_SEEDS = 2**31
 """Evaluations during training use the seeds from here on, so that none is seen in training."""
@@ -61,8 +64,8 @@ class Trainer(ABC, Generic[Config, State, Params]):
     ):
         """config: the machine's. env, params: of training episodes.
 
-        report: to be called after updates. stop: to be asked after every step; once true, learning
-        ends and `stopped` is set.
+        report: to be called after updates. stop: to be asked after every step, or every few that
+        are one program; once true, learning ends and `stopped` is set.
         """
         self.config, self.env, self.params = config, env, params
         self.report, self.stop = report, stop
@@ -77,7 +80,8 @@ class Trainer(ABC, Generic[Config, State, Params]):
 
     @abstractmethod
     def begin_stretch(self, timesteps: int) -> None:
-        """Start all random generators and episodes anew from the seed and the steps so far."""
+        """Start all random generators and episodes anew from the seed and the steps so far, but for
+        those that the state holds."""
 
     @abstractmethod
     def advance(self, goal: int) -> None:
@@ -111,7 +115,7 @@ AnyTrainer: TypeAlias = Trainer[Any, Any, Any]
 
 def trainer_of(config: Configuration) -> type[AnyTrainer]:
     """The trainer that a configuration asks for. ModuleNotFoundError where a package is missing."""
-    module, _, name = TRAINERS["sb3"].partition(":")
+    module, _, name = TRAINERS[getattr(config, "trainer", "sb3")].partition(":")
     kind = getattr(import_module(module), name)
     if not issubclass(kind, Trainer):
         raise TypeError(f"{kind} is no Trainer")

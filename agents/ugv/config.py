@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.groups import (
@@ -17,13 +17,19 @@ from stickslip.agents.training.groups import (
 from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
+if TYPE_CHECKING:
+    from stickslip.agents.foreign.reading import Json
+
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
+SB3: dict[str, Json] = {"discount": 0.99}
+"""Where the defaults of Stable-Baselines3 differ from the fields' own."""
 
 
 @dataclass(frozen=True)
 class UGVTrainConfig(LearningConfiguration):
-    """How a policy of the UGV is trained, with PPO. The defaults take minutes on two cores.
+    """How a policy of the UGV is trained, with PPO. The defaults take a minute on two cores, most
+    of it to compile.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
     from them; groups as in TrainConfig. Bad values raise ValueError naming the field, what was
@@ -31,6 +37,7 @@ class UGVTrainConfig(LearningConfiguration):
     """
 
     algorithm: str = shared("algorithm", "ppo")
+    trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
 
@@ -75,7 +82,7 @@ class UGVTrainConfig(LearningConfiguration):
     num_envs: int = shared("num_envs", 64)
     learning_rate: float = shared("learning_rate", 3e-3)
     final_learning_rate: float = shared("final_learning_rate", 3e-4)
-    discount: float = shared("discount", 0.99)
+    discount: float = shared("discount", 0.95)
     batch_size: int = shared("batch_size", 512)
     hidden: int = shared("hidden", 64)
     layers: int = shared("layers", 2)
@@ -97,6 +104,10 @@ class UGVTrainConfig(LearningConfiguration):
         "checkpoint_interval": "checkpoints and evaluations",
     }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
+
+    @classmethod
+    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
+        return SB3 if trainer == "sb3" else {}
 
     def _check_together(self) -> None:
         self._require_inside("friction", "random_friction")

@@ -27,16 +27,20 @@ def learn(task: TaskDefinition, seeds: int, steps: int) -> dict[str, Any]:
     return {"how": how, "returns": returns}
 
 
+def training_params(task: TaskDefinition, params: Any) -> Any:
+    """The task's parameters with the UGV's rewards scaled, as `stickslip train` scales them."""
+    if task.machine != "ugv":
+        return params
+    scale = 1 / USUAL[str(task.choices["criterion"])]
+    return params.replace(reward_scale=scale, failure_penalty=FAILURE / scale)
+
+
 def _trained(task: TaskDefinition, seed: int, steps: int) -> float:
     env, params = task.make("same_step")
     machine = machine_by_name(task.machine)
     config = machine.configuration.of(seed=seed, timesteps=steps)
-    training = params
-    if task.machine == "ugv":
-        scale = 1 / USUAL[str(task.choices["criterion"])]
-        training = params.replace(reward_scale=scale, failure_penalty=FAILURE / scale)
     kind = trainer_of(config)
-    trainer = kind(config, env, training, lambda update: None, lambda: False)
+    trainer = kind(config, env, training_params(task, params), lambda update: None, lambda: False)
     try:
         trainer.begin_stretch(0)
         trainer.advance(steps)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from benchmarks.report import markdown
+from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.envs import TASKS, known_of
 
 if TYPE_CHECKING:
@@ -70,10 +73,8 @@ def _cell(known: Known, earned: Earned) -> str:
 
 
 def _learned(known: Known, learned: Learned) -> str:
-    scores = [known.scale.score(one) for one in learned.returns]
-    if len(scores) == 1:
-        return f"{scores[0]:.2f}"
-    return f"{min(scores):.2f} to {max(scores):.2f}"
+    mean = mean_interval(np.asarray([known.scale.score(one) for one in learned.returns]))
+    return f"{mean.value:.2f}" + (f" ± {mean.high - mean.value:.2g}" if mean.high < np.inf else "")
 
 
 def _earned(earned: Earned) -> str:

@@ -110,7 +110,7 @@ def test_names_belong_to_one_machine(capsys):
 
 def test_another_trainer_gets_checkpoints_metrics_and_resumption(tmp_path, monkeypatch):
     pytest.importorskip("tensorboard")
-    monkeypatch.setitem(TRAINERS, "sb3", "tests.agents.climber:Climber")
+    monkeypatch.setitem(TRAINERS, "jax", "tests.agents.climber:Climber")
     config = MassConfig.of(timesteps=512, seed=5)
     whole = train(config, tmp_path / "whole", bar=False)
     cut = iter([False] * 5 + [True] * 9)

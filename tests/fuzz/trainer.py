@@ -20,6 +20,7 @@ from stickslip.agents.training.run import train
 from stickslip.agents.training.sb3 import trainer  # noqa: F401
 
 CONFIG = TrainConfig.of(
+    trainer="sb3",
     timesteps=512,
     checkpoint_interval=64,
     num_envs=4,

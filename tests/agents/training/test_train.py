@@ -10,15 +10,17 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.policy import read_metadata
-from stickslip.agents.training.checkpoint import STATE, list_checkpoints
+from stickslip.agents.training.checkpoint import STATE, list_checkpoints, read_model
 from stickslip.agents.training.directory import only_writer
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.run import best_evaluation, train
+from stickslip.agents.training.state_file import pack
 from stickslip.agents.training.trained import Trained
 from tests.agents.runs import assert_same_run
 
@@ -32,16 +34,16 @@ SHORT = {
     "keep_checkpoints": 9,
     "seed": 3,
 }
-PPO = TrainConfig.of(
-    timesteps=768, rollout_steps=32, batch_size=64, epochs=2, checkpoint_interval=256, **SHORT
-)
+FEW = {"timesteps": 768, "rollout_steps": 32, "batch_size": 64, "epochs": 2}
+PPO = TrainConfig.of(trainer="sb3", checkpoint_interval=256, **FEW, **SHORT)
+JAX = TrainConfig.of(trainer="jax", checkpoint_interval=256, **FEW, **SHORT)
 SAC = TrainConfig.of(
     algorithm="sac",
     timesteps=240,
     checkpoint_interval=80,
     **SHORT | {"batch_size": 32, "learning_starts": 40, "gradient_steps": 2, "buffer_size": 160},
 )
-CONFIGS = {"ppo": PPO, "sac": SAC}
+CONFIGS = {"ppo": PPO, "jax": JAX, "sac": SAC}
 
 
 @pytest.fixture(scope="module")
@@ -103,15 +105,18 @@ def stop():
         os.kill(os.getpid(), signal.SIGKILL)
 train(TrainConfig.from_json(sys.argv[1]), sys.argv[2], stop=stop)
 """
+ASKED = {"ppo": 32, "jax": 2}
+"""How often a trainer asks whether to stop, an update."""
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("algorithm", ASKED)
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
-def test_a_run_killed_and_resumed_equals_one_that_was_not(runs, tmp_path: Path):
+def test_a_run_killed_and_resumed_equals_one_that_was_not(runs, tmp_path: Path, algorithm: str):
     path = tmp_path / "run"
-    step = (PPO.checkpoint_interval + 200) // PPO.num_envs  # within the second stretch
+    step = 3 * ASKED[algorithm] + 1  # within the second stretch, after an update of it
     child = subprocess.run(
-        [sys.executable, "-c", KILLED, PPO.to_json(), str(path), str(step)],
+        [sys.executable, "-c", KILLED, CONFIGS[algorithm].to_json(), str(path), str(step)],
         capture_output=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         check=False,
@@ -123,17 +128,18 @@ def test_a_run_killed_and_resumed_equals_one_that_was_not(runs, tmp_path: Path):
         file.write("480,1.2,0.")  # a line that the kill cut short
     (path / "checkpoints" / "000000000512.part").mkdir()
     assert train(None, path, resume=True, bar=False).finished
-    assert_same_run(runs().directory, path)
+    assert_same_run(runs(algorithm).directory, path)
     assert not list(path.rglob("*.part*"))
 
 
-def test_a_stopped_run_keeps_what_it_learnt_and_goes_on(tmp_path: Path):
-    path, calls = tmp_path / "run", iter(range(10**9))
-    stopped = train(PPO, path, bar=False, stop=lambda: next(calls) == 100)
+@pytest.mark.parametrize("algorithm", ASKED)
+def test_a_stopped_run_keeps_what_it_learnt_and_goes_on(tmp_path: Path, algorithm: str):
+    path, calls, config = tmp_path / "run", iter(range(10**9)), CONFIGS[algorithm]
+    stopped = train(config, path, bar=False, stop=lambda: next(calls) == 3 * ASKED[algorithm] + 1)
     assert not stopped.finished
-    assert stopped.timesteps == 384  # the update before step 100 of 4 environments
+    assert stopped.timesteps == 384  # the fourth update is given up
     assert [int(p.name) for p in list_checkpoints(path / "checkpoints")] == [256, 384]
-    again = train(PPO, path, resume=True, bar=False)
+    again = train(config, path, resume=True, bar=False)
     assert again.finished
     assert again.seconds > stopped.seconds
     assert read_columns(path / "metrics.csv")["timesteps"] == [128, 256, 384, 512, 640, 768]
@@ -265,6 +271,32 @@ def test_a_checkpoint_of_another_run_is_refused(copy: Path, runs):
     shutil.rmtree(folder)
     shutil.copytree(other, folder)
     with pytest.raises(ValueError, match="another configuration"):
+        train(None, copy, resume=True)
+
+
+def test_parameters_that_are_no_numbers_end_the_run_by_name(tmp_path: Path):
+    config = replace(JAX, learning_rate=1e30, final_learning_rate=1e30)
+    with pytest.raises(ValueError, match="training diverged before step 256: the policy's"):
+        train(config, tmp_path / "run", bar=False)
+    assert not list_checkpoints(tmp_path / "run" / "checkpoints")
+
+
+@pytest.mark.parametrize("change", ["shape", "type", "name", "nothing"])
+def test_a_learner_of_another_shape_is_refused(runs, tmp_path: Path, change: str):
+    copy = Path(shutil.copytree(runs("jax").directory, tmp_path / "copy"))
+    folder = list_checkpoints(copy / "checkpoints")[-1]
+    state = read_model(folder)
+    learner = state["learner"]
+    assert isinstance(learner, dict)
+    name = next(iter(learner))
+    changed = {
+        "shape": {**learner, name: np.zeros((3, 3), np.float32)},
+        "type": {**learner, name: "a word"},
+        "name": {**learner, "another": np.zeros(1)},
+        "nothing": None,
+    }
+    (folder / "model.npz").write_bytes(pack({"learner": changed[change]}))
+    with pytest.raises(ValueError, match=f"{folder.name}: its contents do not fit"):
         train(None, copy, resume=True)
 
 

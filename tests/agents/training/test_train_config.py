@@ -76,24 +76,42 @@ EARLIER = Path(__file__).parents[2] / "reference" / "configurations"
 @pytest.mark.parametrize(
     ("name", "digest", "expected"),
     [
-        ("biped_ppo", "96623cee458007e2", TrainConfig.of()),
+        ("biped_ppo", "96623cee458007e2", TrainConfig.of(trainer="sb3")),
         (
             "biped_sac",
             "66fbb1cea21e9f97",
             TrainConfig.of(algorithm="sac", random_friction=(0.8, 1.2)),
         ),
-        ("ugv", "0ff36dfe9b57330e", UGVTrainConfig.of(epochs=3)),
+        ("ugv", "0ff36dfe9b57330e", UGVTrainConfig.of(trainer="sb3", epochs=3)),
     ],
 )
 def test_configurations_of_earlier_runs_are_read_and_their_checkpoints_still_belong_to_them(
     name: str, digest: str, expected: Configuration
 ):
     text = (EARLIER / f"{name}.json").read_text(encoding="utf-8")
-    assert "ppo" not in json.loads(text)
+    assert not {"ppo", "trainer"} & json.loads(text).keys()
     found = read_configuration(text)
     assert found == expected
     assert found.digest == expected.digest == digest
     assert read_configuration(found.to_json()) == found
+    assert "trainer" not in json.loads(found.to_json())
+
+
+def test_a_configuration_says_what_learns_where_it_is_not_what_always_did():
+    for kind in (TrainConfig, UGVTrainConfig):
+        config = kind.of()
+        assert config == kind() == kind.of(trainer="jax")
+        assert json.loads(config.to_json())["trainer"] == "jax"
+        assert read_configuration(config.to_json()) == config
+        assert config.digest != replace(config, trainer="sb3").digest
+    assert TrainConfig.of(algorithm="sac").trainer == "sb3"
+    assert TrainConfig.of(trainer="sb3", threads=2).threads == 2
+    with pytest.raises(ValueError, match="trainer = 'jax' with algorithm = 'sac'; accepted: 'sb3'"):
+        TrainConfig.of(algorithm="sac", trainer="jax")
+    with pytest.raises(ValueError, match="threads with trainer = 'jax', which has none"):
+        TrainConfig.of(threads=2)
+    with pytest.raises(ValueError, match="trainer = 'torch' is unknown; accepted: 'jax', 'sb3'"):
+        TrainConfig.of(trainer="torch")
 
 
 def test_the_settings_of_an_algorithm_are_a_group_that_machines_share():
@@ -101,8 +119,8 @@ def test_the_settings_of_an_algorithm_are_a_group_that_machines_share():
         assert isinstance(config.ppo, PPOSettings)
         assert (config.ppo.epochs, config.ppo.noise) == (3, 0.5)
         assert json.loads(config.to_json())["ppo"]["epochs"] == 3
-    steps = replace(TrainConfig.of(), ppo=PPOSettings(rollout_steps=32))
-    assert steps == TrainConfig.of(rollout_steps=32)
+    steps = replace(TrainConfig.of(), ppo=replace(TrainConfig.of().ppo, rollout_steps=64))
+    assert steps == TrainConfig.of(rollout_steps=64)
     assert steps.digest != TrainConfig.of().digest
     with pytest.raises(ValueError, match=r"^ppo = 3; accepted: a PPOSettings"):
         replace(TrainConfig.of(), ppo=3)
@@ -156,8 +174,8 @@ def test_every_field_has_a_flag():
     for one in every_field(TrainConfig):
         rule = rule_of(one)
         drawn = ("random_payload", "random_commanded_rate", "scene")
-        if one.name in drawn or rule.about.startswith("sac: "):
-            continue  # not beside payload, commanded_rate, mu_static and PPO
+        if one.name in drawn or rule.about.startswith(("sac: ", "sb3: ")):
+            continue  # not beside payload, commanded_rate, mu_static and PPO in JAX
         value: Any = 0.05 if one.default is None else one.default
         value = {bool: True, "range": (0.5, 0.75)}.get(rule.kind, value)
         words = {bool: (), "range": value}.get(rule.kind, (value,))

@@ -1,0 +1,269 @@
+"""Proximal policy optimisation (Schulman et al. 2017) as pure functions of JAX.
+
+One update: `rollout` steps the environments, `advantages` judges what they did, `improve` takes
+gradient steps over minibatches of it. Everything that learning goes on from is a `Learner`; the
+environments stand in `Progress` beside it. The trainer and the population loop around these.
+
+An action is mean(obs) + noise * normal numbers, and its probability is that of this sum; the
+environment clips it to [-1, 1], which is part of the environment. So ratios of probabilities are
+exact where the clipping acts, too. The noise follows a course and is not learnt: learnt, it
+vanishes before anything walks (see sb3/algorithm.py).
+
+Observations are normalised by mean and variance of all that were seen before the rollout: acting
+and learning use the same numbers, which change between updates only.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.envs.collecting import Collected, Progress, begin, collect
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
+    from stickslip.envs.functional import FunctionalEnv, Params, State
+
+KEPT = ("obs", "action", "next_obs")
+"""What a rollout keeps of each step."""
+VALUE_WEIGHT = 0.5
+"""Of the value's squared error in the loss."""
+STEEPEST = 0.5
+"""Length to which a gradient is shortened."""
+LEAST_SPREAD, FARTHEST = 1e-2, 10.0
+"""Of an observation's entry: the least scale, and the limit of what it is scaled to."""
+
+OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
+
+Layers = tuple[tuple["Array", "Array"], ...]
+"""Weights [inputs, outputs] and biases [outputs] of each layer."""
+Carry = tuple[tuple[Layers, Layers], optax.OptState]
+"""What a gradient step changes: actor and critic, and the optimiser's state."""
+
+
+class Moments(NamedTuple):
+    """Mean, mean squared distance from it, and number of all observations so far."""
+
+    mean: Float[Array, " obs"]
+    variance: Float[Array, " obs"]
+    number: Float[Array, ""]
+
+
+class Learner(NamedTuple):
+    """All that learning goes on from."""
+
+    actor: Layers
+    critic: Layers
+    optimiser: optax.OptState
+    """State of `OPTIMISER` over (actor, critic)."""
+    seen: Moments
+
+
+class Batch(NamedTuple):
+    """Samples to learn from, every entry [samples, ...]."""
+
+    obs: Array
+    action: Array
+    log_probability: Array
+    """Of the action when it was chosen."""
+    advantage: Array
+    value: Array
+    """What the critic is to say: its estimate then, and the advantage."""
+
+
+def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learner:
+    """A fresh learner for so many numbers in an observation and in an action."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    networks = _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
+    zero = jnp.zeros(inputs, jnp.float32)
+    seen = Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
+    return Learner(*networks, OPTIMISER.init(networks), seen)
+
+
+def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
+    """Orthogonal weights, longer by sqrt(2) but for the last layer's; no biases."""
+    gains = [*[2**0.5] * (len(widths) - 2), last]
+    keys = jax.random.split(key, len(gains))
+    shapes = itertools.pairwise(widths)
+    return tuple(
+        (
+            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
+            jnp.zeros(shape[1], jnp.float32),
+        )
+        for gain, key, shape in zip(gains, keys, shapes, strict=True)
+    )
+
+
+def network(layers: Layers, seen: Moments) -> MLPPolicy:
+    """The perceptron of these layers, observations normalised; of the actor, what is shipped."""
+    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SPREAD)
+    weights, biases = zip(*layers, strict=True)
+    return MLPPolicy(weights, biases, seen.mean, scale, observation_clip=FARTHEST)
+
+
+def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Array):
+    """An action drawn around the policy's; given: the policy and the noise."""
+    policy, noise = given
+    mean = policy.unlimited(obs)
+    return mean + noise * jax.random.normal(key, mean.shape, mean.dtype)
+
+
+def rollout(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: Sizes,
+    noise: Array,
+    learner: Learner,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> Collected[State]:
+    """`rollout_steps` of every environment; keep: names of info beside `KEPT`."""
+    return collect(
+        env,
+        params,
+        explore,
+        num_envs=sizes.num_envs,
+        steps=sizes.rollout_steps,
+        policy_params=(network(learner.actor, learner.seen), noise),
+        keep=(*KEPT, *keep),
+        progress=progress,
+    )
+
+
+def advantages(
+    reward: Float[Array, "steps n"],
+    terminated: Bool[Array, "steps n"],
+    truncated: Bool[Array, "steps n"],
+    value: Float[Array, "steps n"],
+    next_value: Float[Array, "steps n"],
+    discount: Array | float,
+    gae_lambda: Array | float,
+) -> Float[Array, "steps n"]:
+    """Generalised advantage estimates (Schulman et al. 2016).
+
+    value, next_value: of the observation before a step and of the one after it, which at an
+    episode's end is its last one, not the next episode's first. A terminated episode earns nothing
+    more; of a truncated one next_value is what it would have gone on to earn.
+    """
+    surprise = reward + discount * jnp.where(terminated, 0.0, next_value) - value
+    goes_on = ~(terminated | truncated)
+
+    def back(later: Array, now: tuple[Array, Array]) -> tuple[Array, Array]:
+        surprise, goes_on = now
+        here = surprise + discount * gae_lambda * jnp.where(goes_on, later, 0.0)
+        return here, here
+
+    return jax.lax.scan(back, jnp.zeros_like(value[0]), (surprise, goes_on), reverse=True)[1]
+
+
+def log_probability(action: Array, mean: Array, noise: Array) -> Array:
+    """Of a normal distribution, the constant aside."""
+    return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
+
+
+def judged(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
+    """What a rollout teaches."""
+    obs, action = found.kept["obs"], found.kept["action"]
+    critic = network(learner.critic, learner.seen)
+    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    mean = network(learner.actor, learner.seen).unlimited(obs)
+    batch = Batch(obs, action, log_probability(action, mean, noise), gain, value + gain)
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
+
+
+def loss_of(
+    networks: tuple[Layers, Layers], seen: Moments, batch: Batch, noise: Array, clip_range: Array
+) -> tuple[Array, dict[str, Array]]:
+    """The clipped surrogate and the value's error, and what to report of them."""
+    actor, critic = (network(layers, seen) for layers in networks)
+    mean = actor.unlimited(batch.obs)
+    change = log_probability(batch.action, mean, noise) - batch.log_probability
+    ratio = jnp.exp(change)
+    gain = batch.advantage
+    gain = (gain - gain.mean()) / (gain.std() + 1e-8)
+    limited = jnp.clip(ratio, 1 - clip_range, 1 + clip_range)
+    policy_loss = -jnp.minimum(ratio * gain, limited * gain).mean()
+    value_loss = ((critic.unlimited(batch.obs)[..., 0] - batch.value) ** 2).mean()
+    about = {
+        "policy_loss": policy_loss,
+        "value_loss": value_loss,
+        "kl_divergence": (ratio - 1 - change).mean(),
+        "clip_fraction": (jnp.abs(ratio - 1) > clip_range).mean(),
+    }
+    return policy_loss + VALUE_WEIGHT * value_loss, about
+
+
+LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
+
+
+def improve(
+    learner: Learner,
+    found: Collected,
+    sizes: Sizes,
+    rates: Rates,
+    now: Now,
+    key: Array,
+) -> tuple[Learner, dict[str, Array]]:
+    """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
+    rate, noise = now
+    every = judged(learner, found, noise, rates)
+    samples, size = sizes.samples, sizes.batch_size
+
+    def step(carry: Carry, rows: Array):
+        networks, optimiser = carry
+        batch = jax.tree.map(lambda leaf: leaf[rows], every)
+        gradient, about = jax.grad(loss_of, has_aux=True)(
+            networks, learner.seen, batch, noise, rates.clip_range
+        )
+        change, optimiser = OPTIMISER.update(gradient, optimiser)
+        networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
+        return (networks, optimiser), about
+
+    def epoch(carry: Carry, first: Array):
+        return jax.lax.scan(step, carry, jnp.roll(order, first).reshape(-1, size))
+
+    shuffling, beginning = jax.random.split(key)
+    order = jnp.argsort(jax.random.bits(shuffling, (samples,)))  # sorting takes as long as an epoch
+    firsts = jax.random.randint(beginning, (sizes.epochs,), 0, samples)
+    start = (learner.actor, learner.critic), learner.optimiser
+    ((actor, critic), optimiser), about = jax.lax.scan(epoch, start, firsts)
+    losses = {name: values.mean() for name, values in about.items()}
+    error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
+    losses["explained_variance"] = 1 - error
+    return Learner(actor, critic, optimiser, widened(learner.seen, every.obs)), losses
+
+
+def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
+    """Mean and variance of what was seen and these."""
+    number = seen.number + len(obs)
+    share = len(obs) / number
+    mean, variance = obs.mean(0), obs.var(0)
+    apart = mean - seen.mean
+    spread = (1 - share) * seen.variance + share * variance + share * (1 - share) * apart**2
+    return Moments(seen.mean + share * apart, spread, number)
+
+
+class Start(NamedTuple):
+    """What a training begins with, beside its learner."""
+
+    progress: Progress
+    key: Array
+    """Of its updates; that of the one i is fold_in(key, i)."""
+
+
+def begin_episodes(
+    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
+) -> Start:
+    """Fresh episodes and random numbers."""
+    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
+    return Start(begin(env, sizes.num_envs, params, episodes), updates)

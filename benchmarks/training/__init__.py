@@ -1,0 +1,1 @@
+"""Training measured: return against steps and time, on every task of the ladder."""

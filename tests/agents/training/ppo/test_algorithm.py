@@ -1,0 +1,162 @@
+"""Proximal policy optimisation part by part, against closed forms and plain loops."""
+
+import math
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.training.ppo.algorithm import (
+    Moments,
+    advantages,
+    begin_episodes,
+    begin_learning,
+    explore,
+    improve,
+    log_probability,
+    network,
+    rollout,
+    widened,
+)
+from stickslip.agents.training.ppo.settings import Rates, Sizes
+from tests.agents.training.ppo.corridor import Corridor, CorridorParams, value
+
+ENV, PARAMS = Corridor(), CorridorParams()
+SIZES = Sizes(num_envs=16, rollout_steps=24, batch_size=96, epochs=2, hidden=8)
+RATES = Rates(discount=0.9, gae_lambda=0.8)
+ROLL = jax.jit(rollout, static_argnums=(0, 2, 6))
+IMPROVE = jax.jit(improve, static_argnums=2)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """A rollout of a corridor, with its info."""
+    learner = begin_learning(1, 1, SIZES, jax.random.key(0))
+    progress = begin_episodes(ENV, PARAMS, SIZES, 0).progress
+    return ROLL(ENV, PARAMS, SIZES, jnp.float32(1e-6), learner, progress, ("episode_length",))
+
+
+def test_where_the_values_are_right_no_step_is_better_than_another(found):
+    """Episodes end by termination and by truncation, and go on with another start at once."""
+    assert found.terminated.any()
+    assert found.truncated.any()
+    values = [value(found.kept[name][..., 0], 0.9) for name in ("obs", "next_obs")]
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, *values, 0.9, 0.8)
+    np.testing.assert_allclose(gain, 0.0, atol=1e-5)
+    taken_for_failures = advantages(found.reward, ends[0] | ends[1], ends[1], *values, 0.9, 0.8)
+    assert np.abs(taken_for_failures).max() > 1
+    first = value(
+        jnp.concatenate([found.kept["obs"][1:], found.kept["next_obs"][-1:]])[..., 0], 0.9
+    )
+    of_the_next_episode = advantages(found.reward, *ends, values[0], first, 0.9, 0.8)
+    assert np.abs(of_the_next_episode).max() > 1
+
+
+def test_advantages_are_the_sums_that_define_them():
+    random = np.random.default_rng(0)
+    steps, discount, weight = 7, 0.9, 0.6
+    reward, values, later = random.normal(size=(3, steps, 1))
+    terminated, truncated = np.zeros((2, steps, 1), bool)
+    terminated[2], truncated[4] = True, True
+    found = advantages(reward, terminated, truncated, values, later, discount, weight)
+    for first in range(steps):
+        expected = 0.0
+        for at in range(first, steps):
+            after = 0.0 if terminated[at, 0] else later[at, 0]
+            surprise = reward[at, 0] + discount * after - values[at, 0]
+            expected += (discount * weight) ** (at - first) * surprise
+            if terminated[at, 0] or truncated[at, 0]:
+                break
+        assert found[first, 0] == pytest.approx(expected, abs=1e-5)
+
+
+def test_the_critic_learns_the_value_in_closed_form():
+    """The limit of 4 steps cuts off most episodes of up to 6: the critic is to see past it."""
+    sizes = replace(SIZES, epochs=8, hidden=16)
+    rates = replace(RATES, learning_rate=1e-2, noise=0.01, final_noise=0.01)
+    learner = begin_learning(1, 1, sizes, jax.random.key(1))
+    progress, key = begin_episodes(ENV, PARAMS, sizes, 1)
+    for update in range(100):
+        now = rates.at(jnp.float32(update / 100))
+        found = ROLL(ENV, PARAMS, sizes, now.noise, learner, progress)
+        progress = found.progress
+        learner, losses = IMPROVE(
+            learner, found, sizes, rates, now, jax.random.fold_in(key, update)
+        )
+    places = np.arange(1, 7)
+    said = network(learner.critic, learner.seen).unlimited(places[:, None].astype(np.float32))
+    np.testing.assert_allclose(said[:, 0], value(places, 0.9), atol=0.1)
+    assert float(losses["explained_variance"]) > 0.95
+    assert value(6, 0.9) - (1 - 0.9**4) / 0.1 > 1  # what stopping at the limit would be worth
+
+
+def test_an_action_is_drawn_with_the_probability_that_learning_uses():
+    """Beyond the environment's bounds, too: the probability is of the number before clipping."""
+    learner = begin_learning(3, 2, SIZES, jax.random.key(0))
+    policy, noise = network(learner.actor, learner.seen), jnp.float32(2.0)
+    obs = jnp.asarray([0.3, -1.0, 2.0])
+    draws = jax.vmap(lambda key: explore((policy, noise), obs, key))(
+        jax.random.split(jax.random.key(1), 20_000)
+    )
+    mean = policy.unlimited(obs)
+    assert np.abs(draws).max() > 1
+    np.testing.assert_allclose(draws.mean(0), mean, atol=0.06)
+    np.testing.assert_allclose(draws.std(0), 2.0, atol=0.06)
+    exact = jax.scipy.stats.norm.logpdf(draws, mean, noise).sum(-1) + math.log(2 * math.pi)
+    np.testing.assert_allclose(log_probability(draws, mean, noise), exact, atol=1e-4)
+
+
+def test_moments_are_those_of_everything_seen():
+    random = np.random.default_rng(2)
+    parts = [random.normal(3.0, [1.0, 50.0], (size, 2)).astype(np.float32) for size in (5, 300, 40)]
+    seen = Moments(jnp.zeros(2), jnp.ones(2), jnp.zeros(()))
+    for part in parts:
+        seen = widened(seen, jnp.asarray(part))
+    every = np.concatenate(parts)
+    np.testing.assert_allclose(seen.mean, every.mean(0), rtol=1e-5)
+    np.testing.assert_allclose(seen.variance, every.var(0), rtol=1e-4)
+    assert seen.number == 345
+
+
+def test_without_a_learning_rate_nothing_changes_but_what_was_seen(found):
+    learner = begin_learning(1, 1, SIZES, jax.random.key(0))
+    now = RATES.at(jnp.float32(0))._replace(learning_rate=jnp.float32(0))
+    after, losses = IMPROVE(learner, found, SIZES, RATES, now, jax.random.key(0))
+    for one, other in zip(
+        jax.tree.leaves((learner.actor, learner.critic)),
+        jax.tree.leaves((after.actor, after.critic)),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, other)
+    assert after.seen.number == SIZES.samples
+    assert float(losses["kl_divergence"]) == pytest.approx(0, abs=1e-6)
+    assert float(losses["clip_fraction"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"batch_size": 100}, "batch_size = 100 is not accepted; accepted: a divisor of num_envs"),
+        ({"epochs": 0}, "epochs = 0"),
+        ({"rollout_steps": 1}, "rollout_steps = 1"),
+    ],
+)
+def test_sizes_that_do_not_go_together_are_refused(given, words):
+    with pytest.raises(ValueError, match=words):
+        replace(SIZES, **given)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"noise": 0.0}, "noise = 0.0"),
+        ({"discount": [0.9, 1.5]}, r"discount = 1\.5 \(one of"),
+        ({"learning_rate": "fast"}, "learning_rate = 'fast' is not a number"),
+    ],
+)
+def test_rates_that_are_none_are_refused(given, words):
+    with pytest.raises(ValueError, match=words):
+        Rates(**given).validate()

@@ -1,0 +1,105 @@
+"""Populations: each member is a training of its own."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import register
+from stickslip.agents.registry import unregister
+from stickslip.agents.training.ppo import Population, Rates, Sizes, settings_of, train_population
+from stickslip.agents.training.ppo.trainer import PPOTrainer
+from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
+
+ENV, PARAMS = MassEnv(), MassParams()
+SIZES = Sizes(num_envs=8, rollout_steps=16, batch_size=32, epochs=2, hidden=8)
+STEPS = 3 * SIZES.samples
+
+
+@pytest.fixture(autouse=True)
+def _mass():
+    register(MassMachine())
+    yield
+    unregister("mass")
+
+
+def trained(seeds, rates=Rates(), **options) -> Population:  # noqa: B008
+    return train_population(ENV, PARAMS, (SIZES, rates), seeds, timesteps=STEPS, **options)
+
+
+def assert_close(one: Population, first: int, other: Population, second: int, atol: float = 2e-5):
+    pairs = zip(jax.tree.leaves(one.learner), jax.tree.leaves(other.learner), strict=True)
+    for left, right in pairs:
+        np.testing.assert_allclose(left[first], right[second], atol=atol, rtol=1e-3)
+
+
+@pytest.fixture(scope="module")
+def three() -> Population:
+    return trained([4, 9, 4])
+
+
+def test_a_member_is_the_trainers_own_run_of_its_seed(three):
+    assert three.timesteps == STEPS
+    config = MassConfig.of(  # in two stretches, which are as one
+        seed=9,
+        timesteps=STEPS,
+        num_envs=8,
+        rollout_steps=16,
+        batch_size=32,
+        epochs=2,
+        hidden=8,
+    )
+    assert settings_of(config)[0] == SIZES
+    rows = []
+    trainer = PPOTrainer(config, ENV, PARAMS, rows.append, lambda: False)
+    for goal in (1, STEPS):
+        trainer.begin_stretch(trainer.timesteps)
+        trainer.advance(goal)
+    one, other = three.policy(1), trainer.policy()
+    for left, right in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        np.testing.assert_allclose(left, right, atol=2e-5, rtol=1e-3)
+    np.testing.assert_allclose(
+        three.losses["value_loss"][1], [row.losses["value_loss"] for row in rows], rtol=1e-3
+    )
+    ended = [np.mean(row.ended["episode_return"]) if row.ended else np.nan for row in rows]
+    np.testing.assert_allclose(three.losses["return"][1], ended, rtol=1e-4)
+
+
+def test_members_depend_on_their_seeds_alone(three):
+    assert_close(three, 0, three, 2)
+    assert_close(trained([9], cores=1, stretches=3), 0, three, 1)
+    assert not np.allclose(three.learner.actor[0][0][0], three.learner.actor[0][0][1], atol=1e-3)
+
+
+def test_numbers_may_differ_from_member_to_member(three):
+    rates = Rates(discount=jnp.asarray([0.99, 0.9]), learning_rate=[1e-3, 3e-3])
+    both = trained([4, 4], rates)
+    assert_close(both, 0, three, 0)
+    other = trained([4], replace(Rates(), discount=0.9, learning_rate=3e-3))
+    assert_close(both, 1, other, 0)
+    assert not np.allclose(both.learner.actor[0][0][0], both.learner.actor[0][0][1], atol=1e-3)
+
+
+def test_it_tells_how_far_it_is():
+    told = []
+    found = trained([0, 1], stretches=2, tell=lambda now: told.append(now.timesteps))
+    assert told == [2 * SIZES.samples, STEPS]
+    assert found.losses["policy_loss"].shape == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"seeds": []}, r"len\(seeds\) = 0"),
+        ({"seeds": [-1]}, "seed = -1"),
+        ({"rates": Rates(noise=[0.1, 0.2, 0.3])}, r"shape \(3,\) with 2 seeds"),
+        ({"rates": Rates(clip_range=0.0)}, "clip_range = 0.0"),
+        ({"sizes": Sizes(2**30, 2**10, 2**10)}, "num_envs = 1073741824"),
+    ],
+)
+def test_nonsense_is_refused(given, words):
+    settings = given.get("sizes", SIZES), given.get("rates", Rates())
+    with pytest.raises(ValueError, match=words):
+        train_population(ENV, PARAMS, settings, given.get("seeds", [0, 1]), timesteps=STEPS)
