@@ -15,7 +15,7 @@ from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
-from stickslip.agents.tasks.named import named_on, task_in_words
+from stickslip.agents.tasks.named import earned_in_words, named_on, task_in_words
 from stickslip.agents.tasks.places import (
     controller_of,
     machine_of,
@@ -55,11 +55,12 @@ def train_command(given: Options) -> bool:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
-    from stickslip.agents.training.run import train
+    from stickslip.agents.training.run import best_evaluation, train
 
     config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
-    directory = Path(out or f"runs/{machine.name}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
+    whose = machine.name if config is None or config.task is None else config.task
+    directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
             config, directory, resume=given["resume"], overwrite=given["overwrite"], stop=stop
@@ -75,7 +76,14 @@ def train_command(given: Options) -> bool:
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
-    print(f"Compare it: stickslip evaluate {directory} {' '.join(machine.baselines)}")
+    on_task = ""
+    if trained.config.task is not None:
+        steps, earned = best_evaluation(trained.directory)
+        best = earned_in_words(trained.config.task, earned)
+        print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
+        print(task_in_words(trained.config.task))
+        on_task = f" --task {trained.config.task}"
+    print(f"Compare it: stickslip evaluate{on_task} {directory} {' '.join(machine.baselines)}")
     return True
 
 

@@ -32,6 +32,8 @@ class _Played(Protocol):
 
 FIRST = "return"
 """The column that scores stand behind."""
+OWN = ("task_score", "gap")
+"""The columns of scores."""
 
 
 def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
@@ -43,10 +45,8 @@ def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
     def gap(played: _Played) -> Interval:
         return mean_interval([scale.gap(float(one)) for one in played.reward])
 
-    own = {
-        "task_score": (Column("score", "-", 3), score),
-        "gap": (Column("gap", unit, 2), gap),
-    }
+    columns = ((Column("score", "-", 3), score), (Column("gap", unit, 2), gap))
+    own = dict(zip(OWN, columns, strict=True))
     rest = dict(measures.columns)
     return replace(measures, columns={FIRST: rest.pop(FIRST), **own, **rest})
 

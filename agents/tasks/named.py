@@ -51,6 +51,14 @@ def task_in_words(name: str) -> str:
     return f"{task.name}: {task.title}\n  {scores}"
 
 
+def earned_in_words(name: str, earned: float) -> str:
+    """A mean return on the task, and its score."""
+    task = task_by_name(name)
+    known, unit = known_of(task), "" if task.unit == "-" else f" {task.unit}"
+    score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    return f"{score}mean return {earned:.4g}{unit}"
+
+
 def _require_own(who: list[str], machine: AnyMachine, task: str) -> None:
     """ValueError for a baseline of another machine; policies are looked at when they are read."""
     for name in who:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar, Unpa
 
 from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.training.fixed import own_task, refuse_fixed
 from stickslip.dynamics.plain_checks import require_kind, require_known, shown
 
 if TYPE_CHECKING:
@@ -101,8 +102,14 @@ class Configuration(Settings):
     checkpoint_interval: int
     keep_checkpoints: int
     evaluation_episodes: int
+    task: str | None = None
+    """A named task to train on; a field where the machine has such tasks."""
 
     machine: ClassVar[str] = UNNAMED
+    LATER: ClassVar[tuple[str, ...]] = ("task",)
+    """Fields that earlier runs had not: at its default one is neither written nor in a digest."""
+    FIXED: ClassVar[tuple[str, ...]] = ()
+    """Fields that a named task decides, and that are not written beside one."""
     GROUPS: ClassVar[dict[str, str]] = {}
     """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
@@ -110,6 +117,11 @@ class Configuration(Settings):
 
     def __post_init__(self):
         super().__post_init__()
+        if self.task is not None:
+            object.__setattr__(self, "task", own_task(self.task, self.machine))
+            usual = {one.name: one.default for one in _fields(self)}
+            changed = [name for name in self.FIXED if getattr(self, name) != usual[name]]
+            refuse_fixed(changed, self.task)
         self._check_together()
 
     def _check_together(self) -> None:
@@ -134,6 +146,8 @@ class Configuration(Settings):
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         require_known(given, rules)
         given = {name: value for name, value in given.items() if value is not None}
+        if given.get("task") is not None:
+            refuse_fixed([name for name in cls.FIXED if name in given], str(given["task"]))
         algorithm = given.get("algorithm", "ppo")
         for one, other in cls.EXCLUSIVE:
             if one in given and other in given:
@@ -168,7 +182,14 @@ class Configuration(Settings):
 
     def to_json(self) -> str:
         """As JSON text that `from_json` reads."""
-        return self._json(VERSION, asdict(self))  # pyright: ignore[reportArgumentType]
+        return self._json(VERSION, self._written())
+
+    def _written(self) -> dict[str, Json]:
+        content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
+        defaults = {one.name: one.default for one in _fields(self)}
+        left = [name for name in self.LATER if defaults.get(name) == content.get(name)]
+        left += [] if self.task is None else self.FIXED
+        return {name: value for name, value in content.items() if name not in left}
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
         head: dict[str, Json] = {"format": FORMAT, "version": version}
@@ -181,13 +202,15 @@ class Configuration(Settings):
         content = content_of(text)
         if (machine := content.pop("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
-        rules = {one.name: rule_of(one) for one in every_field(cls)}
-        return cls._grouped(require_entries(_flat(content, cls), rules))
+        flat = _flat(content, cls)
+        optional = (*cls.LATER, *(() if flat.get("task") is None else cls.FIXED))
+        names = [one for one in every_field(cls) if one.name in flat or one.name not in optional]
+        return cls._grouped(require_entries(flat, {one.name: rule_of(one) for one in names}))
 
     @property
     def digest(self) -> str:
         """A name for exactly this configuration; the same as before there were groups."""
-        content = _flat(asdict(self), type(self))  # pyright: ignore[reportArgumentType]
+        content = _flat(self._written(), type(self))
         return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
 
 

@@ -152,9 +152,10 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     def line(self, row: Mapping[str, float]) -> str:
         """See Machine."""
+        of_best = f"{row['score']:6.3f} of the grid's best  " if "score" in row else ""
         return (
-            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
-            f"{row['score']:6.3f} of the grid's best  with legs {row['total_energy']:7.1f} J  "
+            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  {of_best}"
+            f"with legs {row['total_energy']:7.1f} J  "
             f"failures {100 * row['failures']:3.0f} %"
         )
 
