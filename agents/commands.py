@@ -150,7 +150,7 @@ def evaluation(
     for place in places:
         for env in dict.fromkeys(place.who.values()):
             controllers = {
-                name: controller_of(named[name], name, env, machine)
+                name: controller_of(named[name], name, env, place.params, machine)
                 for name, own in place.who.items()
                 if own == env
             }
@@ -176,7 +176,7 @@ def view_command(given: Options) -> None:
     from stickslip.agents.pictures.film import write_film
 
     params = machine.params_to_view(place.params, seconds)
-    controller = controller_of(named[name], name, env, machine)
+    controller = controller_of(named[name], name, env, params, machine)
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
