@@ -119,7 +119,13 @@ def evaluate_command(given: Options) -> None:
         require_writable(targets)
         about = task_in_words(given["task"])
         print(about)
-        table = evaluate_task(given["task"], named, episodes=given["episodes"], progress=progress)
+        table = evaluate_task(
+            given["task"],
+            named,
+            episodes=given["episodes"],
+            progress=progress,
+            bound=given["bound"],
+        )
         tasks = {table.rows[0].scene: about}
     else:
         machine = machine_of(given["who"])
@@ -128,7 +134,9 @@ def evaluate_command(given: Options) -> None:
         require_writable(targets)
         for place in places:
             print(place.line())
-        table = evaluation(machine, policies, places, given["episodes"] or EPISODES, progress)
+        table = evaluation(
+            machine, policies, places, given["episodes"] or EPISODES, progress, given["bound"]
+        )
         tasks = {place.label: place.line() for place in places}
     print("\n" + table.to_text())
     if targets:
@@ -143,6 +151,7 @@ def evaluation(
     places: Sequence[Place],
     episodes: int,
     progress: Callable[[str], None],
+    bound: bool = False,
 ) -> Evaluation:
     """The table of `stickslip evaluate`: place by place, those of one environment together."""
     require_one_table(places, machine)
@@ -155,7 +164,11 @@ def evaluation(
                 if own == env
             }
             scenes = {place.label: place.params}
-            parts.append(evaluate(env, controllers, scenes, episodes=episodes, progress=progress))
+            parts.append(
+                evaluate(
+                    env, controllers, scenes, episodes=episodes, progress=progress, bound=bound
+                )
+            )
     return joined(parts, order=list(named))
 
 

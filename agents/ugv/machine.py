@@ -121,6 +121,14 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         kept = {k: one for k, one in found.columns.items() if k not in ("optimum", "score")}
         return replace(found, columns=kept)
 
+    def bounded(
+        self, env: UGVEnv, measures: Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]
+    ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
+        """See Machine, and `ugv_measures` for what is assumed."""
+        from stickslip.agents.ugv.evaluate import with_bound
+
+        return with_bound(env, measures)
+
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"

@@ -52,7 +52,6 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         "planners": [row for name, row in rows.items() if name in PLANNERS],
         "best": best,
         "how": how,
-        "bound": bound_of(task, params),
     }
 
 
@@ -70,17 +69,6 @@ def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
         for end, value in (("low", mean.low), ("high", mean.high))
     }
     return {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
-
-
-def bound_of(task: TaskDefinition, params: Any) -> dict[str, Any] | None:
-    """What the reward's definition allows at most: proved, and loose."""
-    if task.machine != "biped":
-        return None
-    most = float(params.tracking_weight) * float(params.time_limit)
-    reason = (
-        "no step's reward is above tracking_weight times the period; nothing is assumed of the walk"
-    )
-    return {"value": rounded(most), "reason": reason}
 
 
 def rounded(value: float) -> float:

@@ -137,6 +137,11 @@ def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> 
         metavar="TASK",
         help="a task of `stickslip tasks`, in place of the policies' own: with scores and the gap",
     )
+    parser.add_argument(
+        "--bound",
+        action="store_true",
+        help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
+    )
     parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
     parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")
     _add_scene(parser, many=True)
