@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.steady import bound_steady_reward
 
 if TYPE_CHECKING:
-    from stickslip.envs import TaskDefinition
+    from stickslip.envs import TaskDefinition, UGVEnv
 
 STARTS = {"phase", "crank_rate"}
 CELLS = 200
@@ -33,7 +33,7 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
             "reason": "no step's reward is above tracking_weight times the period; nothing is "
             "assumed of the walk",
         }
-    env, found = without_resets(env), []
+    env, found = cast("UGVEnv", without_resets(env)), []
     if env.solver.method != "newton":
         return None  # of hollow ground nothing is enclosed
     count = EPISODES["ugv"] if is_random(params) else 1
