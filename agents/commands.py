@@ -15,7 +15,7 @@ from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
-from stickslip.agents.tasks.named import named_on, task_in_words
+from stickslip.agents.tasks.named import earned_in_words, named_on, task_in_words
 from stickslip.agents.tasks.places import (
     controller_of,
     machine_of,
@@ -55,11 +55,12 @@ def train_command(given: Options) -> bool:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
-    from stickslip.agents.training.run import train
+    from stickslip.agents.training.run import best_evaluation, train
 
     config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
-    directory = Path(out or f"runs/{machine.name}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
+    whose = machine.name if config is None or config.task is None else config.task
+    directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
             config, directory, resume=given["resume"], overwrite=given["overwrite"], stop=stop
@@ -75,7 +76,14 @@ def train_command(given: Options) -> bool:
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
-    print(f"Compare it: stickslip evaluate {directory} {' '.join(machine.baselines)}")
+    on_task = ""
+    if trained.config.task is not None:
+        steps, earned = best_evaluation(trained.directory)
+        best = earned_in_words(trained.config.task, earned)
+        print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
+        print(task_in_words(trained.config.task))
+        on_task = f" --task {trained.config.task}"
+    print(f"Compare it: stickslip evaluate{on_task} {directory} {' '.join(machine.baselines)}")
     return True
 
 
@@ -111,7 +119,13 @@ def evaluate_command(given: Options) -> None:
         require_writable(targets)
         about = task_in_words(given["task"])
         print(about)
-        table = evaluate_task(given["task"], named, episodes=given["episodes"], progress=progress)
+        table = evaluate_task(
+            given["task"],
+            named,
+            episodes=given["episodes"],
+            progress=progress,
+            bound=given["bound"],
+        )
         tasks = {table.rows[0].scene: about}
     else:
         machine = machine_of(given["who"])
@@ -120,7 +134,9 @@ def evaluate_command(given: Options) -> None:
         require_writable(targets)
         for place in places:
             print(place.line())
-        table = evaluation(machine, policies, places, given["episodes"] or EPISODES, progress)
+        table = evaluation(
+            machine, policies, places, given["episodes"] or EPISODES, progress, given["bound"]
+        )
         tasks = {place.label: place.line() for place in places}
     print("\n" + table.to_text())
     if targets:
@@ -135,6 +151,7 @@ def evaluation(
     places: Sequence[Place],
     episodes: int,
     progress: Callable[[str], None],
+    bound: bool = False,
 ) -> Evaluation:
     """The table of `stickslip evaluate`: place by place, those of one environment together."""
     require_one_table(places, machine)
@@ -142,12 +159,16 @@ def evaluation(
     for place in places:
         for env in dict.fromkeys(place.who.values()):
             controllers = {
-                name: controller_of(named[name], name, env, machine)
+                name: controller_of(named[name], name, env, place.params, machine)
                 for name, own in place.who.items()
                 if own == env
             }
             scenes = {place.label: place.params}
-            parts.append(evaluate(env, controllers, scenes, episodes=episodes, progress=progress))
+            parts.append(
+                evaluate(
+                    env, controllers, scenes, episodes=episodes, progress=progress, bound=bound
+                )
+            )
     return joined(parts, order=list(named))
 
 
@@ -168,7 +189,7 @@ def view_command(given: Options) -> None:
     from stickslip.agents.pictures.film import write_film
 
     params = machine.params_to_view(place.params, seconds)
-    controller = controller_of(named[name], name, env, machine)
+    controller = controller_of(named[name], name, env, params, machine)
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")

@@ -27,15 +27,21 @@ def evaluate(
     episodes: int = 32,
     seeds: Sequence[int] | None = None,
     progress: Callable[[str], None] | None = None,
+    bound: bool = False,
 ) -> Evaluation:
     """Run every controller in every scene over the seeds (by default 0, 1, ..., episodes - 1).
 
     env: a BipedEnv, a UGVEnv or another machine's. controllers: by name (see Controller); the UGV's
     planners are among them. scenes: the environment's parameters, by name. Seed s is the first
     episode after `reset(seed=s)` of every adapter; where a reset draws nothing one episode is run.
-    progress: called with a line before each row. ValueError for an environment of no machine.
+    progress: called with a line before each row. bound: also what no policy can beat in each
+    episode, proved (see `Machine.bounded`; the UGV's take seconds to minutes an episode).
+    ValueError for an environment of no machine, or of one without a bound.
     """
-    measures = machine_of_env(env).measures(env)
+    machine = machine_of_env(env)
+    measures = machine.measures(env)
+    if bound:
+        measures = machine.bounded(env, measures)
     return evaluate_in(
         env, controllers, scenes, measures, episodes=episodes, seeds=seeds, progress=progress
     )
@@ -48,6 +54,7 @@ def evaluate_task(
     episodes: int | None = None,
     seeds: Sequence[int] | None = None,
     progress: Callable[[str], None] | None = None,
+    bound: bool = False,
 ) -> Evaluation:
     """The same on a task of the ladder, by its name, with the columns task_score and gap.
 
@@ -57,7 +64,10 @@ def evaluate_task(
     task = task_by_name(name)
     env, params = task.make()
     env, known = without_resets(env), known_of(task)
-    measures = machine_by_name(task.machine).task_measures(env)
+    machine = machine_by_name(task.machine)
+    measures = machine.task_measures(env)
+    if bound:
+        measures = machine.bounded(env, measures)
     if known is not None:
         measures = scored(measures, known.scale, task.unit)
     usual = 32 if known is None else known.episodes

@@ -198,6 +198,16 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """The same for a named task, whose scores say what an optimum would."""
         return self.measures(env)
 
+    def bounded(self, env: Env, measures: AnyMeasures) -> AnyMeasures:
+        """The measures with columns of what nobody can beat in each episode, computed and proved.
+
+        ValueError where the machine can prove nothing.
+        """
+        raise ValueError(
+            f"nobody has proved what no policy of the {self.title} can beat in an episode; "
+            "accepted: without a bound"
+        )
+
     def unit_of(self, env: Env) -> str:
         """What a table's columns depend on; environments of one table have the same."""
         return ""

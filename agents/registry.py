@@ -54,9 +54,22 @@ def machine_by_name(name: str) -> AnyMachine:
 
 
 def machine_among(arguments: Sequence[str]) -> AnyMachine:
-    """The machine that the arguments of `stickslip train` name, before they are parsed."""
+    """The machine that the arguments of `stickslip train` name, before they are parsed, or that
+    their task is of. ValueError for an unknown task."""
     named = next((name for name in arguments if name in _MACHINES), None)
+    if named is None and (task := _task_among(arguments)) is not None:
+        from stickslip.envs.tasks.ladder import task_by_name
+
+        named = task_by_name(task).machine
     return machines()[0] if named is None else _MACHINES[named]
+
+
+def _task_among(arguments: Sequence[str]) -> str | None:
+    """What follows --task, in either way of writing it."""
+    for word, after in zip(arguments, (*arguments[1:], None), strict=True):
+        if word == "--task" or word.startswith("--task="):
+            return after if word == "--task" else word.partition("=")[2]
+    return None
 
 
 def machine_of_config(config: Configuration) -> AnyMachine:

@@ -1,8 +1,10 @@
 """What no drive of the UGV can beat, and the best drive known, on the named tracks.
 
-`python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--docs docs/ugv_bounds.md]`
-writes benchmarks/results/bounds.json, row by row, and puts the table between the marks of the page.
-Rows that are not asked for keep what was measured before.
+`python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]`
+prints what it measures; --update also writes benchmarks/results/bounds.json, row by row, and puts
+the table of all rows into docs/ugv_bounds.md; --out writes the rows to that file instead. Rows that
+are not asked for keep what was measured before; naming no track measures none, so that
+`--tracks --update` puts what is there into the page.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.report import (
+    RESULTS,
     markdown,
     options,
     provenance,
@@ -27,6 +30,7 @@ from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, PostureProblem, solve
 from stickslip.optim.posture.bounds import bound_every_drive
 
+DEFAULT, PAGE = RESULTS / "bounds.json", Path("docs/ugv_bounds.md")
 STRAIGHT = (np.pi / 2, np.pi / 2)
 MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")
 
@@ -81,20 +85,24 @@ def main(arguments: list[str]) -> None:
     parser = options("bounds", __doc__)
     parser.add_argument("--tracks", nargs="*", default=list(TRACKS), choices=TRACKS)
     parser.add_argument("--criteria", nargs="*", default=list(CRITERIA), choices=list(CRITERIA))
-    parser.add_argument("--docs", type=Path, help="page to put the table into")
+    parser.add_argument("--update", action="store_true", help="results and table in place")
+    parser.set_defaults(out=None)
     asked = parser.parse_args(arguments)
-    rows = {(row["track"], row["criterion"]): row for row in read_json(asked.out).get("rows", [])}
+    target = asked.out or (DEFAULT if asked.update else None)
+    content = read_json(target or DEFAULT)
+    rows = {(row["track"], row["criterion"]): row for row in content.get("rows", [])}
     for criterion in asked.criteria:
         for track in asked.tracks:
             row = measure(track, criterion)
             rows[track, criterion] = row
             print(f"{track}, {criterion}: {row['bound']:.6g} <= {row['best known']:.6g} "
                   f"({row['gap']:.2%}, {row['seconds']:.0f} s)", flush=True)  # fmt: skip
-            write_json({**provenance(), "rows": _sorted(rows)}, asked.out)
-    content = read_json(asked.out)
+            content = {**provenance(), "rows": _sorted(rows)}
+            if target is not None:
+                write_json(content, target)
     print(table(content["rows"]))
-    if asked.docs is not None:
-        put_between(asked.docs, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
+    if asked.update:
+        put_between(PAGE, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
 
 
 def _sorted(rows: dict[tuple[str, str], dict[str, Any]]) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.replay import Replay, replay
     from stickslip.optim.gait.result import Certificate, GaitResult
+    from stickslip.optim.posture.bounds.branch import DriveBound, bound_every_drive
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.names import METHODS
     from stickslip.optim.posture.problem import PostureProblem
@@ -31,6 +32,7 @@ else:
             "gait.problem": ("GaitProblem",),
             "gait.replay": ("Replay", "replay"),
             "gait.result": ("Certificate", "GaitResult"),
+            "posture.bounds.branch": ("DriveBound", "bound_every_drive"),
             "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
             "posture.names": ("METHODS",),
             "posture.problem": ("PostureProblem",),
@@ -47,6 +49,7 @@ __all__ = [
     "METHODS",
     "Certificate",
     "Criterion",
+    "DriveBound",
     "Evaluation",
     "FreeProblem",
     "Gait",
@@ -62,6 +65,7 @@ __all__ = [
     "Station",
     "Structure",
     "Weighted",
+    "bound_every_drive",
     "criterion_by_name",
     "methods_of",
     "replay",

@@ -38,6 +38,8 @@ def test_a_task_by_name_tells_its_numbers_and_who_earned_what(capsys):
     for part in ("commanded_rate = 15.7", "total_energy", "optimal-gait", "Proved: at most 12"):
         assert part in said
     assert known_of(TASKS["BipedSprint-v0"]).how in said
+    assert "Proved under assumptions: at most 5.4" in said
+    assert "the foot neither slips nor tips. The best known does not, and earns more." in said
 
 
 def test_json_holds_every_number(capsys):

@@ -67,6 +67,7 @@ class TrainConfig(LearningConfiguration):
     trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
     timesteps: int = shared("timesteps", 8_000_000)
+    task: str | None = shared("task", None)
 
     scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -115,6 +116,24 @@ class TrainConfig(LearningConfiguration):
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"
+    FIXED: ClassVar = (
+        "scene",
+        "mu_static",
+        "mu_kinetic",
+        "payload",
+        "commanded_rate",
+        "see_friction",
+        "see_patch",
+        "random_friction",
+        "random_mass",
+        "random_payload",
+        "random_commanded_rate",
+        "start_rate",
+        "episode_time",
+        "slip_weight",
+        "energy_weight",
+        "fall_penalty",
+    )
     GROUPS: ClassVar = {
         "algorithm": "run",
         "scene": "task",

@@ -9,7 +9,7 @@ from stickslip.agents.biped.plots import plot_episode
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures.film import write_film
-from stickslip.agents.pictures.learning import Panel, plot_panels
+from stickslip.agents.pictures.learning import SCORE, Panel, plot_panels
 from stickslip.agents.policy import load_policy
 from stickslip.envs.rendering import theme
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.training.trained import Trained
+    from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
 FILM_TIME = 6.0
@@ -45,27 +46,29 @@ def write_products(
     if played is None:
         played = rollout(task.env, load_policy(trained.policy), task.rest, 0)
     directory = trained.directory
-    limit, title = float(task.rest.torque_limit), f"The {trained.name}, from rest"
+    where = trained.config.task
+    title = f"The {trained.name}, {'from rest' if where is None else f'on {where}'}"
     return [
-        plot_learning(directory, trained.config, limit),
+        plot_learning(directory, trained.config, task.rest),
         plot_episode(played, task.rest, directory / "episode.png", title),
         write_film(task.env, played, task.rest, directory / FILM, FRAMES, FILM_TIME),
     ]
 
 
-def plot_learning(directory: Path, config: TrainConfig, torque_limit: float) -> Path:
-    """`plot_panels` for the biped.
-
-    torque_limit [N m]: what an action of 1 stands for.
-    """
+def plot_learning(directory: Path, config: TrainConfig, params: BipedEnvParams) -> Path:
+    """`plot_panels` for the biped; params: of the task."""
     panels = list(PANELS)
+    if config.task is not None:
+        panels[0] = SCORE
     if config.algorithm == "ppo":
-        panels[-1] = panels[-1]._replace(share=torque_limit)
+        panels[-1] = panels[-1]._replace(share=float(params.torque_limit))
     else:
         panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)
 
     def commanded(axes: list[Axes]) -> None:
-        axes[1].axhline(config.commanded_rate, color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
+        if params.randomisation.commanded_rate is not None:
+            return
+        axes[1].axhline(float(params.commanded_rate), color=theme.MUTED, lw=0.9, ls=(0, (4, 3)))
         axes[1].set_title("dashed: commanded", loc="right", fontsize=8.5, color=theme.MUTED)
 
     return plot_panels(directory, config, panels, "biped", commanded)

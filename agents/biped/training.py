@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import BipedEnvParams, Randomisation
+from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,7 +45,13 @@ class Task(NamedTuple):
 
 
 def make_task(config: TrainConfig) -> Task:
-    """Build the task. ValueError for an unknown scene or numbers that do not go together."""
+    """Build the task. ValueError for an unknown scene or numbers that do not go together.
+
+    A named task is what it is: starts, length and reward of its episodes are those of all three.
+    """
+    if config.task is not None:
+        env, params = task_by_name(config.task).make("same_step")
+        return Task(cast("BipedEnv", env), params, params, params)
     env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
     drawn = Randomisation(
         friction=config.random_friction,

@@ -32,6 +32,8 @@ class _Played(Protocol):
 
 FIRST = "return"
 """The column that scores stand behind."""
+OWN = ("task_score", "gap")
+"""The columns of scores."""
 
 
 def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
@@ -43,16 +45,14 @@ def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
     def gap(played: _Played) -> Interval:
         return mean_interval([scale.gap(float(one)) for one in played.reward])
 
-    own = {
-        "task_score": (Column("score", "-", 3), score),
-        "gap": (Column("gap", unit, 2), gap),
-    }
+    columns = ((Column("score", "-", 3), score), (Column("gap", unit, 2), gap))
+    own = dict(zip(OWN, columns, strict=True))
     rest = dict(measures.columns)
     return replace(measures, columns={FIRST: rest.pop(FIRST), **own, **rest})
 
 
 def in_words(known: Known, unit: str) -> str:
-    """What 0 and 1 are, and what is proved."""
+    """What 0 and 1 are, and what is proved, under assumptions and without."""
     unit = "" if unit == "-" else f" {unit}"
     words = (
         f"score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; 1: the best known, "
@@ -60,6 +60,9 @@ def in_words(known: Known, unit: str) -> str:
         f"{'s' if known.episodes > 1 else ''}, earned in replay by {known.how}, no proof that no "
         "more can be"
     )
+    if known.assumed is not None:
+        one = known.assumed
+        words += f"; proved under assumptions: at most {one.value:.4g}{unit}, by {one.reason}"
     if known.bound is None:
         return words + "; no bound is known"
     return f"{words}; proved: at most {known.bound.value:.4g}{unit}, as {known.bound.reason}"

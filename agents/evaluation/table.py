@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-INTERVALS = ("return",)
+INTERVALS = ("return", "task_score")
 """Metrics of a test during training whose interval is written, too."""
 Kept = TypeVar("Kept")
 Columns: TypeAlias = Mapping[str, tuple[Column, Callable[[Kept], Interval]]]

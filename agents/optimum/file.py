@@ -85,16 +85,37 @@ def load_value_policy(path: str | Path) -> tuple[ValuePolicy[object, Timed], Tim
     ValueError naming the file, what is wrong with it and what is accepted, if it is missing, cut
     short, of another kind or has contents that do not fit. The file is data: nothing in it is run.
     """
+    return read_value_policy(path)[:2]
+
+
+def read_value_policy(
+    path: str | Path,
+) -> tuple[ValuePolicy[object, Timed], Timed, dict[str, Json]]:
+    """The same, and what the file says of itself."""
     try:
         with refusing("its contents"):
-            arrays = arrays_in(read_bytes(path, LARGEST), LARGEST)
-            text = arrays.pop("metadata", None)
-            if text is None or text.shape != () or text.dtype.kind != "U":
-                raise RefusedError("no metadata among its entries")
-            content = parse_json(str(text), "its metadata")
-            return _policy(arrays, require_format(content, FORMAT, VERSION, "a value policy"))
+            arrays, content = _contents(path)
+            return *_policy(arrays, content), content
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+
+
+def read_value_metadata(path: str | Path) -> dict[str, Json] | None:
+    """What a value policy's file says of itself; None for any other file."""
+    try:
+        with refusing("its contents"):
+            return _contents(path)[1]
+    except ValueError:
+        return None
+
+
+def _contents(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Json]]:
+    arrays = arrays_in(read_bytes(path, LARGEST), LARGEST)
+    text = arrays.pop("metadata", None)
+    if text is None or text.shape != () or text.dtype.kind != "U":
+        raise RefusedError("no metadata among its entries")
+    content = parse_json(str(text), "its metadata")
+    return arrays, require_format(content, FORMAT, VERSION, "a value policy")
 
 
 def _policy(

@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.agents.evaluation.rollout import episode_key, horizon, without_resets
+from stickslip.agents.optimum.blocks import KeptBlocks
 from stickslip.agents.optimum.checkpoint import digest_of, keeper, kept_values
 from stickslip.agents.optimum.controller import ValuePolicy, even_actions
 from stickslip.agents.optimum.state_map import EnvProcess, StateMap
@@ -80,7 +81,8 @@ def solve(
     "episode", the most that can be earned in `steps` steps (default: an episode), or "average",
     the most that an endless walk earns a step, beginning anew where it falls. ahead: how far the
     policy looks. states: the state's coordinates, default: the machine's. checkpoint: a file to
-    keep the values in every few sweeps, and to go on from where it is there.
+    keep the values in every few sweeps, and to go on from where it is there; until the end the
+    transitions are kept in a folder beside it, FILE.transitions, as large as they are in memory.
 
     ValueError for a task whose rewards depend on more than the coordinates, for a grid that memory
     does not hold, and for a checkpoint of another definition.
@@ -100,14 +102,15 @@ def solve(
     process = EnvProcess(params, even_actions(actions, kind), grid, env, states)
     outside = states.leaving(params)
     steps = horizon(params) if steps is None else require_integer("steps", steps)
-    before, report = None, None
+    before, report, blocks = None, None, None
     if checkpoint is not None:
         path = Path(checkpoint)
         # The sweeps of an episode are those of a longer one, too: `steps` is no part of this.
         what = version("stickslip"), repr((env, states)), objective, outside
         definition = digest_of(*what, params, grid, process.actions)
         before, report = kept_values(path, definition, grid.size), keeper(path, definition)
-    table = transitions(process, outside, progress=progress)
+        blocks = KeptBlocks(path, definition, grid.size)
+    table = transitions(process, outside, progress=progress, blocks=blocks)
     how = {"start": before, "report": report, "progress": progress}
     if objective == "episode":
         if before is not None and before.sweeps > steps:
@@ -125,6 +128,8 @@ def solve(
     )
     seconds = time.perf_counter() - began
     policy.validate()
+    if blocks is not None:
+        blocks.discard()
     return Solution(policy, params, values, objective, chosen, table.counts, seconds)
 
 

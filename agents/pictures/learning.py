@@ -42,6 +42,10 @@ class Panel(NamedTuple):
     """Cut off at so many times the last value; 0 for nothing cut off."""
 
 
+SCORE = Panel("score (0: doing nothing, 1: best known)", None, "task_score")
+"""Of a run on a named task."""
+
+
 def plot_panels(
     directory: str | Path,
     config: Configuration,
@@ -59,7 +63,8 @@ def plot_panels(
     seconds = (metrics.get("seconds") or [0.0])[-1]
     steps = int((metrics.get("timesteps") or [0])[-1])
     name = config.algorithm.upper()
-    title = f"{name} on the {machine}: {seconds:.0f} s of training"
+    where = f"the {machine}" if config.task is None else config.task
+    title = f"{name} on {where}: {seconds:.0f} s of training"
     if steps < config.timesteps:
         title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
     rows = -(-len(panels) // COLUMNS)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.scored import in_words
 from stickslip.agents.policy.file import policy_path
+from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.tasks.places import controller_of, every_option, read_named
 from stickslip.envs.tasks.known import known_of
@@ -13,7 +15,6 @@ from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine, Options
-    from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.protocol import AnyPlayer
 
 
@@ -37,9 +38,9 @@ def named_on(options: Options) -> dict[str, AnyPlayer]:
     found: dict[str, AnyPlayer] = {}
     _require_own(options["who"], machine, task.name)
     for name, one in read_named(options["who"], machine).items():
-        if one.policy is not None:
+        if isinstance(one.policy, MLPPolicy):
             _require_size(name, one.policy, seen, task.name)
-        found[name] = controller_of(one, name, env, machine)
+        found[name] = controller_of(one, name, without_resets(env), params, machine)
     return found
 
 
@@ -49,6 +50,14 @@ def task_in_words(name: str) -> str:
     known = known_of(task)
     scores = "nothing is known of it" if known is None else in_words(known, task.unit)
     return f"{task.name}: {task.title}\n  {scores}"
+
+
+def earned_in_words(name: str, earned: float) -> str:
+    """A mean return on the task, and its score."""
+    task = task_by_name(name)
+    known, unit = known_of(task), "" if task.unit == "-" else f" {task.unit}"
+    score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    return f"{score}mean return {earned:.4g}{unit}"
 
 
 def _require_own(who: list[str], machine: AnyMachine, task: str) -> None:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
+from stickslip.agents.policy.file import policy_path
 from stickslip.agents.registry import (
     machine_of_baseline,
     machine_of_environment,
     machines,
 )
+from stickslip.agents.tasks.players import fitted, read_about, read_player
 from stickslip.dynamics.checks import nearest
 
 if TYPE_CHECKING:
@@ -21,14 +22,13 @@ if TYPE_CHECKING:
 
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
-    from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
 
 
 class Named(NamedTuple):
     """A policy with what its file says, or a baseline (None, {})."""
 
-    policy: MLPPolicy | None
+    policy: AnyPlayer | None
     metadata: dict[str, Json]
 
 
@@ -62,7 +62,7 @@ def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
                 f"{', '.join(machine.baselines)}, a policy file, or the directory of a run with one"
                 f"{nearest(name, machine.baselines)}"
             )
-        policy, metadata = read_policy(path)
+        policy, metadata = read_player(path)
         environment = metadata.get("environment", machine.environment)
         if environment != machine.environment:
             raise ValueError(
@@ -77,7 +77,7 @@ def machine_of(who: Sequence[str]) -> AnyMachine:
     for name in who:
         machine, path = machine_of_baseline(name), policy_path(name)
         if machine is None and path.is_file():
-            machine = machine_of_environment(read_metadata(path).get("environment"))
+            machine = machine_of_environment(read_about(path).get("environment"))
             return machines()[0] if machine is None else machine
         if machine is not None:
             return machine
@@ -145,9 +145,13 @@ def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
         )
 
 
-def controller_of(one: Named, name: str, env: AnyEnv, machine: AnyMachine) -> AnyPlayer:
-    """The policy or baseline of a name."""
-    return machine.baseline(name, env) if one.policy is None else one.policy
+def controller_of(
+    one: Named, name: str, env: AnyEnv, params: Timed, machine: AnyMachine
+) -> AnyPlayer:
+    """The policy or baseline of a name, for an environment and its parameters."""
+    if one.policy is None:
+        return machine.baseline(name, env)
+    return fitted(one.policy, name, env, params, machine)
 
 
 def _own(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:

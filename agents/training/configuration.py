@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar, Unpa
 
 from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.training.fixed import own_task, refuse_fixed
 from stickslip.dynamics.plain_checks import require_kind, require_known, shown
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
 UNNAMED = "biped"
 """The machine of a configuration that names none."""
-BEFORE: dict[str, Json] = {"trainer": "sb3"}
+BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None}
 """Fields that came later, and what runs were until then: a text without one means that, and one
 that means it is without. So earlier files are read, and earlier digests stay as they were."""
 
@@ -105,8 +106,12 @@ class Configuration(Settings):
     checkpoint_interval: int
     keep_checkpoints: int
     evaluation_episodes: int
+    task: str | None = None
+    """A named task to train on; a field where the machine has such tasks."""
 
     machine: ClassVar[str] = UNNAMED
+    FIXED: ClassVar[tuple[str, ...]] = ()
+    """Fields that a named task decides, and that are not written beside one."""
     GROUPS: ClassVar[dict[str, str]] = {}
     """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
@@ -114,6 +119,11 @@ class Configuration(Settings):
 
     def __post_init__(self):
         super().__post_init__()
+        if self.task is not None:
+            object.__setattr__(self, "task", own_task(self.task, self.machine))
+            usual = {one.name: one.default for one in _fields(self)}
+            changed = [name for name in self.FIXED if getattr(self, name) != usual[name]]
+            refuse_fixed(changed, self.task)
         self._check_together()
 
     def _check_together(self) -> None:
@@ -138,6 +148,8 @@ class Configuration(Settings):
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         require_known(given, rules)
         given = {name: value for name, value in given.items() if value is not None}
+        if given.get("task") is not None:
+            refuse_fixed([name for name in cls.FIXED if name in given], str(given["task"]))
         defaults = cls._defaults(str(given.get("algorithm", "ppo")), given.get("trainer"))
         known = {one.name: one.default for one in every_field(cls)} | defaults | given
         for one, other in cls.EXCLUSIVE:
@@ -176,7 +188,12 @@ class Configuration(Settings):
 
     def to_json(self) -> str:
         """As JSON text that `from_json` reads."""
-        return self._json(VERSION, asdict(self))  # pyright: ignore[reportArgumentType]
+        return self._json(VERSION, self._written())
+
+    def _written(self) -> dict[str, Json]:
+        content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
+        left = () if self.task is None else self.FIXED
+        return {name: value for name, value in content.items() if name not in left}
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
         head: dict[str, Json] = {"format": FORMAT, "version": version}
@@ -191,13 +208,15 @@ class Configuration(Settings):
         if (machine := content.pop("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
-        before = {name: one for name, one in BEFORE.items() if name in rules}
-        return cls._grouped(require_entries(before | _flat(content, cls), rules))
+        flat = {name: BEFORE[name] for name in BEFORE if name in rules} | _flat(content, cls)
+        decided = () if flat.get("task") is None else cls.FIXED
+        rules = {name: rules[name] for name in rules if name in flat or name not in decided}
+        return cls._grouped(require_entries(flat, rules))
 
     @property
     def digest(self) -> str:
         """A name for exactly this configuration; the same as before there were groups."""
-        content = _flat(asdict(self), type(self))  # pyright: ignore[reportArgumentType]
+        content = _flat(self._written(), type(self))
         return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
 
 

@@ -17,6 +17,7 @@ MOST_STEPS = 10**12 - 1
 SHARED = {
     "algorithm": Rule(str, "learning algorithm", choices=("ppo",)),
     "trainer": Rule(str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")),
+    "task": Rule(str, "of `stickslip tasks`; it says all of what is trained on", optional=True),
     "timesteps": Rule(int, "control steps in all", low=1, high=MOST_STEPS),
     "seed": Rule(int, "of everything random", low=0, high=2**31 - 1),
     "num_envs": Rule(int, "environments side by side", low=1, high=65536),

@@ -7,6 +7,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, TextIO
 
+from stickslip.agents.training.on_task import evaluation_line
 from stickslip.agents.training.remaining import Remaining
 from stickslip.optim.progress import Bar
 
@@ -54,7 +55,8 @@ class Progress:
             return
         left = self._remaining.seconds()
         to_go = f", about {_clock(left)} to go" if math.isfinite(left) else ""
-        text = f"{timesteps:>10,} steps  {self._machine.line(row)}  {_clock(passed)} gone{to_go}"
+        line = evaluation_line(self._machine, row)
+        text = f"{timesteps:>10,} steps  {line}  {_clock(passed)} gone{to_go}"
         self._bar.say(text.replace("nan", "  -"))
 
     def _passed(self) -> float:

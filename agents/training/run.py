@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluation.table import INTERVALS
 from stickslip.agents.policy.file import save_policy
 from stickslip.agents.registry import machine_of_config
 from stickslip.agents.training.checkpoint import (
@@ -34,6 +33,7 @@ from stickslip.agents.training.checkpoint import (
 )
 from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
 from stickslip.agents.training.metrics import MetricsFile, read_columns
+from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
 from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
@@ -110,9 +110,8 @@ class _Training:
         self.metrics = MetricsFile(
             run.path / "metrics.csv", metric_columns(self.machine, self.trainer), upto=at
         )
-        self.evaluations = MetricsFile(
-            run.path / "evaluations.csv", ("seconds", *_evaluation_columns(self.machine)), upto=at
-        )
+        columns = evaluation_columns(self.machine, run.config, self.task.env)
+        self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
         self.progress = stack.enter_context(
             Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
@@ -164,7 +163,7 @@ class _Training:
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
         policy = self.trainer.policy()
-        row = self.machine.evaluate_policy(self.task, policy, self.config)
+        row = evaluation_row(self.machine, self.task, policy, self.config)
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
         self.progress.tell(at, row)
@@ -229,7 +228,3 @@ def _take_up(trainer: AnyTrainer, checkpoint: Path) -> None:
         trainer.put_state(state)
     except ValueError as error:
         raise ValueError(f"{checkpoint}: {error}; accepted: this run's own") from error
-
-
-def _evaluation_columns(machine: AnyMachine) -> tuple[str, ...]:
-    return (*machine.evaluated, *(f"{name}_{end}" for name in INTERVALS for end in ("low", "high")))

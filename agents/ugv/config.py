@@ -40,6 +40,7 @@ class UGVTrainConfig(LearningConfiguration):
     trainer: str = shared("trainer", "jax")
     seed: int = shared("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
+    task: str | None = shared("task", None)
 
     criterion: str = entry(
         "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
@@ -94,6 +95,20 @@ class UGVTrainConfig(LearningConfiguration):
     evaluation_episodes: int = shared("evaluation_episodes", 32)
 
     machine = "ugv"
+    FIXED: ClassVar = (
+        "criterion",
+        "tracks",
+        "friction",
+        "random_friction",
+        "leg_rate",
+        "spacing",
+        "start_angle",
+        "random_start",
+        "preview",
+        "preview_length",
+        "preview_noise",
+        "failure",
+    )
     GROUPS: ClassVar = {
         "algorithm": "run",
         "criterion": "task",

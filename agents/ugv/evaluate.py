@@ -36,6 +36,8 @@ Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
 CERTIFIED = Optimum()
 CLOSE = 0.05
 """Gap at which a bound is near enough to score against."""
+BOUND = ("bound", "over_bound")
+"""The columns of the bound."""
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
 
@@ -145,20 +147,34 @@ def ugv_measures(
     paths over its grid, so a continuous policy may come out slightly below 1); None for none.
     bound: whether to compute what no drive can cost less than, too, some seconds an episode: no
     policy scores below 1 against that, but for the rounding of its own cost (2e-4 in single
-    precision). It holds for the episode's ground, friction, start and waypoints, the criterion as
-    the environment counts it at these, and any leg angles within range and rate.
+    precision); where costs are below zero, as of grip to spare, none above 1. It holds for the
+    episode's ground, friction, start and waypoints, the criterion as the environment counts it at
+    these, and any leg angles within range and rate.
     """
     env = replace(env, autoreset="disabled")
     kept = None if optimum is None and not bound else optimum or CERTIFIED
 
     def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
         say(f"dynamic programming on {track}")
-        best, least = known(env, params, seeds, kept or CERTIFIED, bound)
+        tell = say if bound else None
+        best, least = known(env, params, seeds, kept or CERTIFIED, bound, tell)
         return lambda played: played._replace(optimum=best, bound=least)
 
     return Measures(
         keep_of, ugv_columns(env.measure.unit, bound), None if kept is None else complete
     )
+
+
+def with_bound(
+    env: UGVEnv, measures: Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]
+) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
+    """The measures with the columns of the bound of every drive: see ugv_measures."""
+    full = ugv_measures(env, bound=True)
+    kept = {*measures.columns, *BOUND}
+    columns = {name: one for name, one in full.columns.items() if name in kept}
+    if set(columns) != kept:  # scores of a named task, which stand first
+        columns = {**measures.columns, **{name: full.columns[name] for name in BOUND}}
+    return replace(full, columns=columns)
 
 
 def evaluate_ugv(
@@ -184,17 +200,31 @@ def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Opt
 
 
 def known(
-    env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum, bound: bool
+    env: UGVEnv,
+    params: UGVEnvParams,
+    seeds: Sequence[int],
+    optimum: Optimum,
+    bound: bool,
+    say: Say | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same, and the bound of every drive where that is asked for, else NaN."""
+    """The same, and the bound of every drive where that is asked for, else NaN.
+
+    say: called with a line before each episode.
+    """
     best, least = [], []
-    for seed in seeds:
+    for number, seed in enumerate(seeds, 1):
+        if say is not None:
+            say(f"what no drive can beat in episode {number} of {len(seeds)}")
         state = first_state(env, params, seed)
         found = optimum.solve(env, params, state)
         solved = found.status.solved
         best.append(found.value if solved else np.nan)
-        drive = found.x if solved else None
-        least.append(_bound(env.problem(state, params), drive) if bound else np.nan)
+        if not bound:
+            least.append(np.nan)
+            continue
+        # Off the grid a drive knows better at which steps it pays: the bound begins from that.
+        drive = replace(optimum, polish=True).solve(env, params, state).x if solved else None
+        least.append(_bound(env.problem(state, params), drive))
     return np.asarray(best), np.asarray(least)
 
 

@@ -121,6 +121,14 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         kept = {k: one for k, one in found.columns.items() if k not in ("optimum", "score")}
         return replace(found, columns=kept)
 
+    def bounded(
+        self, env: UGVEnv, measures: Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]
+    ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
+        """See Machine, and `ugv_measures` for what is assumed."""
+        from stickslip.agents.ugv.evaluate import with_bound
+
+        return with_bound(env, measures)
+
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"
@@ -152,9 +160,10 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     def line(self, row: Mapping[str, float]) -> str:
         """See Machine."""
+        of_best = f"{row['score']:6.3f} of the grid's best  " if "score" in row else ""
         return (
-            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  "
-            f"{row['score']:6.3f} of the grid's best  with legs {row['total_energy']:7.1f} J  "
+            f"return {row['return']:9.2f}  cost {row['cost']:9.4g}  {of_best}"
+            f"with legs {row['total_energy']:7.1f} J  "
             f"failures {100 * row['failures']:3.0f} %"
         )
 

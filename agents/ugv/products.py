@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures.film import write_film
-from stickslip.agents.pictures.learning import Panel, plot_panels
+from stickslip.agents.pictures.learning import SCORE, Panel, plot_panels
 from stickslip.agents.policy import load_policy
 from stickslip.agents.ugv.names import FILM, FRAMES
 from stickslip.agents.ugv.plots import plot_drive
@@ -38,18 +38,18 @@ def write_products(
         played = rollout(task.env, load_policy(trained.policy), params, 0)
     directory = trained.directory
     return [
-        plot_panels(directory, config, _panels(task.env), "UGV"),
+        plot_panels(directory, config, _panels(task.env, config.task), "UGV"),
         plot_drive(played, task.env, params, directory / "episode.png", f"The {trained.name}"),
         write_film(task.env, played, params, directory / FILM, FRAMES),
     ]
 
 
-def _panels(env: UGVEnv) -> tuple[Panel, ...]:
+def _panels(env: UGVEnv, task: str | None) -> tuple[Panel, ...]:
     name, unit = env.measure.name.replace("_", " "), env.measure.unit
     return (
         Panel(f"return of a whole episode [{unit}]", None, "return"),
         Panel(f"{name} [{unit}]", "cost", "cost"),
-        Panel("cost / best over grid [-]", None, "score"),
+        Panel("cost / best over grid [-]", None, "score") if task is None else SCORE,
         Panel("failures [% of episodes]", "failures", "failures", share=100.0),
         Panel("work of motors and legs [J]", "total_energy", "total_energy"),
         Panel("exploration noise [leg rates]", "noise", None),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.tracks import ground_by_name
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
+from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import UGVRandomisation
@@ -59,7 +60,15 @@ class UGVTask(NamedTuple):
 
 
 def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
-    """Build the task. ValueError for an unknown ground or numbers that do not go together."""
+    """Build the task. ValueError for an unknown ground or numbers that do not go together.
+
+    A named task is what it is; but for a factor on all rewards of training episodes.
+    """
+    if config.task is not None:
+        made, params = task_by_name(config.task).make("same_step")
+        env = cast("UGVEnv", made)
+        scale = config.reward_scale or 1 / USUAL[env.criterion]
+        return UGVTask(env, params.replace(reward_scale=scale), params)
     env = UGVEnv(config.criterion, config.preview, SOLVER)
     ground = ground_by_name(config.tracks)
     start = np.radians(config.start_angle)

@@ -1,12 +1,14 @@
 """The ladder of tasks: what is earned on each, and the pages that say so.
 
     python -m benchmarks.tasks [--only NAME ...] [--learn SEEDS STEPS] [--docs FILE] [--readme FILE]
-        [--pictures FILE]
+        [--pictures FILE] [--check] [--bounds]
 
 Without --docs, --readme and --pictures: measures the tasks named (default: those of which nothing
 is known yet), one after the other, and puts what comes out into known.json, which the package
 carries. --learn: PPO instead, beside what is there. --docs, --readme: put the tables of what is
 known into these pages, measuring nothing. --pictures: draws the sheet of docs/tasks.md.
+--check: plays doing nothing and every baseline again and says what differs, writing nothing.
+--bounds: what is proved anew, and nothing else.
 """
 
 from __future__ import annotations
@@ -16,10 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.report import options, put_between
+from benchmarks.tasks.bounds import assumed_of, bound_of
+from benchmarks.tasks.check import Again, measured_again
 from benchmarks.tasks.measure import measure
 from benchmarks.tasks.recipes import ALIKE
 from benchmarks.tasks.tables import long_table, short_table
-from stickslip.envs import TASKS, task_by_name
+from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, FORMAT, VERSION, read_known
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
@@ -37,6 +41,24 @@ def put(name: str, entry: dict[str, Any], path: Path = FILE) -> None:
     read_known.cache_clear()
 
 
+def bounds(task: TaskDefinition) -> dict[str, Any]:
+    """The entries of what is proved."""
+    return {"bound": bound_of(task), "assumed": assumed_of(task)}
+
+
+def check(names: list[str]) -> None:
+    """Say of every number of these tasks whether it still comes out."""
+    found: list[Again] = []
+    for task in map(task_by_name, names):
+        known = known_of(task)
+        for one in () if known is None else measured_again(task, known):
+            print(one.line(), flush=True)
+            found.append(one)
+    off = max(found, key=lambda one: one.score_off)
+    print(f"{sum(one.same for one in found)} of {len(found)} as written to the last digit; the "
+          f"furthest: {off.line()}")  # fmt: skip
+
+
 def main(arguments: list[str]) -> None:
     """Measure and write, or put what is known into pages."""
     parser = options("tasks", __doc__, FILE)
@@ -45,6 +67,8 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--docs", type=Path)
     parser.add_argument("--readme", type=Path)
     parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--bounds", action="store_true")
+    parser.add_argument("--check", action="store_true")
     asked = parser.parse_args(arguments)
     pages = {asked.docs: long_table, asked.readme: short_table}
     for page, table in pages.items():
@@ -54,22 +78,28 @@ def main(arguments: list[str]) -> None:
         from benchmarks.tasks.picture import draw_sheet
 
         draw_sheet(asked.pictures)
-    if any(one is not None for one in (asked.docs, asked.readme, asked.pictures)):
+    if asked.check:
+        check(asked.only or list(TASKS))
+    if asked.check or any(one is not None for one in (asked.docs, asked.readme, asked.pictures)):
         return
     known = read_known(asked.out) if asked.out.exists() else {}
-    names = asked.only or [name for name in TASKS if name not in known or asked.learn]
+    names = asked.only or [
+        name for name in TASKS if name not in known or asked.learn or asked.bounds
+    ]
     for name in names:
         task = task_by_name(name)
         if asked.learn is not None:
             from benchmarks.tasks.learn import learn
 
             put(task.name, {**known[task.name], "learned": learn(task, *asked.learn)}, asked.out)
+        elif asked.bounds:
+            put(task.name, {**known[task.name], **bounds(task)}, asked.out)
         elif task.name in ALIKE:
             same = read_known(asked.out)[ALIKE[task.name]]
             put(task.name, {**same, "digest": task.digest}, asked.out)
         else:
             before = {k: v for k, v in known.get(task.name, {}).items() if k == "learned"}
-            put(task.name, {**measure(task), **before}, asked.out)
+            put(task.name, {**measure(task), **bounds(task), **before}, asked.out)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from stickslip.agents.idle import Idle
 from stickslip.agents.registry import machine_by_name
 
 if TYPE_CHECKING:
+    from stickslip.agents.evaluation.standard import StandardEpisodes
     from stickslip.envs import TaskDefinition
 
 EPISODES = {"biped": 32, "ugv": 8}
@@ -29,12 +30,12 @@ DIGITS = 6
 def measure(task: TaskDefinition) -> dict[str, Any]:
     """The task's entry of known.json."""
     env, params = task.make()
-    env, machine = without_resets(env), machine_by_name(task.machine)
+    machine = machine_by_name(task.machine)
     episodes = EPISODES[task.machine] if is_random(params) else 1
 
     def earned(name: str, player: Any) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
-        played = play(env, player.validate(), params, range(episodes), keep_of)
+        played = played_on(task, player, episodes)
         return entry(name, played.reward, played.fell)
 
     names = [name for name in machine.baselines if name not in LEFT_OUT]
@@ -51,8 +52,13 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         "planners": [row for name, row in rows.items() if name in PLANNERS],
         "best": best,
         "how": how,
-        "bound": bound_of(task, params),
     }
+
+
+def played_on(task: TaskDefinition, player: Any, episodes: int) -> StandardEpisodes:
+    """What is kept of a player's episodes 0, 1, ... on a task."""
+    env, params = task.make()
+    return play(without_resets(env), player.validate(), params, range(episodes), keep_of)
 
 
 def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
@@ -63,17 +69,6 @@ def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
         for end, value in (("low", mean.low), ("high", mean.high))
     }
     return {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
-
-
-def bound_of(task: TaskDefinition, params: Any) -> dict[str, Any] | None:
-    """What the reward's definition allows at most: proved, and loose."""
-    if task.machine != "biped":
-        return None
-    most = float(params.tracking_weight) * float(params.time_limit)
-    reason = (
-        "no step's reward is above tracking_weight times the period; nothing is assumed of the walk"
-    )
-    return {"value": rounded(most), "reason": reason}
 
 
 def rounded(value: float) -> float:

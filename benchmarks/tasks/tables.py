@@ -11,7 +11,7 @@ from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.envs import TASKS, known_of
 
 if TYPE_CHECKING:
-    from stickslip.envs.tasks.known import Earned, Known, Learned
+    from stickslip.envs.tasks.known import Bound, Earned, Known, Learned
 
 
 def short_table() -> str:
@@ -51,7 +51,8 @@ def long_table() -> str:
                 "best planner": "" if planned is None else _cell(known, planned),
                 "PPO": "" if learned is None else _learned(known, learned),
                 "best known (1)": _earned(known.best),
-                "proved: at most": "" if known.bound is None else f"{known.bound.value:.4g}",
+                "if steady, no slip": _at_most(known.assumed),
+                "proved: at most": _at_most(known.bound),
             }
         )
     return f"{markdown(rows)}\n\n{_in_words()}"
@@ -79,6 +80,10 @@ def _learned(known: Known, learned: Learned) -> str:
 
 def _earned(earned: Earned) -> str:
     return f"{earned.value:.4g}{earned.spread}"
+
+
+def _at_most(bound: Bound | None) -> str:
+    return "" if bound is None else f"{bound.value:.4g}"
 
 
 def _unit(unit: str) -> str:

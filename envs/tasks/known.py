@@ -41,7 +41,7 @@ class Earned:
 
 @dataclass(frozen=True)
 class Bound:
-    """What no policy earns more than. reason: why; what is assumed is said there."""
+    """What no policy earns more than. reason: why, and what is assumed."""
 
     value: float
     reason: str
@@ -62,8 +62,9 @@ class Known:
 
     trivial: what a score of 0 is. baselines: hand-written controllers. planners: what plans each
     episode with exact knowledge of it. best: the most that any policy has earned in replay, a score
-    of 1, no proof that no more can be; how: where it came from. bound: proved, or None. learned:
-    by training, or None where none was tried.
+    of 1, no proof that no more can be; how: where it came from. bound: proved, or None. assumed:
+    proved of policies that meet the assumptions of its reason, or None: others may earn more.
+    learned: by training, or None where none was tried.
     """
 
     task: str
@@ -75,6 +76,7 @@ class Known:
     how: str
     bound: Bound | None
     learned: Learned | None = None
+    assumed: Bound | None = None
 
     @property
     def scale(self) -> Scale:
@@ -119,7 +121,7 @@ def read_known(path: Path) -> Entries:
 
 
 def _known(name: str, content: Entries) -> Known:
-    bound, learned = content["bound"], content.get("learned")
+    learned = content.get("learned")
     known = Known(
         task=name,
         episodes=int(content["episodes"]),
@@ -128,13 +130,18 @@ def _known(name: str, content: Entries) -> Known:
         planners=tuple(map(_earned, content["planners"])),
         best=_earned(content["best"]),
         how=str(content["how"]),
-        bound=None if bound is None else Bound(_number(bound["value"]), str(bound["reason"])),
+        bound=_bound(content["bound"]),
         learned=None if learned is None else _learned(learned),
+        assumed=_bound(content.get("assumed")),
     )
     if known.bound is not None and not known.best.value <= known.bound.value:
         raise ValueError(f"best {known.best.value} above the bound {known.bound.value}")
     Scale(known.trivial.value, known.best.value)  # for its ValueError
     return known
+
+
+def _bound(content: Entries | None) -> Bound | None:
+    return None if content is None else Bound(_number(content["value"]), str(content["reason"]))
 
 
 def _learned(content: Entries) -> Learned:

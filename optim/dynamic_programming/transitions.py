@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
@@ -34,6 +34,28 @@ class Counts(NamedTuple):
     all: int
 
 
+class Block(NamedTuple):
+    """The transitions of some nodes, in order: see Transitions and Counts."""
+
+    base: Int[np.ndarray, "nodes actions"]
+    share: Float[np.ndarray, "nodes actions rank"]
+    reward: Float[np.ndarray, "nodes actions"]
+    ended: int
+    outside: int
+
+
+class Blocks(Protocol):
+    """Where blocks are kept, so that a run that was stopped does not compute them again."""
+
+    def read(self, number: int, shape: tuple[int, int, int], kind: np.dtype) -> Block | None:
+        """The block of that number, of so many nodes, actions and coordinates; None: not kept."""
+        ...
+
+    def write(self, number: int, block: Block) -> None:
+        """Keep a block."""
+        ...
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Transitions:
@@ -50,9 +72,15 @@ class Transitions:
     counts: Counts = field(metadata={"static": True})
 
 
-def transitions(process: Process[State], outside: float, *, progress: bool = False) -> Transitions:
+def transitions(
+    process: Process[State],
+    outside: float,
+    *,
+    progress: bool = False,
+    blocks: Blocks | None = None,
+) -> Transitions:
     """All of them. outside: what leaving the grid is worth, to be set so low that no policy wants
-    it: what is not covered is not guessed.
+    it: what is not covered is not guessed. blocks: where they are kept, and taken from.
 
     ValueError where the grid is too large for the memory limit, before anything of it exists.
     """
@@ -65,27 +93,38 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
     base = np.empty((padded, count), np.int32)
     share = np.empty((padded, count, grid.rank), kind)
     reward = np.empty((padded, count), kind)
-    ended = left = done = 0
+    ended = left = done = number = 0
     with Bar("transitions", grid.size, "node", progress, large=True) as bar:
         for index, sheet in enumerate(grid.sheets):
             nodes = sheet.coordinates().astype(kind)
             nodes = np.pad(nodes, ((0, 0), (0, grid.rank - nodes.shape[1])))
             for first in range(0, len(nodes), block):
                 part = nodes[first : first + block]
-                filled = np.concatenate([part, np.repeat(part[-1:], block - len(part), 0)])
-                found = _from_nodes(process, index, filled, outside)
+                shape = (len(part), count, grid.rank)
+                found = None if blocks is None else blocks.read(number, shape, kind)
+                if found is None:
+                    found = _block(process, index, part, block, outside)
+                    if blocks is not None:
+                        blocks.write(number, found)
                 here = slice(done, done + len(part))
-                base[here], share[here], reward[here] = (
-                    np.asarray(one)[: len(part)] for one in found[:3]
-                )
-                ended += int(np.sum(np.asarray(found[3])[: len(part)]))
-                left += int(np.sum(np.asarray(found[4])[: len(part)]))
-                done += len(part)
+                base[here], share[here], reward[here] = found[:3]
+                ended, left = ended + found.ended, left + found.outside
+                done, number = done + len(part), number + 1
                 bar.advance(len(part))
     base[done:], share[done:], reward[done:] = STOPS, 0, 0
-    blocks = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
+    parts = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
     counts = Counts(ended, left, grid.size * count)
-    return Transitions(next(blocks), next(blocks), next(blocks), grid, counts)
+    return Transitions(next(parts), next(parts), next(parts), grid, counts)
+
+
+def _block(
+    process: Process[State], sheet: int, nodes: np.ndarray, size: int, outside: float
+) -> Block:
+    """Of nodes of a sheet, filled up to the size that is compiled."""
+    filled = np.concatenate([nodes, np.repeat(nodes[-1:], size - len(nodes), 0)])
+    found = _from_nodes(process, sheet, filled, outside)
+    base, share, reward, ended, left = (np.asarray(one)[: len(nodes)] for one in found)
+    return Block(base, share, reward, int(np.sum(ended)), int(np.sum(left)))
 
 
 def require_room(grid: Grid, actions: int, itemsize: int = 4) -> None:

@@ -105,14 +105,14 @@ def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
     from stickslip.agents.registry import machine_among, machines
     from stickslip.agents.training.configuration import add_flags
 
-    names = [machine.name for machine in machines()]
+    machine = machine_among(arguments)
     parser.add_argument(
         "machine",
         nargs="?",
-        choices=names,
-        default=names[0],
-        help="what to train (default: %(default)s); each has settings of its own, see --help after "
-        "its name",
+        choices=[one.name for one in machines()],
+        default=machine.name,
+        help=f"what to train (default: {machines()[0].name}, or whose --task is); each has "
+        "settings of its own, see --help after its name",
     )
     parser.add_argument(
         "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
@@ -120,7 +120,6 @@ def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
     parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
-    machine = machine_among(arguments)
     parser.description = (
         f"{parser.description} The settings of train {machine.name} come after the options; "
         "config.json keeps them."
@@ -137,6 +136,11 @@ def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> 
         "--task",
         metavar="TASK",
         help="a task of `stickslip tasks`, in place of the policies' own: with scores and the gap",
+    )
+    parser.add_argument(
+        "--bound",
+        action="store_true",
+        help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
     )
     parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
     parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")

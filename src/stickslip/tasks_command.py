@@ -76,6 +76,14 @@ def _in_words(task: TaskDefinition) -> str:
             f"Proved: at most {known.bound.value:.4g}, a score of {score:.2f}, as "
             f"{known.bound.reason}."
         )
+    if known.assumed is not None:
+        score = known.scale.score(known.assumed.value)
+        beaten = known.best.value > known.assumed.value
+        lines.append(
+            f"Proved under assumptions: at most {known.assumed.value:.4g}, a score of "
+            f"{score:.2f}, by {known.assumed.reason}."
+            + (" The best known does not, and earns more." if beaten else "")
+        )
     return "\n".join(lines)
 
 

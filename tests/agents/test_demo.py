@@ -12,6 +12,7 @@ from stickslip.agents.biped import demo as biped_demo
 from stickslip.agents.biped import products
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import ConstantTorque
+from stickslip.agents.biped.training import make_task
 from stickslip.agents.demo import demo
 from stickslip.agents.pictures import learning as plots_training
 from stickslip.agents.training.metrics import MetricsFile
@@ -49,7 +50,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
     rows = MetricsFile(tmp_path / "metrics.csv", ("seconds", "noise"))
     for steps in (384, 768):
         rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
-        products.plot_learning(tmp_path, SMALL, 4.0)
+        products.plot_learning(tmp_path, SMALL, make_task(SMALL).rest)
     assert titles == [
         "PPO on the biped: 4 s of training, unfinished: 384 of 768 steps",
         "PPO on the biped: 8 s of training",

@@ -11,16 +11,14 @@ from stickslip.envs import TASKS, known_of
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", TASKS)
-def test_the_best_by_hand_and_doing_nothing_earn_what_is_written_of_them(name):
+def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
     task = TASKS[name]
     known, machine = known_of(task), machine_by_name(task.machine)
     assert known is not None
-    who = {
-        "idle": Idle(machine.outputs),
-        known.by_hand.policy: machine.baseline(known.by_hand.policy, task.make()[0]),
-    }
-    table = evaluate_task(name, who)
-    for earned in (known.trivial, known.by_hand):
+    env = task.make()[0]
+    who = {one.policy: machine.baseline(one.policy, env) for one in known.baselines}
+    table = evaluate_task(name, {"idle": Idle(machine.outputs), **who})
+    for earned in (known.trivial, *known.baselines):
         row = table.row(name, earned.policy)
         assert row.count == known.episodes
         # Falls decide whole episodes, and single precision differs from machine to machine.

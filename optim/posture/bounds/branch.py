@@ -109,21 +109,33 @@ def bound_every_drive(
     method = Worst(problem) if worst else Sums(problem, x if np.isfinite(best) else None)
     surveyor = Surveyor(problem, method.fields)
     enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
-    found, levels = -np.inf, []
-    with Bar("branch", None, "waypoint", progress) as bar:
-        now = _first(surveyor, cells, bar)
-        while True:
+    found, levels, after, note = -np.inf, [], [], "no bound yet"
+    while True:
+        # A waypoint is surveyed, and in the end all are bounded together: two turns for each.
+        with Bar(f"branch, level {len(levels) + 1}", 2 * K, "turn", progress) as bar:
+            bar.advance(0, note)
+            if levels:
+                now = [surveyor.halved(k, of) for k, of in _counted(after, bar)]
+            else:
+                now = _first(surveyor, cells, bar)
             bound, after = method.bound(now, best, enough)
-            bound = _settled(problem, bound, best, surveyor.ground.missed)
-            found = max(found, bound)
-            alive = float(np.mean([np.mean(of.alive) for of in after]))
-            levels.append(Level(float(np.max(now[-1].rear.widths)), found, alive))
-            bar.advance(0, f"at least {found:.6g}")
-            size = sum(4.0 * of.alive.size for of in after)
-            if found >= enough or alive == 0 or size > most_corners:
-                break
-            now = [surveyor.halved(k, of) for k, of in _counted(after, bar)]
+            bar.advance(K)
+        bound = _settled(problem, bound, best, surveyor.ground.missed)
+        found = max(found, bound)
+        alive = float(np.mean([np.mean(of.alive) for of in after]))
+        levels.append(Level(float(np.max(now[-1].rear.widths)), found, alive))
+        size = sum(4.0 * of.alive.size for of in after)
+        if found >= enough or alive == 0 or size > most_corners:
+            break
+        note = _left(found, best, size, most_corners)
     return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)
+
+
+def _left(found: float, best: float, size: float, most: int) -> str:
+    """How much is missing, and how many levels there may be at most from one of that size on."""
+    gap = DriveBound(found, float(best), (), 0.0).gap
+    levels = 1 + int(np.log(most / size) / np.log(4.0))
+    return f"at least {found:.6g}, gap {gap:.1%}; at most {levels} more"
 
 
 def _first(surveyor: Surveyor, cells: int, bar: Bar) -> list[StationCells]:

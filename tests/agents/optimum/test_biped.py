@@ -1,5 +1,6 @@
 """Dynamic programming on the biped's own step."""
 
+import json
 from dataclasses import replace
 
 import jax
@@ -11,6 +12,9 @@ from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.optimum import known, load_value_policy, replay, save_value_policy, solve
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.tasks.players import fitted
+from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv
 from stickslip.envs.biped.params import Randomisation
@@ -140,3 +144,23 @@ def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls
     assert others.falls.value > 0.05
     assert found.lower_bound > 8.6
     assert found.holds
+
+
+def test_commands_read_a_value_policy_like_any_other(holding, tmp_path, capsys):
+    path = str(save_value_policy(holding.policy, holding.params, tmp_path / "walk.npz"))
+    assert main(["evaluate", path, "--episodes", "2", "--out", str(tmp_path)]) == OK
+    said = capsys.readouterr()
+    assert f"the own task of {path}" in said.out
+    content = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
+    (row,) = content["rows"]
+    played = replay(holding.policy, holding.params, range(2))
+    np.testing.assert_allclose(row["per_episode"]["reward"], played.reward, rtol=1e-5)
+    assert main(["evaluate", path, "--scene", "ice-patch"]) == WRONG_INPUT
+    assert "walk.npz, a value policy: floor = Patches" in capsys.readouterr().err
+
+
+def test_a_value_policy_looks_ahead_in_the_environment_that_it_plays_in(holding):
+    machine, other = machine_by_name("biped"), replace(ENV, substeps=2)
+    assert fitted(holding.policy, "it", other, holding.params, machine).env == other
+    with pytest.raises(ValueError, match=r"holds values of BipedStates\(floor='grip'\), this"):
+        fitted(holding.policy, "it", ENV, ENV.default_params, machine)

@@ -10,6 +10,7 @@ import pytest
 
 from stickslip.agents.evaluation.rollout import first_state, rollout
 from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.registry import machine_by_name
 from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
 from stickslip.agents.ugv.evaluate import evaluate_ugv
 from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
@@ -93,6 +94,9 @@ def test_a_table_scores_everyone_against_the_optimum():
     failed = table.row("slippery", "held")
     assert failed.metrics["failures"].value == 1.0
     assert np.isnan(failed.metrics["cost"].value)
+    machine = machine_by_name("ugv")
+    columns = list(machine.bounded(env, machine.measures(env)).columns)
+    assert columns == list(table.columns)
     assert "cost / best over grid" in table.to_text()
 
 

@@ -26,6 +26,9 @@ def test_every_task_is_measured_and_its_numbers_are_in_order(name):
             assert one.low <= one.value <= one.high
     if found.bound is not None:
         assert found.best.value <= found.bound.value
+    if found.assumed is not None:
+        assert found.bound is None or found.assumed.value < found.bound.value
+        assert "if" in found.assumed.reason
 
 
 def test_eight_tasks_have_room_above_what_is_made_by_hand():
@@ -71,6 +74,7 @@ def test_a_file_that_is_none_is_named(text, tmp_path, monkeypatch):
         ("episodes", "many"),
         ("bound", {"value": -1e9, "reason": "none"}),
         ("learned", {"how": "x", "returns": ["y"]}),
+        ("assumed", {"value": "many", "reason": "none"}),
     ],
 )
 def test_a_damaged_entry_is_named_with_its_task(entry, value, tmp_path, monkeypatch):

@@ -1,0 +1,76 @@
+"""What no policy earns more than on a task: proved, and proved of walks that meet assumptions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from benchmarks.tasks.measure import EPISODES, rounded
+from stickslip.agents.evaluation.rollout import first_state, without_resets
+from stickslip.agents.evaluation.run import is_random
+from stickslip.agents.ugv.plans import Optimum
+from stickslip.dynamics.biped import BipedParams
+from stickslip.optim import bound_every_drive
+from stickslip.optim.gait.steady import bound_steady_reward
+
+if TYPE_CHECKING:
+    from stickslip.envs import TaskDefinition, UGVEnv
+
+STARTS = {"phase", "crank_rate"}
+CELLS = 200
+ROUNDING = 5e-4
+"""By which a return in single precision may lie above a bound in double, in parts of it."""
+
+
+def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
+    """What is proved, None where nothing is."""
+    env, params = task.make()
+    if task.machine == "biped":
+        most = float(params.tracking_weight) * float(params.time_limit)
+        return {
+            "value": rounded(most),
+            "reason": "no step's reward is above tracking_weight times the period; nothing is "
+            "assumed of the walk",
+        }
+    env, found = cast("UGVEnv", without_resets(env)), []
+    if env.solver.method != "newton":
+        return None  # of hollow ground nothing is enclosed
+    count = EPISODES["ugv"] if is_random(params) else 1
+    for seed in range(count):
+        state = first_state(env, params, seed)
+        problem = env.problem(state, params)
+        drive = Optimum(31, polish=True).solve(env, params, state).x
+        found.append(bound_every_drive(problem, drive, tolerance=0.01))
+        print(f"{task.name}: episode {seed}: at least {found[-1].value:.6g}, {found[-1].gap:.1%} "
+              "below the best known", flush=True)  # fmt: skip
+    value = -float(np.mean([one.value for one in found]))
+    return {
+        "value": rounded(value + ROUNDING * abs(value)),
+        "reason": "no leg angles at the episodes' waypoints cost less, on a grid or off it "
+        "(interval arithmetic over cells of angles, docs/ugv_bounds.md), with 0.05 % for rounding",
+    }
+
+
+def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
+    """What no steady walk without slip earns more than; None where the floor or the robot is drawn
+    or changes on the way."""
+    numbers: Any = task.parameters
+    drawn = set(numbers.get("randomisation", {})) - STARTS
+    if task.machine != "biped" or drawn or "uniform" not in numbers["scene"]:
+        return None
+    found = bound_steady_reward(
+        BipedParams.from_bars(),
+        numbers["commanded_rate"],
+        mu=numbers["scene"]["uniform"]["mu_static"],
+        torque_limit=numbers["torque_limit"],
+        tracking_weight=numbers["tracking_weight"],
+        energy_weight=numbers["energy_weight"],
+        copper_loss=numbers["copper_loss"],
+        cells=CELLS,
+    )
+    return {
+        "value": rounded(found.value * numbers["time_limit"]),
+        "reason": "the dual of the convex program of gaits, if the walk is steady from the first "
+        "step on and the foot neither slips nor tips",
+    }

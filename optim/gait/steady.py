@@ -1,0 +1,105 @@
+"""The most that steady walking without slip earns: a bound on the biped's reward from its duals.
+
+A step of a walk that repeats itself takes the time t and the energy E, over the way L. The reward
+is tracking (1 - |v - v*| / v*), at least -1, less price E / t. No v earns more tracking than
+s v / v* + 1 - s, whatever the share s from 0 to 1, and v averages to L / t. With t* = L / v* the
+reward of a second is therefore at most
+
+    tracking (s t* / t + 1 - s) - price E / t  <=  c = tracking + beta - V(beta) / t*
+
+for any beta >= 0 with V(beta) <= price t* E + beta t in every gait, taking s = V / (tracking t*).
+V comes from the convex program's multipliers (certificate.py), for every gait, whatever the grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from stickslip.optim.gait.problem import GaitProblem
+from stickslip.optim.gait.profile import robot_of
+from stickslip.optim.options import require_scalar
+from stickslip.optim.solve import solve
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped import BipedParams
+
+CLOSE = 1e-4
+"""Of the range of beta that is searched."""
+MOST = 40
+"""Programs that are solved, at most."""
+
+
+@dataclass(frozen=True)
+class SteadyBound:
+    """value: of the reward [1/s], in every gait. beta: with which it was proved [1/s]. mean_rate:
+    of the gait that comes nearest [rad/s]; programs: how many proved something."""
+
+    value: float
+    beta: float
+    mean_rate: float
+    programs: int
+
+
+def bound_steady_reward(
+    params: BipedParams,
+    commanded_rate: float,
+    *,
+    mu: float,
+    torque_limit: float,
+    tracking_weight: float = 1.0,
+    energy_weight: float = 0.5,
+    copper_loss: float = 0.5,
+    zmp: bool = True,
+    cells: int = 200,
+) -> SteadyBound:
+    """What no steady walk without slip earns more than, a second, whatever its torque.
+
+    Rewards as of `BipedEnv`: energy_weight times positive work and copper loss [W/(N m)^2], over
+    weight and commanded speed. mu: static friction. zmp: without toppling, too. Assumed: the walk
+    repeats itself step by step, the foot does not slip, and the crank (so the centre of mass) does
+    not turn back. Torque may change at any instant, and speed that varies within a step costs
+    nothing here, so the bound is above what a motor that holds its torque can earn. ValueError for
+    numbers out of range, and where no gait is found.
+    """
+    for name, given in (("commanded_rate", commanded_rate), ("tracking_weight", tracking_weight)):
+        require_scalar(name, given, low=0.0, strict=True, accepted="a finite number > 0")
+    require_scalar("energy_weight", energy_weight, low=0.0, accepted="a finite number >= 0")
+    limits = {"mu": mu, "torque_limit": torque_limit, "copper_loss": copper_loss, "zmp": zmp}
+    usual = np.pi / commanded_rate
+    robot = robot_of(params, 1, True)
+    price = energy_weight * usual / (robot.weight * robot.step_length)
+
+    def least(goal: dict[str, float]) -> tuple[float, float]:
+        """What no gait takes less of, and the mean rate of the best."""
+        answer = solve(GaitProblem.periodic(params, goal, steps=cells, **limits))
+        if answer.every_bound is None or answer.gait is None:
+            raise ValueError(f"no gait: {answer.message}; accepted: limits that leave one")
+        return answer.every_bound, answer.gait.mean_rate
+
+    fastest, rate = least({"time": 1.0})
+    most = tracking_weight * usual / fastest  # beta where the share is 1 without any price
+    if price == 0:
+        return SteadyBound(float(min(most, tracking_weight)), float(most), rate, 1)
+    found: dict[float, tuple[float, float]] = {}
+
+    def earned(beta: float) -> float:
+        value, rate = least({"energy": price, "time": beta})
+        share = value / (tracking_weight * usual)
+        bound = tracking_weight + beta - value / usual
+        if share <= 1:
+            found[beta] = bound, rate
+            return bound
+        return tracking_weight * share + beta  # nothing is proved there: less beta is better
+
+    ends = 1e-6 * tracking_weight, most
+    options = {"xatol": CLOSE * most, "maxiter": MOST}
+    searched = minimize_scalar(earned, bounds=ends, method="bounded", options=options)
+    if not found:
+        raise ValueError(f"nothing is proved ({searched.message}); accepted: other weights")
+    beta = min(found, key=lambda one: found[one][0])
+    value, rate = found[beta]
+    return SteadyBound(float(min(value, tracking_weight)), float(beta), rate, len(found) + 1)

@@ -1,0 +1,149 @@
+"""Training on a named task: exactly that, with its scores, and nothing of it said twice."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.agents import evaluate_task, load_policy
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.training import make_task
+from stickslip.agents.registry import machine_among, machine_by_name, read_configuration
+from stickslip.agents.training.configuration import every_field
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.on_task import evaluation_line
+from stickslip.agents.training.run import train
+from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.cli import WRONG_INPUT, main
+from stickslip.envs import TASKS, known_of, task_by_name
+
+NAME = "BipedSteady-v0"
+KINDS = {"biped": TrainConfig, "ugv": UGVTrainConfig}
+
+
+def assert_same(one: object, other: object, rtol: float = 0.0) -> None:
+    assert jax.tree.structure(one) == jax.tree.structure(other)
+    for left, right in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        assert np.asarray(left).dtype == np.asarray(right).dtype
+        np.testing.assert_allclose(left, right, rtol=rtol)
+
+
+@pytest.mark.parametrize("name", ["BipedFast-v0", "BipedIceSeen-v0"])
+def test_the_biped_trains_on_exactly_the_task(name: str):
+    env, params = task_by_name(name).make("same_step")
+    made = make_task(TrainConfig.of(task=name))
+    assert made.env == env
+    for one in (made.training, made.tested):
+        assert_same(one, params)
+
+
+def test_the_ugv_trains_on_exactly_the_task_but_for_a_factor_on_its_rewards():
+    env, params = task_by_name("UGVLowGrip-v0").make("same_step")
+    made = make_ugv_task(UGVTrainConfig.of(task="UGVLowGrip-v0", reward_scale=0.25))
+    assert made.env == env
+    assert_same(made.tested, params)
+    assert float(made.training.reward_scale) == 0.25
+    assert_same(made.training.replace(reward_scale=params.reward_scale), params, 1e-6)
+
+
+def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
+    pytest.importorskip("optax")
+    config = TrainConfig.of(
+        task=NAME,
+        timesteps=512,
+        num_envs=4,
+        hidden=8,
+        rollout_steps=32,
+        batch_size=64,
+        epochs=1,
+        checkpoint_interval=256,
+        evaluation_episodes=2,
+        keep_checkpoints=9,
+    )
+    calls = iter(range(10**9))
+    path = tmp_path / "run"
+    assert not train(config, path, bar=False, stop=lambda: next(calls) == 5).finished
+    trained = train(None, path, resume=True, bar=False)
+    assert trained.finished
+    assert trained.config == config
+    rows = read_columns(path / "evaluations.csv")
+    assert rows["timesteps"] == [256, 512]
+    scale = known_of(task_by_name(NAME)).scale
+    for end in ("", "_low", "_high"):
+        expected = [scale.score(one) for one in rows[f"return{end}"]]
+        assert rows[f"task_score{end}"] == pytest.approx(expected, abs=1e-5)
+    last = load_policy(path / "checkpoints" / "000000000512" / "policy.npz")
+    table = evaluate_task(NAME, {"it": last}, seeds=range(TEST_SEEDS, TEST_SEEDS + 2))
+    metrics = table.row(NAME, "it").metrics
+    assert metrics["return"].value == pytest.approx(rows["return"][1], rel=1e-6)
+    assert metrics["task_score"].value == pytest.approx(rows["task_score"][1], abs=1e-5)
+
+
+@pytest.mark.parametrize(("name", "task"), [(task.machine, task) for task in TASKS.values()][::7])
+def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name: str, task):
+    kind = KINDS[name]
+    config = kind.of(task=f"stickslip/{task.name}", seed=3)
+    content = json.loads(config.to_json())
+    assert content["task"] == config.task == task.name
+    assert not {"scene", "friction", "tracks", "commanded_rate", *kind.FIXED} & content.keys()
+    assert read_configuration(config.to_json()) == config
+    others = {kind.of(seed=3).digest, kind.of(task=config.task).digest}
+    assert config.digest not in others
+    assert "task" not in json.loads(kind.of().to_json())
+
+
+def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
+    """A new field of a task or of a reward has to be put on one side."""
+    first = {"biped": "scene", "ugv": "criterion"}
+    for name, kind in KINDS.items():
+        names = [one.name for one in every_field(kind)]
+        about_it = set(names[names.index(first[name]) : names.index("num_envs")])
+        assert about_it - {"reward_scale"} == set(kind.FIXED)
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [
+        (lambda: TrainConfig.of(task="BipedFst-v0"), "did you mean BipedFast-v0"),
+        (lambda: TrainConfig(task="UGVBump-v0"), "of the ugv, this configuration of the biped"),
+        (lambda: UGVTrainConfig(task="BipedFast-v0"), "accepted: UGVBump-v0"),
+        (lambda: TrainConfig.of(task=NAME, commanded_rate=3.0), "^commanded_rate with task"),
+        (lambda: TrainConfig(task=NAME, scene="wet", payload=1.0), "^scene, payload with task"),
+        (lambda: replace(UGVTrainConfig.of(task="UGVBump-v0"), friction=0.1), "^friction with"),
+        (lambda: TrainConfig.of(task=3), "^task = 3; accepted: a name"),
+    ],
+)
+def test_what_does_not_go_with_a_task_is_refused_by_name(build, said: str):
+    with pytest.raises(ValueError, match=said):
+        build()
+
+
+def test_a_file_that_says_both_is_refused():
+    content = json.loads(TrainConfig.of(task=NAME).to_json()) | {"scene": "wet"}
+    with pytest.raises(ValueError, match="scene with task = 'BipedSteady-v0'"):
+        TrainConfig.from_json(json.dumps(content))
+
+
+def test_the_machine_follows_from_the_task(capsys):
+    assert machine_among(["train", "--task", "UGVBump-v0"]).name == "ugv"
+    assert machine_among(["train", "--task=UGVBump-v0", "--seed", "1"]).name == "ugv"
+    assert machine_among(["train", "ugv", "--task", "BipedFast-v0"]).name == "ugv"
+    assert main(["train", "ugv", "--task", "BipedFast-v0"]) == WRONG_INPUT
+    assert "'BipedFast-v0' is of the biped" in capsys.readouterr().err
+    assert main(["train", "--task", "UGVBump-v0", "--friction", "0.5"]) == WRONG_INPUT
+    assert "friction with task = 'UGVBump-v0'" in capsys.readouterr().err
+
+
+def test_the_line_of_an_evaluation_begins_with_the_score():
+    names = dict.fromkeys(machine_by_name("ugv").evaluated, 1.0)
+    assert "of the grid's best" in evaluation_line(machine_by_name("ugv"), names)
+    names.pop("score")
+    line = evaluation_line(machine_by_name("ugv"), names | {"task_score": 0.5})
+    assert line.startswith("score  0.500  return")
+    assert "grid" not in line
