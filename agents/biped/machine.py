@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.evaluate import Episodes
     from stickslip.agents.biped.state_map import BipedStates
+    from stickslip.agents.biped.swept import BipedSwept
     from stickslip.agents.biped.task import BipedTask
     from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
@@ -156,6 +157,12 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES
+
+    def swept(self) -> BipedSwept:
+        """See Machine."""
+        from stickslip.agents.biped.swept import BipedSwept
+
+        return BipedSwept()
 
     def training_task(self, config: TrainConfig) -> BipedTraining:
         """See Machine."""

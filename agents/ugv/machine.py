@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trained import Trained
     from stickslip.agents.ugv.evaluate import UGVEpisodes
     from stickslip.agents.ugv.names import UGVPlayer
+    from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
     from stickslip.envs.ugv.env import UGVEnv
@@ -124,6 +125,12 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"
+
+    def swept(self) -> UGVSwept:
+        """See Machine."""
+        from stickslip.agents.ugv.swept import UGVSwept
+
+        return UGVSwept()
 
     def training_task(self, config: UGVTrainConfig) -> UGVTask:
         """See Machine."""
