@@ -125,6 +125,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Floors or grounds by name."""
     scene_files: ClassVar[str] = ""
     """What may be named instead, in words."""
+    axes: ClassVar[Mapping[str, str]] = {}
+    """Some of the numbers that a sweep may vary, and what each is, with its unit."""
     evaluated: ClassVar[tuple[str, ...]]
     """What evaluations.csv holds of each evaluation; "return" among it."""
     episode: ClassVar[tuple[str, ...]]

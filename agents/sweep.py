@@ -47,6 +47,7 @@ def sweep(
     independent: bool = False,
     summaries: bool = False,
     chunk: int | None = None,
+    tile: int | None = None,
     cores: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -68,9 +69,10 @@ def sweep(
     chunks, cores, workers or their order.
 
     out: a directory of its own, which `read_sweep` reads: a row an episode or, with summaries=True,
-    a row a point. chunk: episodes of a chunk, by default what suits memory and cores. cores:
-    chunks played at once, by default one for each core or device. workers: so many processes of
-    this machine instead; scheduler: those of a Dask scheduler at that address.
+    a row a point. chunk: episodes of a chunk, and tile: of a program's call, by default what suits
+    memory and cores. cores: chunks played at once, by default one for each core or device.
+    workers: so many processes of this machine instead; scheduler: those of a Dask scheduler at
+    that address.
 
     resume: go on with the same sweep in `out`. overwrite: begin it anew. progress: a bar. stop:
     asked now and then; StoppedError where it says so, and what is written can be resumed.
@@ -92,6 +94,7 @@ def sweep(
         plan,
         Path(out),
         chunk=chunk,
+        tile=tile,
         cores=cores,
         workers=workers,
         scheduler=scheduler,
@@ -107,6 +110,7 @@ def run_plan(
     path: Path,
     *,
     chunk: int | None = None,
+    tile: int | None = None,
     cores: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -120,7 +124,7 @@ def run_plan(
     if beyond and cores is not None:
         raise ValueError("cores beside workers or a scheduler; accepted: one of them")
     threads = threads_of(cores if workers is None else workers)
-    plan = plan.cut(chunk, threads)
+    plan = plan.cut(chunk, threads, tile)
     with only_writer(path, "sweeping"):
         plan = open_sweep(path, plan, resume=resume, overwrite=overwrite, chunk=chunk)
         todo = missing_chunks(path, plan)
@@ -136,5 +140,3 @@ def run_plan(
             else:
                 programs = run_here(plan, path, todo, threads, watch)
     return Swept(path, plan.total, len(plan.chunks), len(todo), programs)
-
-

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.names import BIPED_BASELINES, FILM, FRAMES
+from stickslip.agents.biped.names import AXES, BIPED_BASELINES, FILM, FRAMES
 from stickslip.agents.biped.scenes import SCENE, SCENES
 from stickslip.agents.machine import Machine, Option
 
@@ -55,6 +55,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     )
     baselines = BIPED_BASELINES
     scenes = tuple(SCENES)
+    axes = AXES
     evaluated = (
         "return",
         "mean_speed",

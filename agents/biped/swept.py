@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -24,7 +24,7 @@ FRICTION = ("scene.mu_static", "scene.mu_kinetic")
 class BipedSwept(Swept):
     """Numbers of the task, robot, scene and randomisation."""
 
-    units = {
+    units: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(LENGTHS, "m"),
         "task.torque_limit": "N m",
         "task.control_period": "s",
@@ -45,7 +45,7 @@ class BipedSwept(Swept):
         "randomisation.crank_rate": "rad/s",
         "randomisation.command_interval": "s",
     }
-    kept = {
+    kept: ClassVar[Mapping[str, str]] = {
         "reward": "-",
         "duration": "s",
         "turned": "rad",
@@ -54,9 +54,9 @@ class BipedSwept(Swept):
         "energy": "J",
         "weight": "N",
     }
-    slip = ("slid", "walked")
-    short = {"mu": FRICTION}
-    structure = {
+    slip: ClassVar[tuple[str, str] | None] = ("slid", "walked")
+    short: ClassVar[Mapping[str, tuple[str, ...]]] = {"mu": FRICTION}
+    structure: ClassVar[Mapping[str, str]] = {
         "scene": f"--scene NAME, {ANOTHER}",
         "floor": f"--scene NAME, {ANOTHER}",
         "scene.floor": f"--scene NAME, {ANOTHER}",

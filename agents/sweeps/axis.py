@@ -9,16 +9,11 @@ from typing import TypeAlias
 
 import numpy as np
 
+from stickslip.agents.sweeps.names import FORMS, RANDOM
 from stickslip.dynamics.checks import require_choice, require_integer, require_number, shown
 
-RANDOM = ("sobol", "latin")
-"""How the values of random axes are drawn, all axes of a kind together."""
 MOST_VALUES = 10**5
 """Of one axis."""
-FORMS = (
-    "LOW:HIGH:N (even), LOW:HIGH:N:log, values as 0.1,0.2,0.5, or LOW:HIGH:sobol and "
-    "LOW:HIGH:latin, either with :log, for random ones"
-)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.sweeps.axis import RANDOM, axis_of
+from stickslip.agents.sweeps.axis import axis_of
+from stickslip.agents.sweeps.names import RANDOM
 from stickslip.dynamics.checks import require_integer, require_kind
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Design:
         return math.prod(self.dims.values())
 
     def at(self, first: int, last: int) -> dict[str, np.ndarray]:
-        """The axes' values at points first to last - 1, each [last - first], in double precision."""
+        """The axes' values at points first to last - 1, each [last - first], in float64."""
         places = np.unravel_index(np.arange(first, last), tuple(self.dims.values()) or (1,))
         where = dict(zip(self.dims, places, strict=False))
         drawn = self.drawn

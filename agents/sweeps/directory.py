@@ -63,7 +63,11 @@ def open_sweep(path: Path, plan: Plan, *, resume: bool, overwrite: bool, chunk: 
         raise ValueError("resume and overwrite exclude each other; accepted: one of them")
     if path.exists() and not path.is_dir():
         raise ValueError(f"{path} is a file; accepted: a directory for the sweep")
-    held = [one for one in path.iterdir() if not is_remains(one.name, (ABOUT,))] if path.exists() else []
+    held = (
+        [one for one in path.iterdir() if not is_remains(one.name, (ABOUT,))]
+        if path.exists()
+        else []
+    )
     if held and not (path / ABOUT).exists():
         names = ", ".join(sorted(one.name for one in held)[:5])
         raise ValueError(f"{path} holds {names}, but no sweep; accepted: a new directory")

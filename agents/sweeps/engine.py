@@ -95,5 +95,3 @@ def keep_chunk(plan: Plan, path: Path, index: int, columns: dict[str, np.ndarray
             f"{file}: {error.strerror or error}; what was written before is whole: make room, and "
             "go on with --resume",
         ) from error
-
-

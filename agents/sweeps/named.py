@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from stickslip.agents.registry import machine_by_name, machine_of_env
+from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
 from stickslip.agents.sweeps.case import Played
 from stickslip.agents.tasks.places import (
     controller_of,
     every_option,
-    machine_of,
     places_of,
     read_named,
 )
@@ -33,7 +32,7 @@ OWN = "own"
 
 
 def played_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Played]]:
-    """Every policy on every task, task by task. ValueError for what is unknown or of two machines."""
+    """Every policy on every task, task by task. ValueError for unknown ones and two machines."""
     tasks = _tasks(task)
     machines = {machine_of_env(env).name for env, _ in tasks.values()}
     if len(machines) != 1:
@@ -52,8 +51,8 @@ def played_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Played]
 
 
 def played_by(
-    who: Sequence[str], options: Options, tasks: Sequence[str] | None
-) -> tuple[AnyMachine, list[Played], str]:
+    machine: AnyMachine, who: Sequence[str], options: Options, tasks: Sequence[str] | None
+) -> tuple[list[Played], str]:
     """Those named on a command line on tasks of the ladder or, as `evaluate` has it, on their own
     changed by options; and what the task is, in words.
 
@@ -61,16 +60,22 @@ def played_by(
     """
     if tasks:
         given = [f"--{name}" for name in ("scene",) if options["scenes"]]
-        given += [one.flag for name, (one, _) in every_option().items() if options[name] is not None]
+        given += [
+            one.flag for name, (one, _) in every_option().items() if options[name] is not None
+        ]
         if given:
             raise ValueError(
                 f"{', '.join(given)} with --task; accepted: one or the other, or the number as an "
                 "--axis NAME=VALUE"
             )
         names = [task_by_name(one).name for one in tasks]
-        machine, found = played_on(names, list(who))
-        return machine, found, "\n".join(f"{name}: {task_by_name(name).title}" for name in names)
-    machine = machine_of(who)
+        owner, found = played_on(names, list(who))
+        if owner is not machine:
+            raise ValueError(
+                f"--task {names[0]} is the {owner.title}'s; accepted: tasks of the {machine.title}"
+            )
+        return found, "\n".join(f"{name}: {task_by_name(name).title}" for name in names)
+    _require_own(who, machine)
     named = read_named(who, machine)
     places = places_of(named, options, machine)
     if len(places) > 1:
@@ -84,7 +89,7 @@ def played_by(
         Played(place.label, name, env, place.params, controller_of(named[name], name, env, machine))
         for name, env in place.who.items()
     ]
-    return machine, found, place.line()
+    return found, place.line()
 
 
 def _tasks(task: Any) -> dict[str, Pair]:
@@ -103,16 +108,22 @@ def _players(policies: Policies, env: AnyEnv, machine: AnyMachine) -> dict[str, 
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
     names = [policies] if isinstance(policies, str) else list(policies)
-    if twice := next((one for one in names if names.count(one) > 1), None):
-        raise ValueError(f"{twice} is given twice; accepted: each policy once")
-    for other in names:
-        owner = machine_of([other])
-        if other in owner.baselines and owner is not machine:
-            raise ValueError(
-                f"{other!r} is a baseline of the {owner.title}; accepted: "
-                f"{', '.join(machine.baselines)}, or a policy file"
-            )
+    _require_own(names, machine)
     return {
         name: controller_of(one, name, env, machine)
         for name, one in read_named(names, machine).items()
     }
+
+
+def _require_own(names: Sequence[str], machine: AnyMachine) -> None:
+    """ValueError for a name given twice, and for baselines of another machine."""
+    names = list(names)
+    if twice := next((one for one in names if names.count(one) > 1), None):
+        raise ValueError(f"{twice} is given twice; accepted: each policy once")
+    for name in names:
+        owner = machine_of_baseline(name)
+        if owner is not None and owner is not machine:
+            raise ValueError(
+                f"{name!r} is a baseline of the {owner.title}; accepted: "
+                f"{', '.join(machine.baselines)}, or a policy file"
+            )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     import pyarrow as pa
@@ -71,28 +73,37 @@ def require_chunk(path: Path, digest: str, index: int, rows: int) -> None:
     """Raise ValueError naming the file unless it is the chunk of that sweep, whole."""
     from pyarrow import parquet
 
-    try:
-        with refusing("it"):
-            found = parquet.read_metadata(path)
-            about = json.loads((found.metadata or {}).get(ABOUT, b"{}"))
-            if about.get("digest") != digest or about.get("chunk") != index:
-                raise RefusedError("it belongs to another sweep")
-            if found.num_rows != rows:
-                raise RefusedError(f"it has {found.num_rows} rows, not {rows}")
-    except ValueError as error:
-        raise ValueError(
-            f"{path}: {error}; accepted: a chunk as the sweep wrote it; move the file away, and "
-            "--resume plays it again"
-        ) from error
+    with _chunk_at(path):
+        found = parquet.read_metadata(path)
+        about = json.loads((found.metadata or {}).get(ABOUT, b"{}"))
+        if about.get("digest") != digest or about.get("chunk") != index:
+            raise RefusedError("it belongs to another sweep")
+        if found.num_rows != rows:
+            raise RefusedError(f"it has {found.num_rows} rows, not {rows}")
 
 
 def read_chunk(path: Path, columns: list[str] | None = None) -> pa.Table:
     """A chunk's table. ValueError naming a file that is damaged."""
     from pyarrow import parquet
 
+    with _chunk_at(path):
+        return parquet.read_table(path, columns=columns)
+
+
+def column_names(path: Path) -> list[str]:
+    """Of a chunk's table, likewise."""
+    from pyarrow import parquet
+
+    with _chunk_at(path):
+        return list(parquet.read_schema(path).names)
+
+
+@contextmanager
+def _chunk_at(path: Path) -> Iterator[None]:
+    """Whatever goes wrong inside is the file's."""
     try:
         with refusing("it"):
-            return parquet.read_table(path, columns=columns)
+            yield
     except ValueError as error:
         raise ValueError(
             f"{path}: {error}; accepted: a chunk as the sweep wrote it; move the file away, and "

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.run import A_STEP
+from stickslip.agents.evaluation.run import A_STEP, is_random
 from stickslip.agents.optimum.checkpoint import digest_of
 from stickslip.agents.sweeps.case import Case, case_of, marks_of
 from stickslip.agents.sweeps.program import Tile, memory_at_hand
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.sweeps.case import Played
@@ -48,6 +48,9 @@ class Layout(NamedTuple):
     chunk_points: int
 
 
+UNCUT = Layout(1, 1, 1)
+
+
 class Chunk(NamedTuple):
     """Points first to last - 1 of a case, all their episodes."""
 
@@ -68,7 +71,7 @@ class Plan:
     episodes: int
     independent: bool
     summaries: bool
-    layout: Layout = Layout(1, 1, 1)
+    layout: Layout = UNCUT
 
     @classmethod
     def of(
@@ -84,6 +87,8 @@ class Plan:
         """A plan that is not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
         cases = tuple(case_of(machine, one, design) for one in played)
+        if not any(is_random(one.params) for one in cases):
+            episodes = 1  # all would be the same
         pairs = [(one.task, one.policy) for one in cases]
         if not pairs:
             raise ValueError("no policy, or no task; accepted: at least one of each")
@@ -91,12 +96,14 @@ class Plan:
             raise ValueError(f"{twice[1]} on {twice[0]} is given twice; accepted: once")
         return cls(machine, cases, design, episodes, independent, summaries)
 
-    def cut(self, chunk: int | None, threads: int) -> Plan:
-        """With tiles and chunks for the memory at hand. chunk: episodes, rounded up to tiles."""
+    def cut(self, chunk: int | None, threads: int, tile: int | None = None) -> Plan:
+        """With tiles and chunks for the memory at hand. chunk: episodes, rounded up to tiles; tile:
+        the most episodes of one."""
         memory = memory_at_hand(memory_limit()) / (2 * threads)
         each = A_STEP * max(one.steps for one in self.cases)
         require_memory(f"steps = {each // A_STEP}", "steps of an episode", each // A_STEP, A_STEP)
         most = A_TILE.get(jax.default_backend(), OTHER_TILE)
+        most = most if tile is None else require_integer("tile", tile, high=2**24)
         tile = max(1, min(most, int(memory // each)))
         if self.episodes <= tile:
             points, seeds = min(tile // self.episodes, self.design.points), self.episodes

@@ -79,7 +79,7 @@ class Swept:
             return (name,)
         elif ends := [one for one in known if one.partition(".")[2] == name]:
             return (ends[0],)
-        shorter = {one.partition(".")[2]: one for one in reversed(known)}
+        shorter = dict.fromkeys(one.partition(".")[2] for one in known)
         near = nearest(name, [*known, *shorter, *self.short])
         first = [*self.short, *shorter][:LISTED]
         raise ValueError(
@@ -90,11 +90,7 @@ class Swept:
 
     def known(self, params: Any) -> dict[str, Way]:
         """All fields that an axis may set, by their dotted names."""
-        return {
-            name: way
-            for name, way in numbers_in(self.parts(params)).items()
-            if "." in name
-        }
+        return {name: way for name, way in numbers_in(self.parts(params)).items() if "." in name}
 
     def put(self, params: Any, values: Mapping[str, Number]) -> Any:
         """The parameters with some fields, by dotted names, set to numbers, traced or not."""

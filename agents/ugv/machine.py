@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.machine import Machine, Option
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.names import FILM, FRAMES, UGV_BASELINES
+from stickslip.agents.ugv.names import AXES, FILM, FRAMES, UGV_BASELINES
 from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
@@ -52,6 +52,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     )
     baselines = UGV_BASELINES
     scenes, scene_files = TRACK_NAMES, "or a file of points"
+    axes = AXES
     evaluated = ("return", "cost", "score", "total_energy", "demand", "failures")
     episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
     film, frames = FILM, FRAMES

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents.sweeps.swept import Swept
 
@@ -34,7 +34,7 @@ ANOTHER = "one sweep for each, put side by side by `stickslip compare`, or tasks
 class UGVSwept(Swept):
     """Numbers of the task, vehicle, track and randomisation."""
 
-    units = {
+    units: ClassVar[Mapping[str, str]] = {
         "task.leg_rate": "rad/m",
         "task.spacing": "m",
         "task.start": "m",
@@ -56,7 +56,7 @@ class UGVSwept(Swept):
         "track.start": "m",
         "track.end": "m",
     }
-    kept = {
+    kept: ClassVar[Mapping[str, str]] = {
         "reward": "-",
         "cost": "-",
         "distance": "m",
@@ -64,7 +64,7 @@ class UGVSwept(Swept):
         "total_energy": "J",
         "demand": "-",
     }
-    structure = {
+    structure: ClassVar[Mapping[str, str]] = {
         "track": f"--scene NAME, {ANOTHER}",
         "scene": f"--scene NAME, {ANOTHER}",
         "criterion": f"--criterion NAME, {ANOTHER}",
@@ -92,7 +92,7 @@ class UGVSwept(Swept):
         drawn = parts["randomisation"]
         own = {name.split(".")[1] for name in names if name.startswith("task.")}
         changed: dict[str, Any] = {name: parts["task"][name] for name in own}
-        drawn = replace(drawn, **{name: None for name in own & {"friction", "start_angles"}})
+        drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
         if "track" in touched:
             shape = replace(params.track.shape, **parts["track"])
             changed["track"] = replace(params.track, shape=shape)
