@@ -50,10 +50,11 @@ def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
 
 def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
     env = UGVEnv()
-    params = env.make_params(track=Track.bump(0.1, width=1.0))
+    way = {"start": 2.0, "end": 6.0}  # waypoints stay where the task has them
+    params = env.make_params(track=Track.bump(0.1, width=1.0), **way)
     made = put(UGVSwept(), params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
     track, vehicle = Track.bump(0.2, width=1.0), UGVParams(body_mass=200.0)
-    assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6))
+    assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
 
 
 def test_what_an_axis_sets_is_no_longer_drawn():
