@@ -32,7 +32,7 @@ AHEAD = 2
 """Chunks given out for each thread of the workers: one to play, one to go on with."""
 RETRIES = 3
 """Times that a chunk is played again after what went wrong in it."""
-CONNECT = 10.0
+CONNECT = 30.0
 """How long a scheduler may take to answer at first [s]."""
 PATIENCE = 60.0
 """How long a scheduler may be gone, or be without workers [s]."""
@@ -55,7 +55,8 @@ def run_beyond(
 
     workers: processes to start here; scheduler: the address of one that runs; one of both.
     ValueError where nothing answers there; OSError where it is gone for longer than `patience` [s]
-    (by default PATIENCE), or has no workers for so long. What is written by then stays. StoppedError as in `run_here`.
+    (by default PATIENCE), or has no workers for so long. What is written by then stays.
+    StoppedError as in `run_here`.
     """
     if (workers is None) == (scheduler is None):
         raise ValueError("workers and scheduler; accepted: one of them")
