@@ -11,8 +11,8 @@ from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
 from stickslip.agents.sweeps.engine import Watch, run_here, threads_of
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Plan
+from stickslip.agents.sweeps.progress import Progress
 from stickslip.agents.training.directory import only_writer
-from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -74,8 +74,9 @@ def sweep(
     workers: so many processes of this machine instead; scheduler: those of a Dask scheduler at
     that address.
 
-    resume: go on with the same sweep in `out`. overwrite: begin it anew. progress: a bar. stop:
-    asked now and then; StoppedError where it says so, and what is written can be resumed.
+    resume: go on with the same sweep in `out`. overwrite: begin it anew. progress: a bar, or lines
+    where there is no terminal. stop: asked now and then; StoppedError where it says so, and what is
+    written can be resumed.
 
     ValueError for unknown axes, values that a task does not take, policies of something else, a
     directory of something else. MemoryError where not even one episode fits.
@@ -130,8 +131,8 @@ def run_plan(
         todo = missing_chunks(path, plan)
         sizes = [plan.chunks[index] for index in todo]
         left = sum(one.last - one.first for one in sizes) * plan.episodes
-        with Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True) as bar:
-            watch = Watch(bar.advance, stop)
+        with Progress(plan.total, plan.total - left, progress) as told:
+            watch = Watch(told.advance, stop)
             if beyond:
                 from stickslip.agents.sweeps.cluster import run_beyond
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from stickslip.envs.biped.params import NUMBERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from jaxtyping import PyTree
 
     from stickslip.envs.biped.params import BipedEnvParams
 
@@ -72,7 +74,7 @@ class BipedSwept(Swept):
         "dtype": ANOTHER,
     }
 
-    def parts(self, params: BipedEnvParams) -> dict[str, Any]:
+    def parts(self, params: BipedEnvParams) -> dict[str, PyTree]:
         """See Swept; the payload is the scene's, with which the robot is prepared."""
         payload = 0.0 if params.scene.payload is None else params.scene.payload
         robot = vars(params.robot.bare)
@@ -84,14 +86,14 @@ class BipedSwept(Swept):
         }
 
     def with_parts(
-        self, params: BipedEnvParams, parts: Mapping[str, Any], names: Iterable[str]
+        self, params: BipedEnvParams, parts: Mapping[str, PyTree], names: Iterable[str]
     ) -> BipedEnvParams:
         """See Swept. What an axis sets is no longer drawn; where the start's crank rates end at the
         commanded one, they go on doing so."""
         names = set(names)
         touched = {name.partition(".")[0] for name in names}
         drawn = parts["randomisation"]
-        changed: dict[str, Any] = dict(parts["task"])
+        changed: dict[str, PyTree] = dict(parts["task"])
         if "scene" in touched:
             floor = {one: value for one, value in parts["scene"].items() if one != "payload"}
             scene = replace(params.scene, floor=replace(params.scene.floor, **floor))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from stickslip.agents.protocol import Controller, Planner
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from jaxtyping import PyTree
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
@@ -44,8 +46,8 @@ class Case:
     task: str
     policy: str
     env: AnyEnv
-    params: Any
-    player: Any
+    params: PyTree
+    player: PyTree
     fields: dict[str, tuple[str, ...]]
     steps: int
 
@@ -80,7 +82,7 @@ def case_of(machine: AnyMachine, given: Played, design: Design) -> Case:
     return Case(given.task, given.policy, env, params, player, fields, steps)
 
 
-def _require_player(given: Played, env: AnyEnv) -> Controller[Any, Any, Any]:
+def _require_player(given: Played, env: AnyEnv) -> Controller[PyTree, PyTree, PyTree]:
     player, name = given.player, given.policy
     if isinstance(player, Planner) and not isinstance(player, Controller):
         raise ValueError(

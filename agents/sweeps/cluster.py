@@ -13,7 +13,7 @@ from collections import deque
 from contextlib import ExitStack
 from functools import lru_cache
 from threading import Event
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 from stickslip.agents.sweeps.engine import keep_chunk
 from stickslip.agents.sweeps.play import Player, StoppedError
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import numpy as np
+    from distributed import Client, Future
 
     from stickslip.agents.sweeps.engine import Watch
     from stickslip.agents.sweeps.plan import Plan
@@ -74,12 +75,13 @@ class _Feed:
         path: Path,
         todo: Sequence[int],
         watch: Watch,
-        client: Any,
+        client: Client,
         patience: float,
     ):
         self._plan, self._path, self._watch = plan, path, watch
         self._client, self._patience = client, patience
-        self._todo, self._given = deque(todo), dict[Any, int]()
+        self._todo = deque(todo)
+        self._given: dict[Future, int] = {}
         self._content = pickle.dumps(plan)
         self._came, self._seen = Event(), time.monotonic()
 
@@ -119,7 +121,7 @@ class _Feed:
         if self._client.status != "running":
             return 0
         try:
-            return sum(self._client.nthreads().values())
+            return sum(cast("dict[str, int]", self._client.nthreads()).values())
         except (OSError, TimeoutError):
             return 0
 
@@ -128,7 +130,7 @@ class _Feed:
         for future in [one for one in self._given if one.status != "pending"]:
             index = self._given.pop(future)
             if future.status == "error":
-                raise _told(future.exception())
+                raise _told(cast("BaseException", future.exception()))
             columns = self._result(future) if future.status == "finished" else None
             if columns is None:
                 self._todo.appendleft(index)
@@ -137,7 +139,7 @@ class _Feed:
             chunk = self._plan.chunks[index]
             self._watch.advance((chunk.last - chunk.first) * self._plan.episodes)
 
-    def _result(self, future: Any) -> dict[str, np.ndarray] | None:
+    def _result(self, future: Future) -> dict[str, np.ndarray] | None:
         """What a worker played; None where it was lost on the way."""
         from concurrent.futures import CancelledError
 
@@ -165,7 +167,9 @@ def _player(digest: str, content: bytes) -> Player:
     return held[0]
 
 
-def _client(stack: ExitStack, workers: int | None, scheduler: str | None, processes: bool) -> Any:
+def _client(
+    stack: ExitStack, workers: int | None, scheduler: str | None, processes: bool
+) -> Client:
     """A client of the workers, closed with the stack, and they with it if they are ours."""
     from distributed import Client, LocalCluster
 
@@ -176,7 +180,7 @@ def _client(stack: ExitStack, workers: int | None, scheduler: str | None, proces
                 n_workers=count,
                 threads_per_worker=1,
                 processes=processes,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 silence_logs=50,
             )
@@ -191,7 +195,7 @@ def _client(stack: ExitStack, workers: int | None, scheduler: str | None, proces
         ) from error
 
 
-def _told(error: BaseException | None) -> BaseException:
+def _told(error: BaseException) -> BaseException:
     """What went wrong in a worker, as it would have been raised here."""
     from distributed import KilledWorker
 
@@ -200,4 +204,4 @@ def _told(error: BaseException | None) -> BaseException:
             f"a chunk ended {RETRIES} workers, one after the other; accepted: workers with more "
             "memory, or a smaller --chunk in a new directory. What was written stays"
         )
-    return error if error is not None else OSError("a chunk was lost")
+    return error

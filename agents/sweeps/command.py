@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.commands import interruptible
 from stickslip.agents.registry import machine_by_name
@@ -108,8 +108,8 @@ def done_in_words(done: Swept, seconds: float) -> str:
     return words
 
 
-def _axes(given: Sequence[str]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+def _axes(given: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
     for text in given:
         name, is_axis, values = text.partition("=")
         if not is_axis or not name:

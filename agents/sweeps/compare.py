@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def compare_table(both: Common) -> Table:
     """A row for each common point: its axes, and of either sweep return and falls."""
     one, other = both.one, both.other
     count = one["episodes"].size
-    columns: dict[str, Any] = {}
+    columns: dict[str, list[str] | list[float]] = {}
     grid = np.meshgrid(*(one.coordinates[dim] for dim in one.dims), indexing="ij")
     for dim, values in zip(one.dims, grid, strict=True):
         columns[dim] = values.reshape(count).tolist()
@@ -164,8 +164,8 @@ def _shared(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _require_samples(one: SweepArrays, other: SweepArrays) -> None:
     """ValueError unless the random axes drew the same values."""
     for name in (n for n in one.coordinates if n not in one.dims):
-        values = (one.coordinates[name], other.coordinates.get(name))
-        if values[1] is None or not np.array_equal(*values):
+        drawn = other.coordinates.get(name)
+        if drawn is None or not np.array_equal(one.coordinates[name], drawn):
             raise ValueError(
                 f"random axis {name} drew other values; accepted: sweeps with the same random "
                 "axes, samples and design seed"

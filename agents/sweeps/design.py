@@ -8,7 +8,7 @@ import math
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +17,11 @@ from stickslip.agents.sweeps.names import RANDOM
 from stickslip.dynamics.checks import require_integer, require_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from stickslip.agents.sweeps.axis import Axis, AxisLike
+    from stickslip.agents.sweeps.definition import AxisEntry
+    from stickslip.agents.sweeps.definition import Design as Described
 
 MOST_POINTS = 10**9
 MOST_SAMPLES = 10**7
@@ -77,14 +79,18 @@ class Design:
                 }
         return found
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> Described:
         """All of it as JSON values; random values by a digest, since seeds make them again."""
-        axes = {}
+        axes: dict[str, AxisEntry] = {}
         for name, one in self.axes.items():
             if one.random:
-                ends: dict[str, Any] = {"low": one.low, "high": one.high, "log": one.logarithmic}
-                values = hashlib.sha256(self.drawn[name].tobytes()).hexdigest()
-                axes[name] = {"kind": one.kind, **ends, "digest": values}
+                axes[name] = {
+                    "kind": one.kind,
+                    "log": one.logarithmic,
+                    "low": one.low,
+                    "high": one.high,
+                    "digest": hashlib.sha256(self.drawn[name].tobytes()).hexdigest(),
+                }
             else:
                 axes[name] = {"kind": one.kind, "log": one.logarithmic, "values": list(one.values)}
         return {"axes": axes, "samples": self.samples, "design_seed": self.seed}
@@ -114,7 +120,7 @@ def _shares(kind: str, dimensions: int, count: int, seed: int) -> np.ndarray:
     """Shares [count, dimensions] in [0, 1)."""
     from scipy.stats import qmc
 
-    made = qmc.Sobol if kind == "sobol" else qmc.LatinHypercube
+    made: Callable[..., qmc.QMCEngine] = qmc.Sobol if kind == "sobol" else qmc.LatinHypercube
     name = "rng" if "rng" in inspect.signature(made).parameters else "seed"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # counts that are no powers of two

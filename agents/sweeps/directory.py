@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 from stickslip.agents.foreign.reading import (
     RefusedError,
@@ -27,6 +27,7 @@ from stickslip.records.files import discard, is_remains, put_aside, write_whole
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
+    from stickslip.agents.sweeps.definition import AxisEntry, Definition
     from stickslip.agents.sweeps.plan import Plan
 
 FORMAT, VERSION = "stickslip sweep", 1
@@ -41,14 +42,14 @@ PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distribu
 class About:
     """What a sweep's directory says of itself: sweep.json."""
 
-    definition: dict[str, Any]
+    definition: Definition
     digest: str
     layout: Layout
     chunks: int
     units: dict[str, str]
 
     @property
-    def axes(self) -> dict[str, Any]:
+    def axes(self) -> dict[str, AxisEntry]:
         """Their entries of the definition, by name."""
         return self.definition["axes"]
 
@@ -97,11 +98,10 @@ def read_about(path: str | Path) -> About:
     file = Path(path) / ABOUT
     try:
         with refusing("it"):
-            content: Any = require_format(
-                parse_json(read_text(file), "it"), FORMAT, VERSION, "a sweep"
-            )
+            found = require_format(parse_json(read_text(file), "it"), FORMAT, VERSION, "a sweep")
+            content = cast("Whole", found)
             layout = Layout(*(int(content["layout"][name]) for name in Layout._fields))
-            definition, units = dict(content["definition"]), dict(content["units"])
+            definition, units = content["definition"], dict(content["units"])
             if not (isinstance(definition["axes"], dict) and definition["cases"]):
                 raise RefusedError("its definition has no axes or cases")
             return About(definition, str(content["digest"]), layout, int(content["chunks"]), units)
@@ -134,12 +134,12 @@ def missing_chunks(path: Path, plan: Plan) -> list[int]:
         elif not (found := CHUNK.fullmatch(one.name)) or int(found[1]) >= len(plan.chunks):
             raise ValueError(f"{one} is no chunk of the sweep in {path}; accepted: its own alone")
     for chunk in plan.chunks:
-        file = chunk_path(path, chunk.index)
+        file = chunk_path(path, chunk.number)
         if not file.exists():
-            missing.append(chunk.index)
+            missing.append(chunk.number)
             continue
         each = 1 if plan.summaries else plan.episodes
-        require_chunk(file, plan.digest, chunk.index, (chunk.last - chunk.first) * each)
+        require_chunk(file, plan.digest, chunk.number, (chunk.last - chunk.first) * each)
     return missing
 
 
@@ -150,7 +150,7 @@ class _Chunks:
         return isinstance(name, str) and CHUNK.fullmatch(name) is not None
 
 
-def _content(plan: Plan) -> dict[str, Any]:
+def _content(plan: Plan) -> dict[str, object]:
     return {
         "format": FORMAT,
         "version": VERSION,

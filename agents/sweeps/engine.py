@@ -68,7 +68,7 @@ def run_here(plan: Plan, path: Path, todo: Sequence[int], threads: int, watch: W
             except Empty:
                 return
             columns = player.play(chunk, device, watch.advance, ended.is_set)
-            keep_chunk(plan, path, chunk.index, columns)
+            keep_chunk(plan, path, chunk.number, columns)
 
     with ThreadPoolExecutor(min(threads, max(1, len(todo)))) as pool:
         running = {pool.submit(work) for _ in range(min(threads, len(todo)))}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +11,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from jaxtyping import PyTree
 
     from stickslip.dynamics.numeric import Number
 
@@ -20,7 +22,7 @@ MOST_ENTRIES = 64
 """Arrays of more numbers are none that somebody sets by hand: they follow from others."""
 
 
-def numbers_in(tree: Any) -> dict[str, Way]:
+def numbers_in(tree: PyTree) -> dict[str, Way]:
     """The numbers of a tree of dataclasses, named tuples, dicts, tuples and arrays.
 
     Names are joined by dots, as "mass.12"; static fields and what is derived are left out.
@@ -28,14 +30,14 @@ def numbers_in(tree: Any) -> dict[str, Way]:
     return {".".join(map(str, way)): way for way in _ways(tree, ())}
 
 
-def number_at(tree: Any, way: Way) -> Any:
+def number_at(tree: PyTree, way: Way) -> PyTree:
     """The number that a way leads to."""
     for step in way:
         tree = _entry(tree, step)
     return tree
 
 
-def with_number(tree: Any, way: Way, value: Number) -> Any:
+def with_number(tree: PyTree, way: Way, value: Number) -> PyTree:
     """A copy with another number there."""
     if not way:
         return value
@@ -45,20 +47,21 @@ def with_number(tree: Any, way: Way, value: Number) -> Any:
     inner = with_number(_entry(tree, step), rest, value)
     if isinstance(tree, dict):
         return tree | {step: inner}
-    if is_dataclass(tree) and not isinstance(tree, type):
-        return replace(tree, **{str(step): inner})
-    if hasattr(tree, "_replace"):
-        return tree._replace(**{str(step): inner})
-    return tuple(inner if at == step else one for at, one in enumerate(tree))
+    if isinstance(tree, tuple):
+        values = [
+            inner if name == step else one for name, one in zip(_names(tree), tree, strict=True)
+        ]
+        return type(tree)(*values) if hasattr(tree, "_fields") else tuple(values)
+    return replace(tree, **{str(step): inner})
 
 
-def _entry(tree: Any, step: str | int) -> Any:
+def _entry(tree: PyTree, step: str | int) -> PyTree:
     if isinstance(tree, dict) or isinstance(step, int):
         return tree[step]
     return getattr(tree, step)
 
 
-def _ways(tree: Any, so_far: Way) -> Iterator[Way]:
+def _ways(tree: PyTree, so_far: Way) -> Iterator[Way]:
     if isinstance(tree, bool | np.bool_ | str) or tree is None:
         return
     if isinstance(tree, int | float | np.number):
@@ -74,5 +77,10 @@ def _ways(tree: Any, so_far: Way) -> Iterator[Way]:
             if one.init and not one.metadata.get("static"):
                 yield from _ways(getattr(tree, one.name), (*so_far, one.name))
     elif isinstance(tree, tuple):
-        for place, name in enumerate(getattr(tree, "_fields", range(len(tree)))):
-            yield from _ways(tree[place], (*so_far, name))
+        for name, one in zip(_names(tree), tree, strict=True):
+            yield from _ways(one, (*so_far, name))
+
+
+def _names(entries: tuple[PyTree, ...]) -> tuple[str | int, ...]:
+    """Of a tuple's entries: its fields, or their places."""
+    return getattr(entries, "_fields", tuple(range(len(entries))))

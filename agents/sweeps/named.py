@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
 from stickslip.agents.sweeps.case import Played
@@ -92,7 +92,7 @@ def played_by(
     return found, place.line()
 
 
-def _tasks(task: Any) -> dict[str, Pair]:
+def _tasks(task: object) -> dict[str, Pair]:
     if isinstance(task, str):
         task = [task]
     if isinstance(task, tuple) and len(task) == 2 and isinstance(task[0], FunctionalEnv):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
     import pyarrow as pa
@@ -32,7 +32,7 @@ def chunk_table(plan: Plan, chunk: Chunk, columns: dict[str, np.ndarray]) -> pa.
     case, each = plan.cases[chunk.case], 1 if plan.summaries else plan.episodes
     points = chunk.last - chunk.first
     rows = points * each
-    arrays: dict[str, tuple[Any, str]] = {
+    arrays: dict[str, tuple[pa.Array | np.ndarray, str]] = {
         "task": (_words([case.task], np.zeros(rows, np.int8)), "-"),
         "policy": (_words([case.policy], np.zeros(rows, np.int8)), "-"),
         "point": (np.repeat(np.arange(chunk.first, chunk.last), each), "-"),
@@ -49,7 +49,7 @@ def chunk_table(plan: Plan, chunk: Chunk, columns: dict[str, np.ndarray]) -> pa.
         pa.field(name, made[name].type, metadata={"unit": unit})
         for name, (_, unit) in arrays.items()
     ]
-    about = {"digest": plan.digest, "chunk": chunk.index}
+    about = {"digest": plan.digest, "chunk": chunk.number}
     schema = pa.schema(fields, metadata={ABOUT: json.dumps(about).encode()})
     return pa.Table.from_arrays(list(made.values()), schema=schema)
 
@@ -111,7 +111,7 @@ def _chunk_at(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _words(names: Any, codes: np.ndarray) -> Any:
+def _words(names: Iterable[str], codes: np.ndarray) -> pa.DictionaryArray:
     import pyarrow as pa
 
     return pa.DictionaryArray.from_arrays(pa.array(codes.astype(np.int8)), pa.array(list(names)))

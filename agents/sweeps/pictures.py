@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
 
     from stickslip.agents.sweeps.reading import SweepArrays
 
@@ -85,7 +87,7 @@ def _measures(
         if columns == 1 and len(view.names) == 1:
             _lines(axes[row][0], found, view, one, policies)
             continue
-        low, high = np.nanmin(one.values), np.nanmax(one.values)
+        low, high, drawn = np.nanmin(one.values), np.nanmax(one.values), None
         for column, policy in enumerate(policies):
             axis = axes[row][column]
             drawn = _map(
@@ -94,6 +96,8 @@ def _measures(
             if row == 0:
                 axis.set_title(str(policy), loc="left", fontsize=10, color=theme.INK)
             _labels(axis, found, view, row == len(shown) - 1, column == 0)
+        if drawn is None:
+            continue
         bar = figure.colorbar(drawn, ax=axes[row], fraction=0.05, pad=0.02)
         bar.set_label(one.title, fontsize=9, color=theme.MUTED)
         bar.ax.tick_params(labelsize=8, colors=theme.MUTED)
@@ -162,14 +166,13 @@ def _map(
     low: float,
     high: float,
     less: bool,
-) -> Any:
+) -> ScalarMappable:
     colours = "magma_r" if less else "viridis"
-    style: dict[str, Any] = {"cmap": colours, "vmin": low, "vmax": high}
     x, y = (found.coordinates[name] for name in view.names)
     if view.scattered:
-        drawn = axis.scatter(x, y, c=values, s=14, **style)
+        drawn = axis.scatter(x, y, c=values, s=14, cmap=colours, vmin=low, vmax=high)
     else:
-        drawn = axis.pcolormesh(*_cells(x, y, values), **style)
+        drawn = axis.pcolormesh(*_cells(x, y, values), cmap=colours, vmin=low, vmax=high)
     _scales(axis, found, view)
     return drawn
 
@@ -204,12 +207,12 @@ def _failures(axis: Axes, found: SweepArrays, view: View, shares: np.ndarray) ->
     most = np.where(shares.sum(axis=0) >= 0.5, 1 + np.argmax(shares, axis=0), 0)
     colours = [GOES_ON, *(COLOURS[i % len(COLOURS)] for i in range(len(shares)))]
     listed = require("matplotlib.colors").ListedColormap(colours)
-    style: dict[str, Any] = {"cmap": listed, "vmin": -0.5, "vmax": len(colours) - 0.5}
+    high = len(colours) - 0.5
     x, y = (found.coordinates[name] for name in view.names)
     if view.scattered:
-        axis.scatter(x, y, c=most, s=14, **style)
+        axis.scatter(x, y, c=most, s=14, cmap=listed, vmin=-0.5, vmax=high)
     else:
-        axis.pcolormesh(*_cells(x, y, most), **style)
+        axis.pcolormesh(*_cells(x, y, most), cmap=listed, vmin=-0.5, vmax=high)
     _scales(axis, found, view)
 
 
@@ -276,7 +279,7 @@ def _labels(axis: Axes, found: SweepArrays, view: View, below: bool, left: bool)
 
 def _sheet(
     rows: int, columns: int, size: tuple[float, float], title: str
-) -> tuple[Any, list[list[Axes]]]:
+) -> tuple[Figure, list[list[Axes]]]:
     """`make_sheet` with rows of axes, which share neither axis."""
     figure = require("matplotlib.figure").Figure(
         figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"

@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.sweeps.case import Played
+    from stickslip.agents.sweeps.definition import Definition
     from stickslip.agents.sweeps.design import Design
 
 MOST_EPISODES = 2**20
@@ -52,9 +53,9 @@ UNCUT = Layout(1, 1, 1)
 
 
 class Chunk(NamedTuple):
-    """Points first to last - 1 of a case, all their episodes."""
+    """Points first to last - 1 of a case, all their episodes. number: its place among all."""
 
-    index: int
+    number: int
     case: int
     first: int
     last: int
@@ -158,17 +159,18 @@ class Plan:
                 yield tile.filled(points * seeds), len(tile.seeds)
 
     @cached_property
-    def definition(self) -> dict[str, Any]:
+    def definition(self) -> Definition:
         """What decides the results, as JSON values."""
         swept = self.machine.swept()
-        tasks, policies = {}, {}
+        tasks: dict[str, str] = {}
+        policies: dict[str, str] = {}
         for one in self.cases:
             tasks.setdefault(one.task, digest_of(one.params, one.steps))
             policies[one.policy] = digest_of(one.player, one.env)
         design = self.design.describe()
         for name, entry in design["axes"].items():
             entry["sets"] = list(self.cases[0].fields[name])
-            entry["unit"] = swept.unit(entry["sets"][0])
+            entry["unit"] = swept.unit(self.cases[0].fields[name][0])
         return {
             "machine": self.machine.name,
             "tasks": tasks,
@@ -189,7 +191,7 @@ class Plan:
     @property
     def units(self) -> dict[str, str]:
         """Of the axes, by name."""
-        return {name: one["unit"] for name, one in self.definition["axes"].items()}
+        return {name: one.get("unit", "-") for name, one in self.definition["axes"].items()}
 
     @cached_property
     def kept_units(self) -> dict[str, str]:

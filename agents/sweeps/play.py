@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from jax import Device
+    from jaxtyping import PyTree
 
     from stickslip.agents.sweeps.plan import Chunk, Plan
 
@@ -36,7 +39,7 @@ class Player:
     def play(
         self,
         chunk: Chunk,
-        device: Any = None,
+        device: Device | None = None,
         advance: Callable[[int], None] = lambda count: None,
         stop: Callable[[], bool] = lambda: False,
     ) -> dict[str, np.ndarray]:
@@ -53,7 +56,7 @@ class Player:
         found = {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
         return summary(found, self.plan.episodes) if self.plan.summaries else found
 
-    def _columns(self, kept: Any) -> dict[str, np.ndarray]:
+    def _columns(self, kept: PyTree) -> dict[str, np.ndarray]:
         """What is written of what is kept."""
         found = {name: np.asarray(getattr(kept, name)) for name in self.plan.kept_units}
         found["fell"] = np.asarray(kept.fell, bool)

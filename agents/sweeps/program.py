@@ -6,7 +6,7 @@ import os
 from contextlib import nullcontext
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +17,8 @@ from stickslip.agents.evaluation.rollout import episode_key, rollout
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from jaxtyping import PyTree
 
     from stickslip.agents.sweeps.case import Case
     from stickslip.agents.sweeps.swept import Swept
@@ -53,10 +55,10 @@ class Tile(NamedTuple):
 class Programs:
     """Programs by what they are compiled for; `count` of them so far. Threads may share it."""
 
-    def __init__(self, swept: Swept, keep: Callable[[Any, Any], Any], independent: bool):
+    def __init__(self, swept: Swept, keep: Callable[[PyTree, PyTree], PyTree], independent: bool):
         self._swept, self._keep, self._independent = swept, keep, independent
-        self._made: dict[Any, Any] = {}
-        self._locks: dict[Any, Lock] = {}
+        self._made: dict[PyTree, PyTree] = {}
+        self._locks: dict[PyTree, Lock] = {}
         self._lock = Lock()
 
     @property
@@ -64,7 +66,7 @@ class Programs:
         """How many were compiled."""
         return len(self._made)
 
-    def play(self, case: Case, place: str, tile: Tile, device: Any = None) -> Any:
+    def play(self, case: Case, place: str, tile: Tile, device: PyTree = None) -> PyTree:
         """What is kept of the tile's episodes, arrays of NumPy's.
 
         Where memory does not suffice the tile is divided and played in halves; MemoryError if that
@@ -83,7 +85,7 @@ class Programs:
             high = self.play(case, place, tile.part(slice(half, None)).filled(half), device)
             return jax.tree.map(lambda a, b: np.concatenate([a, b[: size - half]]), low, high)
 
-    def _played(self, case: Case, place: str, tile: Tile, device: Any) -> Any:
+    def _played(self, case: Case, place: str, tile: Tile, device: PyTree) -> PyTree:
         with nullcontext() if device is None else jax.default_device(device):
             arguments = jax.tree.map(jnp.asarray, (case.player, tuple(tile)))
             key = (place, str(device), *_shape(arguments))
@@ -95,19 +97,19 @@ class Programs:
                 program = self._made[key]
             return jax.tree.map(np.asarray, program(*arguments))
 
-    def _compile(self, case: Case, arguments: Any) -> Any:
+    def _compile(self, case: Case, arguments: PyTree) -> PyTree:
         played = partial(play_tile, self._swept, self._keep, self._independent, case)
         return jax.jit(played).lower(*arguments).compile()
 
 
 def play_tile(
     swept: Swept,
-    keep: Callable[[Any, Any], Any],
+    keep: Callable[[PyTree, PyTree], PyTree],
     independent: bool,
     case: Case,
-    player: Any,
-    tile: tuple[Mapping[str, Any], Any, Any, Any],
-) -> Any:
+    player: PyTree,
+    tile: tuple[Mapping[str, PyTree], PyTree, PyTree, PyTree],
+) -> PyTree:
     """What is kept of a tile's episodes; pure.
 
     What axes do not set is constant; what follows from what they set is computed once for each
@@ -118,7 +120,7 @@ def play_tile(
     params, varied = _parameters(swept, case, values)
     here, mark = jax.tree.map(lambda leaf: leaf[place], (varied, marks))
 
-    def one(own: dict[int, Any], mark: Any, seed: Any) -> Any:
+    def one(own: dict[int, PyTree], mark: PyTree, seed: PyTree) -> PyTree:
         leaves, structure = params
         mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
         key = episode_key(seed)
@@ -129,14 +131,16 @@ def play_tile(
     return jax.vmap(one)(here, mark, seeds)
 
 
-def _parameters(swept: Swept, case: Case, values: Mapping[str, Any]) -> tuple[Any, dict[int, Any]]:
+def _parameters(
+    swept: Swept, case: Case, values: Mapping[str, PyTree]
+) -> tuple[PyTree, dict[int, PyTree]]:
     """The parameters' leaves and structure, and of the leaves that depend on an axis, by their
     place among all, the numbers at every point."""
     if not values:
         return jax.tree.flatten(case.params), {}
-    found: list[Any] = []
+    found: list[PyTree] = []
 
-    def at(point: Mapping[str, Any]) -> dict[int, Any]:
+    def at(point: Mapping[str, PyTree]) -> dict[int, PyTree]:
         leaves, structure = jax.tree.flatten(swept.put(case.params, point))
         found.append((leaves, structure))
         return {i: leaf for i, leaf in enumerate(leaves) if isinstance(leaf, Tracer)}
@@ -163,6 +167,6 @@ def memory_at_hand(limit: float) -> float:
     return min(limit, max(free / 2, 2.0**26))
 
 
-def _shape(tree: Any) -> tuple[Any, ...]:
+def _shape(tree: PyTree) -> tuple[PyTree, ...]:
     leaves, structure = jax.tree.flatten(tree)
     return structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class SweepArrays:
         require_known([name], self.arrays, "array of the sweep")
         return self.arrays[name]
 
-    def at(self, name: str, **where: Any) -> np.ndarray:
+    def at(self, name: str, **where: str | float) -> np.ndarray:
         """An array where dimensions have the nearest value, or for words this one, without them.
 
         ValueError for an unknown dimension or word.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.sweeps.fields import Way, number_at, numbers_in, with_number
 from stickslip.dynamics.checks import nearest, shown
@@ -11,6 +11,8 @@ from stickslip.dynamics.numeric import float_type
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from jaxtyping import PyTree
 
     from stickslip.dynamics.numeric import Number
 
@@ -36,24 +38,26 @@ class Swept:
     structure: ClassVar[Mapping[str, str]] = {}
     """Names of what is compiled into the program, and what to do instead of an axis."""
 
-    def parts(self, params: Any) -> dict[str, Any]:
+    def parts(self, params: PyTree) -> dict[str, PyTree]:
         """Trees of numbers by the first word of their names; what matters most comes first."""
         return {"task": {one.name: getattr(params, one.name) for one in fields(params) if one.init}}
 
-    def with_parts(self, params: Any, parts: Mapping[str, Any], names: Iterable[str]) -> Any:
+    def with_parts(
+        self, params: PyTree, parts: Mapping[str, PyTree], names: Iterable[str]
+    ) -> PyTree:
         """The parameters with these parts. names: dotted, of the fields that are not as before."""
         del names
         return replace(params, **parts["task"])
 
-    def opened(self, params: Any, names: Iterable[str]) -> Any:
+    def opened(self, params: PyTree, names: Iterable[str]) -> PyTree:
         """Parameters in whose structure the named axes, as they are given, have a place."""
         del names
         return params
 
-    def require_within(self, params: Any) -> None:
+    def require_within(self, params: PyTree) -> None:
         """Raise ValueError where the task would not take these parameters; they are concrete."""
 
-    def kept_units(self, env: Any) -> Mapping[str, str]:
+    def kept_units(self, env: PyTree) -> Mapping[str, str]:
         """`kept` of an environment."""
         del env
         return self.kept
@@ -63,7 +67,7 @@ class Swept:
         words = [word for word in name.split(".") if not word.isdigit()]
         return self.units.get(".".join(words), self.units.get(words[-1], "-"))
 
-    def targets(self, params: Any, name: str) -> tuple[str, ...]:
+    def targets(self, params: PyTree, name: str) -> tuple[str, ...]:
         """The dotted fields that an axis sets. ValueError for an unknown name and a structure."""
         if name in self.structure:
             raise ValueError(
@@ -88,11 +92,11 @@ class Swept:
             f"{', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )
 
-    def known(self, params: Any) -> dict[str, Way]:
+    def known(self, params: PyTree) -> dict[str, Way]:
         """All fields that an axis may set, by their dotted names."""
         return {name: way for name, way in numbers_in(self.parts(params)).items() if "." in name}
 
-    def put(self, params: Any, values: Mapping[str, Number]) -> Any:
+    def put(self, params: PyTree, values: Mapping[str, Number]) -> PyTree:
         """The parameters with some fields, by dotted names, set to numbers, traced or not."""
         import jax.numpy as jnp
 
@@ -103,6 +107,6 @@ class Swept:
             parts = with_number(parts, known[name], jnp.asarray(value, kind))
         return self.with_parts(params, parts, values)
 
-    def before(self, params: Any, name: str) -> float:
+    def before(self, params: PyTree, name: str) -> float:
         """What a field is without an axis."""
         return float(number_at(self.parts(params), self.known(params)[name]))

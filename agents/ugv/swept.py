@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.sweeps.swept import Swept
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from jaxtyping import PyTree
 
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
@@ -73,7 +75,7 @@ class UGVSwept(Swept):
         "dtype": ANOTHER,
     }
 
-    def parts(self, params: UGVEnvParams) -> dict[str, Any]:
+    def parts(self, params: UGVEnvParams) -> dict[str, PyTree]:
         """See Swept; of a ground that is drawn, its ranges stand under randomisation."""
         given = {name: getattr(params, name) for name in NUMBERS}
         return {
@@ -84,17 +86,18 @@ class UGVSwept(Swept):
         }
 
     def with_parts(
-        self, params: UGVEnvParams, parts: Mapping[str, Any], names: Iterable[str]
+        self, params: UGVEnvParams, parts: Mapping[str, PyTree], names: Iterable[str]
     ) -> UGVEnvParams:
         """See Swept. What an axis sets is no longer drawn."""
         names = set(names)
         touched = {name.partition(".")[0] for name in names}
         drawn = parts["randomisation"]
         own = {name.split(".")[1] for name in names if name.startswith("task.")}
-        changed: dict[str, Any] = {name: parts["task"][name] for name in own}
+        changed: dict[str, PyTree] = {name: parts["task"][name] for name in own}
         drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
         if "track" in touched:
-            shape = replace(params.track.shape, **parts["track"])
+            shape: PyTree = params.track.shape
+            shape = replace(shape, **parts["track"])
             changed["track"] = replace(params.track, shape=shape)
         if "vehicle" in touched:
             changed["vehicle"] = parts["vehicle"]
