@@ -57,7 +57,7 @@ def plan_of(points: int, episodes: int = EACH, summaries: bool = False) -> Plan:
     machine, played = played_on(task, {"crank-speed-pi": CrankSpeedPI()})
     design = design_of({"mu": f"0.02:0.3:{points}"}, None, 0)
     return Plan.of(
-        machine, played, design, episodes=episodes, independent=False, summaries=summaries
+        machine, played, design, episodes=episodes, independent=True, summaries=summaries
     )
 
 
@@ -96,13 +96,14 @@ def vars_of(plan: Plan) -> dict[str, Any]:
 
 def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
     """A whole sweep into a directory that is deleted again."""
-    written: list[tuple[float, int]] = []
+    written: list[tuple[float, float, int]] = []
     keep = engine.keep_chunk
 
     def kept(plan: Plan, path: Path, index: int, columns: dict[str, np.ndarray]) -> None:
         keep(plan, path, index, columns)
         one = plan.chunks[index]
-        written.append((time.perf_counter(), (one.last - one.first) * plan.episodes))
+        count = (one.last - one.first) * plan.episodes
+        written.append((time.perf_counter(), time.process_time(), count))
 
     with tempfile.TemporaryDirectory() as folder:
         begun, used = time.perf_counter(), time.process_time()
@@ -116,8 +117,8 @@ def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
         run_plan(plan, Path(folder) / "sweep", resume=True)
         resumed = time.perf_counter() - again
         size = sum(one.stat().st_size for one in (Path(folder) / "sweep/data").iterdir())
-    first, last = written[0][0], written[-1][0]
-    steady = sum(count for _, count in written[1:]) / (last - first)
+    first, last, rest = written[0], written[-1], sum(count for *_, count in written[1:])
+    steady = rest / (last[0] - first[0])
     return {
         "chunk": chunk,
         **how,
@@ -125,9 +126,11 @@ def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
         "episodes": done.episodes,
         "seconds": took,
         "processor_seconds": processor,
-        "first_result_seconds": first - begun,
+        "first_result_seconds": first[0] - begun,
+        "first_result_processor_seconds": first[1] - used,
         "episodes_a_second": steady,
         "steps_a_second": steady * STEPS,
+        "episodes_a_core_second": None if "workers" in how else rest / (last[1] - first[1]),
         "disk_bytes_an_episode": size / done.episodes,
         "resume_seconds": resumed,
     }
@@ -193,6 +196,7 @@ def _sweep_cells(one: dict[str, Any]) -> dict[str, str]:
         "on": f"{count} {'worker' if workers else 'core'}{'s' if count > 1 else ''}",
         "episodes/s": f"{one['episodes_a_second']:,.0f}",
         "each": f"{one['episodes_a_second'] / count:,.0f}",
+        "episodes/core-s": "" if workers else f"{one['episodes_a_core_second']:,.0f}",
         "first result, s": f"{one['first_result_seconds']:.0f}",
         "bytes an episode": f"{one['disk_bytes_an_episode']:.1f}",
         "resume, s": f"{one['resume_seconds']:.2f}",
@@ -203,12 +207,13 @@ def _many(content: dict[str, Any]) -> str:
     """What ten million episodes of 10 s take."""
     tile = max(one["episodes_a_core_second"] for one in content["tiles"])
     rows = [one for one in content["chunks"] if one["rows"] == "episodes"]
-    best = max(one["episodes_a_second"] for one in rows)
-    size = min(one["disk_bytes_an_episode"] for one in rows)
+    best = max(one["episodes_a_core_second"] for one in rows)
+    size = max(one["disk_bytes_an_episode"] for one in rows)
+    inside, whole = MANY / tile / 3600, MANY / best / 3600
     return (
-        f"Ten million episodes of 10 s, {MANY * STEPS:.0e} steps, extrapolated: "
-        f"{MANY / tile / 3600:.1f} core-hours by the best tile, {MANY / best / 3600:.1f} h at the "
-        f"best rate of a whole sweep above, and {MANY * size / 1e9:.2f} GB on the disk."
+        f"Ten million episodes of 10 s, {MANY * STEPS:.0e} steps, extrapolated: {inside:.2f} "
+        f"core-hours in the program by the best tile, {whole:.2f} core-hours with all else by the "
+        f"best sweep above, and {MANY * size / 1e9:.2f} GB on the disk."
     )
 
 

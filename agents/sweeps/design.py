@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import math
 import warnings
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from stickslip.agents.sweeps.names import RANDOM
 from stickslip.dynamics.checks import require_integer, require_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from stickslip.agents.sweeps.axis import Axis, AxisLike
     from stickslip.agents.sweeps.definition import AxisEntry
@@ -120,8 +119,7 @@ def _shares(kind: str, dimensions: int, count: int, seed: int) -> np.ndarray:
     """Shares [count, dimensions] in [0, 1)."""
     from scipy.stats import qmc
 
-    made: Callable[..., qmc.QMCEngine] = qmc.Sobol if kind == "sobol" else qmc.LatinHypercube
-    name = "rng" if "rng" in inspect.signature(made).parameters else "seed"
+    made = qmc.Sobol if kind == "sobol" else qmc.LatinHypercube
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # counts that are no powers of two
-        return made(dimensions, **{name: seed}).random(count)
+        return made(dimensions, rng=seed).random(count)

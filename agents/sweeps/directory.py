@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import subprocess
@@ -23,17 +22,17 @@ from stickslip.agents.foreign.reading import (
 from stickslip.agents.sweeps.parquet import require_chunk
 from stickslip.agents.sweeps.plan import Layout
 from stickslip.dynamics.checks import shown
-from stickslip.records.files import discard, is_remains, put_aside, write_whole
+from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
-    from stickslip.agents.sweeps.definition import AxisEntry, Definition
+    from stickslip.agents.sweeps.definition import AxisEntry, Definition, Whole
     from stickslip.agents.sweeps.plan import Plan
 
 FORMAT, VERSION = "stickslip sweep", 1
 ABOUT, DATA = "sweep.json", "data"
-PRODUCTS = ("summary.txt", "sweep.png", "endings.png")
-"""What is made of the results at the end, and again whenever that is asked for."""
+PRODUCT = re.compile(r"summary\.txt|(sweep|endings)(-\d+)?\.png")
+"""Names of what is made of the results at the end; of several tasks a picture for each."""
 CHUNK = re.compile(r"chunk-(\d{6})\.parquet")
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
 
@@ -129,7 +128,7 @@ def missing_chunks(path: Path, plan: Plan) -> list[int]:
     folder, missing = path / DATA, []
     folder.mkdir(exist_ok=True)
     for one in folder.iterdir():
-        if is_remains(one.name, _Chunks()):
+        if is_remains(one.name, _Names(CHUNK)):
             one.unlink()  # a killed process left it half written
         elif not (found := CHUNK.fullmatch(one.name)) or int(found[1]) >= len(plan.chunks):
             raise ValueError(f"{one} is no chunk of the sweep in {path}; accepted: its own alone")
@@ -143,11 +142,14 @@ def missing_chunks(path: Path, plan: Plan) -> list[int]:
     return missing
 
 
-class _Chunks:
-    """All names of chunks."""
+class _Names:
+    """All names that a pattern matches."""
+
+    def __init__(self, pattern: re.Pattern[str]):
+        self._pattern = pattern
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and CHUNK.fullmatch(name) is not None
+        return isinstance(name, str) and self._pattern.fullmatch(name) is not None
 
 
 def _content(plan: Plan) -> dict[str, object]:
@@ -209,15 +211,16 @@ def _differing(about: About, plan: Plan) -> list[str]:
 def _clear(path: Path) -> None:
     """Delete what a sweep wrote, and refuse a directory that holds anything else."""
     read_about(path)
-    known = (ABOUT, *PRODUCTS)
+    chunks, products = _Names(CHUNK), _Names(PRODUCT)
+    names = [one.name for one in path.iterdir() if one.name not in (ABOUT, DATA, DATA + PARTIAL)]
     foreign = [
-        one.name
-        for one in path.iterdir()
-        if one.name not in (*known, DATA, DATA + ".part") and not is_remains(one.name, known)
+        one
+        for one in names
+        if one not in products and not is_remains(one, products) and not is_remains(one, (ABOUT,))
     ]
     if (path / DATA).is_dir():
-        names = (one.name for one in (path / DATA).iterdir())
-        foreign += [n for n in names if n not in _Chunks() and not is_remains(n, _Chunks())]
+        held = (one.name for one in (path / DATA).iterdir())
+        foreign += [one for one in held if one not in chunks and not is_remains(one, chunks)]
     if foreign:
         raise ValueError(
             f"{path} also holds {', '.join(sorted(foreign)[:5])}, which no sweep wrote; accepted: "
@@ -225,6 +228,6 @@ def _clear(path: Path) -> None:
         )
     if (path / DATA).is_dir():
         discard(put_aside(path / DATA))
-    for name in (*PRODUCTS, ABOUT):
-        with suppress(FileNotFoundError):
-            os.unlink(path / name)
+    for name in names:
+        (path / name).unlink(missing_ok=True)
+    (path / ABOUT).unlink()  # last: until then it is a sweep, and can be cleared again

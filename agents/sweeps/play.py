@@ -12,7 +12,6 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jax import Device
     from jaxtyping import PyTree
 
     from stickslip.agents.sweeps.plan import Chunk, Plan
@@ -39,7 +38,7 @@ class Player:
     def play(
         self,
         chunk: Chunk,
-        device: Device | None = None,
+        device: PyTree = None,
         advance: Callable[[int], None] = lambda count: None,
         stop: Callable[[], bool] = lambda: False,
     ) -> dict[str, np.ndarray]:

@@ -40,7 +40,10 @@ def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):
 
 def test_only_a_sweep_is_overwritten_and_only_where_that_is_asked_for(tmp_path):
     swept(tmp_path / "a")
+    for product in ("summary.txt", "sweep.png", "endings-2.png", ".sweep.png-1a.part"):
+        (tmp_path / "a" / product).write_text("of the sweep")
     done = swept(tmp_path / "a", episodes=3, overwrite=True)
+    assert {one.name for one in (tmp_path / "a").iterdir()} == {"sweep.json", "data"}
     assert read_sweep(tmp_path / "a").num_rows == done.episodes == 180
     (tmp_path / "a/notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"also holds notes\.txt, which no sweep wrote"):
