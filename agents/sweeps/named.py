@@ -68,16 +68,19 @@ def played_by(
                 f"{', '.join(given)} with --task; accepted: one or the other, or the number as an "
                 "--axis NAME=VALUE"
             )
-        names = [task_by_name(one).name for one in tasks]
-        owner, found = played_on(names, list(who))
-        if owner is not machine:
-            raise ValueError(
-                f"--task {names[0]} is the {owner.title}'s; accepted: tasks of the {machine.title}"
-            )
-        return found, "\n".join(f"{name}: {task_by_name(name).title}" for name in names)
+        named = [task_by_name(one) for one in tasks]
+        for one in named:
+            if one.machine != machine.name:
+                owner = machine_by_name(one.machine).title
+                raise ValueError(
+                    f"--task {one.name} is the {owner}'s; accepted: tasks of the {machine.title}"
+                )
+        _require_own(who, machine)
+        _, found = played_on([one.name for one in named], list(who))
+        return found, "\n".join(f"{one.name}: {one.title}" for one in named)
     _require_own(who, machine)
-    named = read_named(who, machine)
-    places = places_of(named, options, machine)
+    players = read_named(who, machine)
+    places = places_of(players, options, machine)
     if len(places) > 1:
         labels = "; ".join(place.label for place in places)
         raise ValueError(
@@ -86,7 +89,9 @@ def played_by(
         )
     (place,) = places
     found = [
-        Played(place.label, name, env, place.params, controller_of(named[name], name, env, machine))
+        Played(
+            place.label, name, env, place.params, controller_of(players[name], name, env, machine)
+        )
         for name, env in place.who.items()
     ]
     return found, place.line()
