@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
     from stickslip.agents.standard import StandardMachine
+    from stickslip.agents.sweep import sweep
+    from stickslip.agents.sweeps.axis import Axis
+    from stickslip.agents.sweeps.reading import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.train import Trained, train
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
@@ -63,6 +66,9 @@ else:
             "policy.sb3": ("from_sb3",),
             "protocol": ("Controller",),
             "standard": ("StandardMachine",),
+            "sweep": ("sweep",),
+            "sweeps.axis": ("Axis",),
+            "sweeps.reading": ("SweepArrays", "read_sweep", "sweep_arrays"),
             "train": (
                 "Trained",
                 "train",
@@ -84,6 +90,7 @@ register(BipedMachine())
 register(UGVMachine())
 
 __all__ = [
+    "Axis",
     "ComputedTorque",
     "ConstantTorque",
     "Controller",
@@ -101,6 +108,7 @@ __all__ = [
     "RecedingHorizon",
     "Rollout",
     "StandardMachine",
+    "SweepArrays",
     "TrainConfig",
     "Trained",
     "UGVTrainConfig",
@@ -113,8 +121,11 @@ __all__ = [
     "load_policy",
     "machines",
     "read_metadata",
+    "read_sweep",
     "register",
     "rollout",
     "save_policy",
+    "sweep",
+    "sweep_arrays",
     "train",
 ]

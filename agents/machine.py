@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
+    from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.training.trained import Trained
 
 Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
@@ -124,6 +125,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Floors or grounds by name."""
     scene_files: ClassVar[str] = ""
     """What may be named instead, in words."""
+    axes: ClassVar[Mapping[str, str]] = {}
+    """Some of the numbers that a sweep may vary, and what each is, with its unit."""
     evaluated: ClassVar[tuple[str, ...]]
     """What evaluations.csv holds of each evaluation; "return" among it."""
     episode: ClassVar[tuple[str, ...]]
@@ -211,6 +214,12 @@ class Machine(ABC, Generic[Env, Params, Config]):
     def unit_of(self, env: Env) -> str:
         """What a table's columns depend on; environments of one table have the same."""
         return ""
+
+    def swept(self) -> Swept:
+        """What a sweep may vary of its tasks, and what it writes of an episode."""
+        from stickslip.agents.sweeps.swept import Swept
+
+        return Swept()
 
     # Training.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.names import BIPED_BASELINES, FILM, FRAMES
+from stickslip.agents.biped.names import AXES, BIPED_BASELINES, FILM, FRAMES
 from stickslip.agents.biped.scenes import SCENE, SCENES
 from stickslip.agents.machine import Machine, Option
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.evaluate import Episodes
     from stickslip.agents.biped.state_map import BipedStates
+    from stickslip.agents.biped.swept import BipedSwept
     from stickslip.agents.biped.task import BipedTask
     from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
@@ -54,6 +55,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     )
     baselines = BIPED_BASELINES
     scenes = tuple(SCENES)
+    axes = AXES
     evaluated = (
         "return",
         "mean_speed",
@@ -156,6 +158,12 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES
+
+    def swept(self) -> BipedSwept:
+        """See Machine."""
+        from stickslip.agents.biped.swept import BipedSwept
+
+        return BipedSwept()
 
     def training_task(self, config: TrainConfig) -> BipedTraining:
         """See Machine."""

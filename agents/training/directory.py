@@ -124,8 +124,8 @@ def versions() -> dict[str, str]:
 
 
 @contextmanager
-def only_writer(path: Path) -> Iterator[None]:
-    """Hold the run's lock, or raise ValueError while another process holds it.
+def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
+    """Hold the run's lock, or raise ValueError while another process holds it. doing: in its words.
 
     It lies on the directory itself: no file is left behind, and the system lets go of it when the
     process ends, however it ends. Windows cannot lock directories; there nothing is checked. Makes
@@ -143,7 +143,7 @@ def only_writer(path: Path) -> Iterator[None]:
     try:
         if not lock_descriptor(handle, blocking=False):
             raise ValueError(
-                f"{path}: another process is training there; accepted: another directory"
+                f"{path}: another process is {doing} there; accepted: another directory"
             )
         yield
     finally:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.machine import Machine, Option
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.names import FILM, FRAMES, UGV_BASELINES
+from stickslip.agents.ugv.names import AXES, FILM, FRAMES, UGV_BASELINES
 from stickslip.agents.ugv.tracks import GROUND, TRACK_NAMES, VIEWED
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trained import Trained
     from stickslip.agents.ugv.evaluate import UGVEpisodes
     from stickslip.agents.ugv.names import UGVPlayer
+    from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
     from stickslip.envs.ugv.env import UGVEnv
@@ -51,6 +52,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     )
     baselines = UGV_BASELINES
     scenes, scene_files = TRACK_NAMES, "or a file of points"
+    axes = AXES
     evaluated = ("return", "cost", "score", "total_energy", "demand", "failures")
     episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
     film, frames = FILM, FRAMES
@@ -132,6 +134,12 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"
+
+    def swept(self) -> UGVSwept:
+        """See Machine."""
+        from stickslip.agents.ugv.swept import UGVSwept
+
+        return UGVSwept()
 
     def training_task(self, config: UGVTrainConfig) -> UGVTask:
         """See Machine."""

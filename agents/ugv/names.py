@@ -31,3 +31,15 @@ def ugv_baseline(name: str, env: UGVEnv) -> UGVPlayer:
     }
     require_choice("baseline", name, UGV_BASELINES)
     return known[name]()
+
+
+AXES = {
+    "friction": "between wheels and ground",
+    "height, centre, width": "of the ground that is driven over, here a bump [m]",
+    "leg_rate": "[rad/m]",
+    "spacing": "way of a step [m]",
+    "preview_length": "how far the ground is seen [m]",
+    "body_mass, wheel_radius": "and any other number of the vehicle",
+    "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
+}
+"""For the help of a sweep."""

@@ -90,7 +90,8 @@ class UGVParams:
             require_number(name, getattr(self, name), low=0.0, accepted="angles from 0 to pi [rad]")
         require_broadcast(**vars(self))
         if is_concrete(self):
-            self._check_together()
+            with jax.ensure_compile_time_eval():  # numbers, also inside a trace of other things
+                self._check_together()
         return self
 
     def _check_together(self):

@@ -158,6 +158,11 @@ class UGVEnvParams:
             changes["odometer"] = odometer_over(track, start, end, dtype)
         return cast(replace(self, **changes).validate(), dtype)
 
+    def _goes_a_step(self) -> bool:
+        """Whether `steps` is 1 or more; of numbers, also inside a trace of other things."""
+        way, spacing = np.asarray(self.end) - np.asarray(self.start), np.asarray(self.spacing)
+        return bool(np.all(way / spacing + 1e-3 >= 1))
+
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
@@ -172,7 +177,7 @@ class UGVEnvParams:
         for name, value in numbers.items():
             require_number(name, value, **NUMBERS[name], dtype=kind)
         require_broadcast(**numbers, **penalty)
-        if is_concrete(self.start, self.end, self.spacing) and np.any(np.asarray(self.steps) < 1):
+        if is_concrete(self.start, self.end, self.spacing) and not self._goes_a_step():
             raise ValueError(
                 f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
                 "start + spacing <= end [m]"

@@ -1,4 +1,4 @@
-"""The command line: `stickslip train | evaluate | view | demo | tasks | optimise | reproduce`.
+"""The command line: `stickslip train | evaluate | sweep | compare | view | ...`.
 
 Here are the flags only, with names and defaults from modules that need neither JAX nor NumPy; each
 command's work is imported when it is run. Wrong input is a one-line message on stderr and exit
@@ -30,6 +30,9 @@ EXTRAS = {
     "matplotlib": "viz",
     "PIL": "viz",
     "pygame": "viz",
+    "pyarrow": "sweep",
+    "distributed": "sweep",
+    "filelock": "sweep",
 }
 """Optional packages and the extra that brings them."""
 AddFlags = Callable[[argparse.ArgumentParser, Sequence[str]], None]
@@ -145,6 +148,24 @@ def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> 
     parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
     parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")
     _add_scene(parser, many=True)
+
+
+def _add_sweep(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    from stickslip.agents.registry import machine_among, machines
+    from stickslip.agents.sweeps.flags import add_flags
+
+    parser.add_argument(
+        "machine",
+        choices=[machine.name for machine in machines()],
+        help="whose policies; each has axes of its own, see --help after its name",
+    )
+    add_tables(parser, add_flags(parser, machine_among(arguments)))
+
+
+def _add_compare(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    from stickslip.agents.sweeps.flags import add_compare_flags
+
+    add_compare_flags(parser)
 
 
 def _add_view(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
@@ -287,6 +308,19 @@ def _evaluate(given: argparse.Namespace) -> int:
     return OK
 
 
+def _sweep(given: argparse.Namespace) -> int:
+    from stickslip.agents.sweeps.command import sweep_command
+
+    return OK if sweep_command(vars(given)) else INTERRUPTED
+
+
+def _compare(given: argparse.Namespace) -> int:
+    from stickslip.agents.sweeps.compare import compare_command
+
+    compare_command(vars(given))
+    return OK
+
+
 def _view(given: argparse.Namespace) -> int:
     from stickslip.agents.commands import view_command
 
@@ -329,6 +363,12 @@ def _reproduce(given: argparse.Namespace) -> int:
 COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
     "train": (_add_train, _train, "train a policy with PPO or SAC"),
     "evaluate": (_add_evaluate, _evaluate, "compare policies and baselines in a table"),
+    "sweep": (
+        _add_sweep,
+        _sweep,
+        "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
+    ),
+    "compare": (_add_compare, _compare, "two sweeps side by side"),
     "view": (_add_view, _view, "an animation of a policy or baseline at work"),
     "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
     "tasks": (_add_tasks, _tasks, "named tasks that never change, and the best known on each"),

@@ -1,0 +1,120 @@
+"""What `stickslip sweep` does once its flags are read."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stickslip.agents.commands import interruptible
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.sweep import run_plan
+from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.sweeps.named import played_by
+from stickslip.agents.sweeps.names import FORMS
+from stickslip.agents.sweeps.plan import Plan
+from stickslip.agents.sweeps.play import StoppedError
+from stickslip.agents.sweeps.reading import sweep_arrays
+from stickslip.agents.sweeps.words import in_words
+from stickslip.agents.tasks.places import every_option
+from stickslip.dynamics.checks import shown
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.agents.machine import AnyMachine, Options
+    from stickslip.agents.sweep import Swept
+
+
+def sweep_command(given: Options) -> bool:
+    """`stickslip sweep`: whether it came to its end."""
+    path, machine = Path(given["out"]), machine_by_name(given["machine"])
+    axes = _axes(given["axis"] or ())
+    options = {name: given.get(name) for name in every_option()}
+    options["scenes"] = None if given["scene"] is None else [given["scene"]]
+    played, about = played_by(machine, given["policy"], options, given["task"])
+    plan = Plan.of(
+        machine,
+        played,
+        design_of(axes, given["samples"], given["design_seed"]),
+        episodes=given["episodes"],
+        independent=given["independent"],
+        summaries=given["summaries"],
+    )
+    print(about)
+    print(size_in_words(plan), flush=True)
+    begun = time.monotonic()
+    with interruptible() as stop:
+        try:
+            done = run_plan(
+                plan,
+                path,
+                **{name: given[name] for name in ("chunk", "cores", "workers", "scheduler")},
+                resume=given["resume"],
+                overwrite=given["overwrite"],
+                progress=True,
+                stop=stop,
+            )
+        except StoppedError:
+            print(f"Stopped; go on with the same command and --resume ({path})", file=sys.stderr)
+            return False
+    print(done_in_words(done, time.monotonic() - begun))
+    tell(path, machine, pictures=not given["no_pictures"])
+    return True
+
+
+def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> None:
+    """Print a sweep in words, write these and the pictures."""
+    found, slip = sweep_arrays(path, summaries=True), machine.swept().slip
+    text = in_words(found, slip)
+    print("\n" + text)
+    written = [write_whole(path / "summary.txt", text)]
+    if pictures:
+        from stickslip.agents.sweeps.pictures import write_pictures
+
+        print("Drawing ...", file=sys.stderr)
+        written += write_pictures(found, path, slip)
+    print("Written: " + ", ".join(map(str, written)))
+    print(f'Read it: stickslip.agents.read_sweep("{path}")')
+
+
+def size_in_words(plan: Plan) -> str:
+    """Axes with units, and how many episodes of how many steps that makes."""
+    words = []
+    for name, one in plan.design.axes.items():
+        unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
+        low, high = one.ends
+        count = f"{one.kind}" if one.random else f"{len(one.values)} values"
+        words.append(f"  {name}: {count}, {low:g} to {high:g}{unit}")
+    tasks, policies = (len({one[i] for one in plan.definition["cases"]}) for i in (0, 1))
+    steps = max(one.steps for one in plan.cases)
+    words.append(
+        f"{plan.total:,} episodes of up to {steps} steps: {policies} "
+        f"{'policy' if policies == 1 else 'policies'} x {tasks} task{'s' if tasks > 1 else ''} x "
+        f"{plan.design.points:,} points x {plan.episodes} episodes"
+    )
+    return "\n".join(words)
+
+
+def done_in_words(done: Swept, seconds: float) -> str:
+    """How many chunks were played and programs compiled, and how long it took."""
+    kept = done.chunks - done.played
+    words = f"Played {done.played} of {done.chunks} chunks in {seconds:.1f} s"
+    words += f", {kept} were there already" if kept else ""
+    if done.programs is not None:
+        words += f"; {done.programs} program{'' if done.programs == 1 else 's'} compiled"
+    return words
+
+
+def _axes(given: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in given:
+        name, is_axis, values = text.partition("=")
+        if not is_axis or not name:
+            raise ValueError(f"--axis {shown(text)}; accepted: NAME=VALUES, with values as {FORMS}")
+        if name in found:
+            raise ValueError(f"--axis {name} is given twice; accepted: once")
+        found[name] = values
+    return found

@@ -1,0 +1,117 @@
+"""A sweep in words: where it falls, where it slips, which policy is best where."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.agents.sweeps.play import ENDINGS
+from stickslip.agents.sweeps.regions import where
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.agents.sweeps.reading import SweepArrays
+
+APART = 1.96
+"""Standard errors of a difference beyond which two means are told apart."""
+SLIPS = 0.01
+"""Sliding by more than this share of the way is told of [m/m]."""
+NO_WAY = 0.1
+"""Mean way below which nothing is said per metre [m]."""
+
+
+def in_words(found: SweepArrays, slip: tuple[str, str] | None = None) -> str:
+    """What a sweep's summaries say. slip: names of what slid and of the way, if there are any."""
+    lines: list[str] = []
+    for at, task in enumerate(found.coordinates["task"]):
+        lines += [f"{task}:", *_task(found, at, slip)]
+    return "\n".join(lines) + "\n"
+
+
+def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | None:
+    """Sliding over the way at every point, NaN where there is none; None where nothing slides."""
+    if slip is None or f"{slip[0]}_mean" not in found.arrays:
+        return None
+    slid, way = (found[f"{name}_mean"] for name in slip)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(np.abs(way) >= NO_WAY, slid / np.abs(way), np.nan)
+
+
+def best_of(found: SweepArrays, at: int) -> tuple[np.ndarray, np.ndarray]:
+    """The policy with the greatest mean return at every point of a task, by its place, and whether
+    it is told apart from the next one (95 %, episodes taken as independent)."""
+    mean, std = found["reward_mean"][at], np.nan_to_num(found["reward_std"][at])
+    error = std**2 / found["episodes"][at]
+    order = np.argsort(-mean, axis=0, kind="stable")
+    first, second = order[:1], order[1:2]
+    lead = np.take_along_axis(mean, first, 0) - np.take_along_axis(mean, second, 0)
+    spread = np.sqrt(np.take_along_axis(error, first, 0) + np.take_along_axis(error, second, 0))
+    return first[0], (lead > APART * spread)[0]
+
+
+def _task(found: SweepArrays, at: int, slip: tuple[str, str] | None) -> Iterator[str]:
+    policies, dims = found.coordinates["policy"], found.dims[2:]
+    falls = found["falls"][at] / found["episodes"][at]
+    slips = slip_of(found, slip)
+    width = max(map(len, policies))
+    for which, policy in enumerate(policies):
+        head = f"  {policy:<{width}}  "
+        mean = found["reward_mean"][at, which].mean()
+        yield f"{head}mean return {mean:.3g}; {_falls(found, at, which, falls[which], dims)}"
+        if slips is not None:
+            yield f"  {'':<{width}}  {_slips(found, slips[at, which], dims)}"
+    if len(policies) > 1:
+        yield from _best(found, at, dims)
+
+
+def _falls(
+    found: SweepArrays, at: int, which: int, falls: np.ndarray, dims: tuple[str, ...]
+) -> str:
+    share = float(falls.mean())
+    if share == 0:
+        return "never falls"
+    text = f"falls in {100 * share:.2g} % of the episodes"
+    if place := where(falls, dims, found):
+        text += f", most where {place}"
+    counts = {name: int(found[name][at, which].sum()) for name in ENDINGS if name in found.arrays}
+    ends = {
+        name: n
+        for name, n in counts.items()
+        if n and name not in ("ok", "slip_onset", "step_complete")
+    }
+    if ends:
+        most = max(ends, key=lambda name: ends[name])
+        text += f"; {100 * ends[most] / sum(ends.values()):.0f} % of them {most.replace('_', ' ')}"
+    return text
+
+
+def _slips(found: SweepArrays, slips: np.ndarray, dims: tuple[str, ...]) -> str:
+    known = np.isfinite(slips)
+    if not known.any():
+        return "goes nowhere"
+    much = np.where(known, slips > SLIPS, False)
+    if not much.any():
+        return f"slides nowhere by more than {100 * SLIPS:g} cm a metre"
+    text = (
+        f"slides by more than {100 * SLIPS:g} cm a metre at {100 * much.mean():.0f} % of the points"
+    )
+    if place := where(much.astype(float), dims, found):
+        text += f", most where {place}"
+    return text + f"; at worst {np.nanmax(slips):.2g} m a metre"
+
+
+def _best(found: SweepArrays, at: int, dims: tuple[str, ...]) -> Iterator[str]:
+    best, apart = best_of(found, at)
+    for which, policy in enumerate(found.coordinates["policy"]):
+        own = (best == which) & apart
+        if own.any():
+            place = where(own.astype(float), dims, found)
+            yield f"  best by return: {policy} at {100 * own.mean():.0f} % of the points" + (
+                f", most where {place}" if place else ""
+            )
+    if found["episodes"][at].max() == 1:
+        yield "  one episode a point: nothing tells chance from difference, unless no reset draws"
+    if (even := float((~apart).mean())) > 0:
+        yield f"  no best told from the next at {100 * even:.0f} % of the points"

@@ -1,0 +1,256 @@
+"""How fast a sweep is, by tile, chunk, cores and workers, and what ten million episodes take.
+
+    python -m benchmarks.scaling [--only tiles chunks workers] [--quick] [--docs docs/sweeps.md]
+
+The biped under crank-speed-pi on the standard task for 10 s (500 control steps), friction as the
+axis. "tiles": one program's call, by how many episodes it holds; seconds of processor time, which
+do not grow when others want the processor. "chunks": whole sweeps into a directory, files
+included, by chunk and cores. "workers": the same on processes of this machine. Rates of whole
+sweeps are counted between the first chunk written and the last, so compiling stands apart; they are
+of the clock, and the processor time of this process beside them. Results go to a JSON file.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.pictures import logarithmic, pyplot
+from benchmarks.report import (
+    kept_parts,
+    markdown,
+    options,
+    provenance,
+    put_between,
+    where,
+    write_json,
+)
+from benchmarks.timing import seconds_of
+from stickslip.agents import CrankSpeedPI
+from stickslip.agents.biped.task import from_anywhere
+from stickslip.agents.sweep import run_plan
+from stickslip.agents.sweeps import cluster, engine
+from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.sweeps.named import played_on
+from stickslip.agents.sweeps.plan import Layout, Plan
+from stickslip.agents.sweeps.play import Player
+from stickslip.envs import BipedEnv
+
+TILES = (1, 16, 256, 1024, 4096)
+STEPS = 500
+EACH = 64
+"""Episodes a point."""
+MANY = 10**7
+MARKS = ("<!-- scaling -->", "<!-- end of scaling -->")
+PARTS = ("tiles", "chunks", "workers")
+
+
+def plan_of(points: int, episodes: int = EACH, summaries: bool = False) -> Plan:
+    """A sweep of the standard task over so many frictions."""
+    env = BipedEnv(autoreset="disabled")
+    task = (env, from_anywhere(env.make_params()))
+    machine, played = played_on(task, {"crank-speed-pi": CrankSpeedPI()})
+    design = design_of({"mu": f"0.02:0.3:{points}"}, None, 0)
+    return Plan.of(
+        machine, played, design, episodes=episodes, independent=True, summaries=summaries
+    )
+
+
+def tile_row(size: int, repeats: int = 3) -> dict[str, Any]:
+    """One program of so many episodes: what compiling and running it takes."""
+    each = min(size, EACH)
+    plan = plan_of(size // each if size > each else 2, each)
+    points = size // each
+    player = Player(plan.__class__(**vars_of(plan), layout=Layout(points, each, points)))
+    tile, _ = next(player.plan.tiles(player.plan.chunks[0]))
+    play = partial(player.programs.play, player.plan.cases[0], "", tile)
+    begun, used = time.perf_counter(), time.process_time()
+    play()
+    first, first_used = time.perf_counter() - begun, time.process_time() - used
+    processor, wall = seconds_of(play, repeats)
+    (program,) = player.programs._made.values()
+    memory = program.memory_analysis()
+    kinds = ("temp_size_in_bytes", "argument_size_in_bytes", "output_size_in_bytes")
+    return {
+        "tile": size,
+        "processor_seconds": processor,
+        "wall_seconds": wall,
+        "first_seconds": first,
+        "first_processor_seconds": first_used,
+        "episodes_a_core_second": size / processor,
+        "steps_a_core_second": size * STEPS / processor,
+        "bytes_an_episode": sum(int(getattr(memory, kind)) for kind in kinds) / size,
+    }
+
+
+def vars_of(plan: Plan) -> dict[str, Any]:
+    """A plan's fields but the layout."""
+    names = ("machine", "cases", "design", "episodes", "independent", "summaries")
+    return {name: getattr(plan, name) for name in names}
+
+
+def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
+    """A whole sweep into a directory that is deleted again."""
+    written: list[tuple[float, float, int]] = []
+    keep = engine.keep_chunk
+
+    def kept(plan: Plan, path: Path, index: int, columns: dict[str, np.ndarray]) -> None:
+        keep(plan, path, index, columns)
+        one = plan.chunks[index]
+        count = (one.last - one.first) * plan.episodes
+        written.append((time.perf_counter(), time.process_time(), count))
+
+    with tempfile.TemporaryDirectory() as folder:
+        begun, used = time.perf_counter(), time.process_time()
+        engine.keep_chunk = cluster.keep_chunk = kept
+        try:
+            done = run_plan(plan, Path(folder) / "sweep", chunk=chunk, **how)
+        finally:
+            engine.keep_chunk = cluster.keep_chunk = keep
+        took, processor = time.perf_counter() - begun, time.process_time() - used
+        again = time.perf_counter()
+        run_plan(plan, Path(folder) / "sweep", resume=True)
+        resumed = time.perf_counter() - again
+        size = sum(one.stat().st_size for one in (Path(folder) / "sweep/data").iterdir())
+    first, last, rest = written[0], written[-1], sum(count for *_, count in written[1:])
+    steady = rest / (last[0] - first[0])
+    return {
+        "chunk": chunk,
+        **how,
+        "chunks": done.chunks,
+        "episodes": done.episodes,
+        "seconds": took,
+        "processor_seconds": processor,
+        "first_result_seconds": first[0] - begun,
+        "first_result_processor_seconds": first[1] - used,
+        "episodes_a_second": steady,
+        "steps_a_second": steady * STEPS,
+        "episodes_a_core_second": None if "workers" in how else rest / (last[1] - first[1]),
+        "disk_bytes_an_episode": size / done.episodes,
+        "resume_seconds": resumed,
+    }
+
+
+def measure(part: str, quick: bool) -> list[dict[str, Any]]:
+    """The rows of a part."""
+    rows = []
+    if part == "tiles":
+        for size in TILES[1:3] if quick else TILES:
+            rows.append(tile_row(size))
+            print(
+                f"tile {size}: {rows[-1]['episodes_a_core_second']:,.0f} episodes/core-s",
+                flush=True,
+            )
+        return rows
+    points = 64 if quick else 512
+    counts = (1, 2)
+    if part == "chunks":
+        cuts: list[tuple[int, dict[str, Any], bool]] = [(1024, {"cores": n}, False) for n in counts]
+        cuts += [(4096, {"cores": 2}, False), (1024, {"cores": 2}, True)]
+    else:
+        cuts = [(1024, {"workers": n}, False) for n in counts]
+    for chunk, how, summaries in cuts:
+        row = sweep_row(plan_of(points, summaries=summaries), chunk, **how)
+        rows.append({"rows": "summaries" if summaries else "episodes"} | row)
+        print(f"chunk {chunk} {how}: {row['episodes_a_second']:,.0f} episodes/s", flush=True)
+    return rows
+
+
+def tables(content: dict[str, Any]) -> str:
+    """All that was measured, and what follows for ten million episodes."""
+    blocks = []
+    if "tiles" in content:
+        rows = [
+            {
+                "episodes in a tile": one["tile"],
+                "episodes/core-s": f"{one['episodes_a_core_second']:,.0f}",
+                "steps/core-s": f"{one['steps_a_core_second']:,.0f}",
+                "us a step": f"{1e6 / one['steps_a_core_second']:.2f}",
+                "kB an episode": f"{one['bytes_an_episode'] / 1e3:.1f}",
+                "first call, processor s": f"{one['first_processor_seconds']:.0f}",
+            }
+            for one in content["tiles"]
+        ]
+        blocks.append(markdown(rows))
+    both = [*content.get("chunks", []), *content.get("workers", [])]
+    if both:
+        blocks.append(markdown([_sweep_cells(one) for one in both]))
+    if "tiles" in content and "chunks" in content:
+        blocks.append(_many(content))
+    if both or "tiles" in content:
+        blocks.append(f"Measured on {where(content)}.")
+    return "\n\n".join(blocks)
+
+
+def _sweep_cells(one: dict[str, Any]) -> dict[str, str]:
+    workers = one.get("workers")
+    count = workers or one["cores"]
+    return {
+        "chunk": f"{one['chunk']}",
+        "rows": one["rows"],
+        "on": f"{count} {'worker' if workers else 'core'}{'s' if count > 1 else ''}",
+        "episodes/core-s": "" if workers else f"{one['episodes_a_core_second']:,.0f}",
+        "first result, core-s": "" if workers else f"{one['first_result_processor_seconds']:.0f}",
+        "of the clock, episodes/s": f"{one['episodes_a_second']:,.0f}",
+        "bytes an episode": f"{one['disk_bytes_an_episode']:.1f}",
+        "resume, s": f"{one['resume_seconds']:.2f}",
+    }
+
+
+def _many(content: dict[str, Any]) -> str:
+    """What ten million episodes of 10 s take."""
+    tile = max(one["episodes_a_core_second"] for one in content["tiles"])
+    rows = [one for one in content["chunks"] if one["rows"] == "episodes"]
+    best = max(one["episodes_a_core_second"] for one in rows)
+    size = max(one["disk_bytes_an_episode"] for one in rows)
+    inside, whole = MANY / tile / 3600, MANY / best / 3600
+    return (
+        f"Ten million episodes of 10 s, {MANY * STEPS:.0e} steps, extrapolated: {inside:.2f} "
+        f"core-hours in the program by the best tile, {whole:.2f} core-hours with all else by the "
+        f"best sweep above, and {MANY * size / 1e9:.2f} GB on the disk."
+    )
+
+
+def draw(content: dict[str, Any], path: Path) -> None:
+    """Rate and memory against the tile."""
+    plt = pyplot()
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3), layout="constrained")
+    sizes = [one["tile"] for one in content["tiles"]]
+    for axis, name, words in (
+        (axes[0], "steps_a_core_second", "steps a core-second"),
+        (axes[1], "bytes_an_episode", "bytes an episode"),
+    ):
+        axis.plot(sizes, [one[name] for one in content["tiles"]], "o-", color="#0072B2", ms=4)
+        logarithmic(axis, "episodes in a tile", words)
+    axes[1].set_yscale("linear")
+    axes[1].set_ylim(bottom=0)
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    """Measure, print and write."""
+    parser = options("scaling", __doc__)
+    parser.add_argument("--only", nargs="*", choices=PARTS, default=PARTS, help="or none of them")
+    parser.add_argument("--quick", action="store_true", help="smaller, to see that it works")
+    parser.add_argument("--docs", type=Path, help="put the tables into this page")
+    given = parser.parse_args()
+    content = kept_parts(given.out, PARTS)
+    now = provenance()
+    for part in given.only:
+        content[part] = measure(part, given.quick)
+        content["parts"][part] = {"commit": now["commit"], "measured": now["measured"]}
+        if not given.quick:
+            write_json(content, given.out)
+    print(tables(content))
+    if given.docs is not None:
+        put_between(given.docs, f"\n{tables(content)}\n", MARKS)
+        draw(content, given.docs.with_name("sweeps_scaling.png"))
+
+
+if __name__ == "__main__":
+    main()

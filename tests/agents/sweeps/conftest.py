@@ -1,0 +1,15 @@
+"""The mass is a machine in every test of sweeps."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from stickslip.agents.registry import register, unregister
+from tests.agents.mass import MassMachine
+
+
+@pytest.fixture(autouse=True)
+def _registered() -> Iterator[None]:
+    register(MassMachine())
+    yield
+    unregister("mass")

@@ -1,0 +1,77 @@
+"""The commands `sweep` and `compare` from their flags to their files."""
+
+import pytest
+
+from stickslip.agents import read_sweep
+from stickslip.cli import OK, WRONG_INPUT, main
+
+SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
+AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
+    assert main([*SWEEP, *AXES, "--out", "a"]) == OK
+    shown = capsys.readouterr().out
+    assert "18 episodes of up to 30 steps: 1 policy x 1 task x 6 points x 3 episodes" in shown
+    assert "1 program compiled" in shown
+    assert "pull  mean return" in shown
+    names = {"sweep.json", "data", "summary.txt", "sweep.png"}
+    assert {one.name for one in (tmp_path / "a").iterdir()} == names
+    assert (tmp_path / "a/summary.txt").read_text() in shown
+    assert read_sweep("a").num_rows == 18
+    assert main([*SWEEP, *AXES, "--out", "a"]) == WRONG_INPUT
+    assert "--resume to go on" in capsys.readouterr().err
+    assert main([*SWEEP, *AXES, "--out", "a", "--resume"]) == OK
+    assert "Played 0 of 1 chunks" in capsys.readouterr().out
+    assert main([*SWEEP, *AXES, "--out", "a", "--overwrite", "--scene", "even"]) == OK
+    assert "even: the standard task with --scene even" in capsys.readouterr().out
+
+
+def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
+    for name, mu in (("a", "0.1:0.3:3"), ("b", "0.2,0.3,0.4")):
+        assert main([*SWEEP, "--axis", f"mu={mu}", "--out", name, "--no-pictures"]) == OK
+    capsys.readouterr()
+    assert main(["compare", "a", "b", "--out", "both.csv"]) == OK
+    shown = capsys.readouterr().out
+    assert "2 points that both have" in shown
+    assert "not told apart at 100 % of the points" in shown
+    assert len((tmp_path / "both.csv").read_text().splitlines()) == 3
+    assert main(["compare", "a", "b", "--out", "both.csv"]) == WRONG_INPUT
+    assert "--overwrite" in capsys.readouterr().err
+    assert main(["compare", "a", "nowhere"]) == WRONG_INPUT
+    assert "nowhere/sweep.json: no such file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--axis", "mu"], "accepted: NAME=VALUES"),
+        (["--axis", "mu=1:2"], "axis mu: '1:2' is no axis"),
+        (["--axis", "mu=1", "--axis", "mu=2"], "--axis mu is given twice"),
+        (["--axis", "mu_pach=0.1:0.2:3"], "did you mean mu_patch?"),
+        (["--axis", "mu=0:1:sobol"], "accepted: with samples"),
+        (["--task", "BipedSteady-v0"], "--task BipedSteady-v0 is the biped's"),
+        (["--task", "BipedSteady-v0", "--mu", "0.3"], "--mu with --task"),
+        (["--scene", "wet"], "scene = 'wet' is unknown"),
+        (["--torque", "3"], "unrecognized arguments: --torque"),
+    ],
+)
+def test_wrong_input_is_a_line_and_no_directory(tmp_path, capsys, words, said: str):
+    assert main([*SWEEP, *words, "--out", "a"]) == WRONG_INPUT
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+    assert not (tmp_path / "a").exists()
+
+
+def test_help_has_an_example_and_the_axes(capsys):
+    with pytest.raises(SystemExit):
+        main(["sweep", "biped", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    for words in ("stickslip sweep biped --policy", "LOW:HIGH:N:log", "payload mass on the hip"):
+        assert words in shown

@@ -1,0 +1,179 @@
+"""Directories, axes and policies that will not do are named, and nothing is lost."""
+
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents import machines, read_sweep, sweep, sweep_arrays
+from stickslip.agents.biped.evaluate import Episodes
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.ugv.evaluate import UGVEpisodes
+from stickslip.agents.ugv.plans import Optimum
+from tests.agents.mass import MassEnv, MassParams, Pull
+from tests.agents.sweeps.masses import TASK, WHO, swept
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    return {
+        str(one.relative_to(path)): one.read_bytes() for one in path.rglob("*") if one.is_file()
+    }
+
+
+def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):
+    swept(tmp_path)
+    before = contents(tmp_path)
+    for changes, said in (
+        ({"episodes": 8}, "episodes 7, not 8"),
+        ({"axes": {"mu": "0.02:0.3:5"}, "samples": None}, "axes 'mu_patch'"),
+        ({"summaries": True}, "rows episodes, not summaries"),
+        ({"design_seed": 1}, "axes 'mu_patch', axes 'task.mass', design_seed 0, not 1"),
+        ({"chunk": 100}, "was begun with chunks of"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            swept(tmp_path, resume=True, **changes)
+    with pytest.raises(ValueError, match="policies 'hard'"):
+        sweep(TASK, {"pull": Pull(), "hard": Pull(5.0)}, {}, 7, tmp_path, resume=True)
+    with pytest.raises(ValueError, match=r"exists and is not empty; accepted: .*--resume"):
+        swept(tmp_path)
+    assert contents(tmp_path) == before
+
+
+def test_only_a_sweep_is_overwritten_and_only_where_that_is_asked_for(tmp_path):
+    swept(tmp_path / "a")
+    for product in ("summary.txt", "sweep.png", "endings-2.png", ".sweep.png-1a.part"):
+        (tmp_path / "a" / product).write_text("of the sweep")
+    done = swept(tmp_path / "a", episodes=3, overwrite=True)
+    assert {one.name for one in (tmp_path / "a").iterdir()} == {"sweep.json", "data"}
+    assert read_sweep(tmp_path / "a").num_rows == done.episodes == 180
+    (tmp_path / "a/notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"also holds notes\.txt, which no sweep wrote"):
+        swept(tmp_path / "a", overwrite=True)
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b/thesis.tex").write_text("mine")
+    for how in ({}, {"resume": True}, {"overwrite": True}):
+        with pytest.raises(ValueError, match=r"holds thesis\.tex, but no sweep"):
+            swept(tmp_path / "b", **how)
+    assert contents(tmp_path / "b") == {"thesis.tex": b"mine"}
+    (tmp_path / "c").write_text("mine")
+    with pytest.raises(ValueError, match="is a file"):
+        swept(tmp_path / "c")
+    with pytest.raises(ValueError, match="exclude each other"):
+        swept(tmp_path / "d", resume=True, overwrite=True)
+
+
+def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
+    swept(tmp_path / "a")
+    swept(tmp_path / "other", episodes=3)
+    file = tmp_path / "a/data/chunk-000001.parquet"
+    whole = file.read_bytes()
+    for content, said in (
+        (whole[: len(whole) // 2], "is damaged"),
+        (b"", "is damaged"),
+        ((tmp_path / "other/data/chunk-000001.parquet").read_bytes(), "belongs to another sweep"),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(ValueError, match=f"chunk-000001.parquet: it {said}.*--resume plays"):
+            swept(tmp_path / "a", resume=True)
+        assert file.read_bytes() == content
+    file.unlink()
+    with pytest.raises(ValueError, match=r"holds 5 of 6 chunks.*--resume"):
+        read_sweep(tmp_path / "a")
+    assert read_sweep(tmp_path / "a", partial=True).num_rows < 420
+    assert swept(tmp_path / "a", resume=True).played == 1
+    assert file.read_bytes() == whole
+    stranger = tmp_path / "a/data/chunk-000999.parquet"
+    stranger.write_bytes(whole)
+    with pytest.raises(ValueError, match=r"chunk-000999\.parquet is no chunk of the sweep"):
+        swept(tmp_path / "a", resume=True)
+    for text in ("", "{", '{"format": "other"}', '{"format": "stickslip sweep", "version": 1}'):
+        (tmp_path / "a/sweep.json").write_text(text)
+        for read in (read_sweep, sweep_arrays):
+            with pytest.raises(ValueError, match=r"sweep\.json: .*accepted: the directory of a"):
+                read(tmp_path / "a")
+    with pytest.raises(ValueError, match=r"nowhere/sweep\.json: no such file"):
+        read_sweep(tmp_path / "nowhere")
+
+
+def test_reading_asks_for_known_columns_and_dimensions(tmp_path):
+    swept(tmp_path)
+    assert read_sweep(tmp_path, ["mu", "reward"]).column_names == ["mu", "reward"]
+    with pytest.raises(ValueError, match=r"no column of the sweep.*did you mean reward"):
+        read_sweep(tmp_path, ["rewards"])
+    found = sweep_arrays(tmp_path)
+    with pytest.raises(ValueError, match="no array of the sweep"):
+        found["height"]
+    with pytest.raises(ValueError, match="no dimension of the sweep"):
+        found.at("reward", height=3)
+    with pytest.raises(ValueError, match="no policy"):
+        found.at("reward", policy="nobody")
+
+
+@pytest.mark.parametrize(
+    ("axes", "said"),
+    [
+        ({"mu_pach": [1.0]}, r"axis 'mu_pach' is unknown here \(did you mean mu_patch\?\)"),
+        ({"mass": [1.0], "task.mass": [2.0]}, r"axes mass and task.mass both set task\.mass"),
+        ({"mass": []}, "axis mass: values"),
+    ],
+)
+def test_axes_that_a_task_does_not_have_are_refused(tmp_path, axes, said: str):
+    with pytest.raises(ValueError, match=said):
+        sweep(TASK, WHO, axes, 2, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
+    for task, who, said in (
+        (TASK, ["pul"], r"'pul' is neither a baseline nor a file.*did you mean pull"),
+        (TASK, ["crank-speed-pi"], "is a baseline of the biped"),
+        (TASK, ["pull", "pull"], "pull is given twice"),
+        (TASK, {}, "no policy"),
+        (TASK, {"best": Optimum()}, "best plans each episode"),
+        ("BipedStedy", ["crank-speed-pi"], "did you mean BipedSteady-v0"),
+        (7, ["pull"], "task = 7"),
+        ({}, ["pull"], "tasks of none"),
+        ((MassEnv(), 3), ["pull"], "params = 3"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            sweep(task, who, {}, 2, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"episodes": 0}, "episodes = 0"),
+        ({"episodes": 2**40}, "episodes = "),
+        ({"chunk": 0}, "chunk = 0"),
+        ({"cores": 0}, "cores = 0"),
+        ({"tile": -1}, "tile = -1"),
+        ({"cores": 1, "workers": 2}, "cores beside workers"),
+    ],
+)
+def test_numbers_that_are_none_are_refused(tmp_path, how, said: str):
+    with pytest.raises(ValueError, match=said):
+        swept(tmp_path / "out", **how)
+    assert not (tmp_path / "out").exists()
+
+
+def test_one_process_writes_at_a_time(tmp_path):
+    from stickslip.agents.training.directory import only_writer
+
+    with only_writer(tmp_path), pytest.raises(ValueError, match="another process is sweeping"):
+        swept(tmp_path)
+
+
+@pytest.mark.parametrize(("name", "kept"), [("biped", Episodes), ("ugv", UGVEpisodes)])
+def test_what_is_written_of_an_episode_is_kept_and_has_a_unit(name: str, kept: type):
+    machine = machine_by_name(name)
+    units = machine.swept().kept_units(machine.standard_task({}).env)
+    assert {*units, "status"} <= set(kept.__annotations__)
+    assert all(units.values())
+
+
+def test_the_standard_parameters_are_found_by_name():
+    (machine,) = (one for one in machines() if one.name == "mass")
+    swept_of = machine.swept()
+    assert set(swept_of.known(MassParams())) == {
+        f"task.{one}" for one in MassParams.__dataclass_fields__
+    }

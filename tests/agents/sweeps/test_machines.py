@@ -1,0 +1,185 @@
+"""What a sweep may vary of the biped and the UGV, and that it comes out as set by hand."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
+from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
+from stickslip.agents.biped.swept import BipedSwept
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.sweeps.case import Played, case_of
+from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.ugv.swept import UGVSwept
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.envs import BipedEnv, Randomisation, UGVEnv
+
+SHORT = 0.1
+
+
+def assert_same(one: object, other: object) -> None:
+    assert jax.tree.structure(one) == jax.tree.structure(other)
+    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        np.testing.assert_allclose(np.asarray(a), np.asarray(b), rtol=2e-5, atol=1e-6)
+
+
+def put(swept, params, **values: float):
+    """The parameters with axes set, made inside a batched program and taken out of it."""
+    opened = swept.opened(params, values)
+    targets = {one: v for name, v in values.items() for one in swept.targets(opened, name)}
+    points = {name: jnp.full(2, value, jnp.float32) for name, value in targets.items()}
+    made = jax.jit(jax.vmap(lambda point: swept.put(opened, point)))(points)
+    return jax.tree.map(lambda leaf: leaf[1], made)
+
+
+def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
+    env, floor = BipedEnv(), Scene.uniform(0.1, 0.1, payload=3.0)
+    params = env.make_params(scene="grip")
+    heavy = BipedParams.from_bars()
+    heavy = replace(heavy, mass=jnp.asarray(heavy.mass).at[12].set(0.9))
+    expected = env.make_params(scene=floor, biped=heavy, commanded_rate=5.0, slip_weight=2.0)
+    names = {"mu": 0.1, "payload": 3.0, "robot.mass.12": 0.9, "slip_weight": 2.0}
+    assert_same(put(BipedSwept(), params, **names, commanded_rate=5.0), expected)
+
+
+def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
+    env = UGVEnv()
+    way = {"start": 2.0, "end": 6.0}  # waypoints stay where the task has them
+    params = env.make_params(track=Track.bump(0.1, width=1.0), **way)
+    made = put(UGVSwept(), params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
+    track, vehicle = Track.bump(0.2, width=1.0), UGVParams(body_mass=200.0)
+    assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
+
+
+def test_an_axis_of_the_ugv_leaves_what_it_does_not_touch_as_numbers():
+    params = UGVEnv().make_params(track=Track.bump(), start=2.0, end=6.0)
+    made = put(UGVSwept(), params, friction=0.6)
+    assert_same(made, params.replace(friction=0.6))
+    drawn = UGVEnv().make_params(track="random-bump")
+    made = put(UGVSwept(), drawn, **{"track.bump_height.1": 0.3, "friction": 0.6})
+    assert float(made.randomisation.track.bump_height[1]) == pytest.approx(0.3)
+    assert float(made.randomisation.track.bump_height[0]) == pytest.approx(0.02)
+
+
+def test_what_an_axis_sets_is_no_longer_drawn():
+    drawn = Randomisation(
+        friction=(0.5, 1.0), payload=(0.0, 1.0), commanded_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)
+    )
+    params = BipedEnv().make_params(randomisation=drawn, scene="slippery")
+    swept = BipedSwept()
+    values = {"scene.mu_static": 0.3, "scene.payload": 2.0, "task.commanded_rate": 6.0}
+    opened = swept.opened(params, ["payload", "mu_static", "commanded_rate"])
+    left = swept.put(opened, values).randomisation
+    assert (left.friction, left.payload, left.commanded_rate) == (None, None, None)
+    assert [float(one) for one in left.crank_rate] == [0, 6]  # begun up to the commanded rate
+    assert swept.put(params, {"task.slip_weight": 1.0}).randomisation == drawn
+
+
+def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
+    for name, env in (("biped", BipedEnv()), ("ugv", UGVEnv())):
+        machine = machine_by_name(name)
+        swept, drawn = machine.swept(), env.make_params()
+        if name == "ugv":
+            drawn = env.make_params(track="random-bump")
+        for words in machine.axes:
+            for word in words.split(", "):
+                ranged = word.startswith("randomisation.track")
+                params = drawn if ranged else swept.opened(env.make_params(), [word])
+                if word == "randomisation.friction.0":
+                    params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.0)))
+                assert swept.targets(params, word)
+    biped, ugv = BipedSwept(), UGVSwept()
+    assert biped.unit("robot.mass.12") == "kg"
+    assert biped.unit("scene.edges.0") == biped.unit("robot.centre.3.1") == "m"
+    assert biped.unit("randomisation.payload.1") == "kg"
+    assert ugv.unit("track.height") == ugv.unit("randomisation.track.bump_height.1") == "m"
+    for swept, params in ((biped, BipedEnv().make_params()), (ugv, UGVEnv().make_params())):
+        missing = {name for name in swept.known(params) if swept.unit(name) == "-"}
+        assert missing <= WITHOUT
+
+
+WITHOUT = {
+    *(f"task.{one}_weight" for one in ("tracking", "slip", "energy")),
+    *("task.fall_penalty", "task.friction", "task.reward_scale", "task.failure_penalty"),
+    *("scene.mu_static", "scene.mu_kinetic"),
+}
+"""Numbers that are ratios, or in the unit of a reward."""
+
+
+def refused(params, axes: dict, env=None) -> str:
+    env = BipedEnv() if env is None else env
+    machine = machine_by_name("biped" if isinstance(env, BipedEnv) else "ugv")
+    player = CrankSpeedPI() if isinstance(env, BipedEnv) else machine.baseline("level-body", env)
+    with pytest.raises(ValueError, match=r"axis|at ") as error:
+        case_of(machine, Played("own", "one", env, params, player), design_of(axes, None, 0))
+    return str(error.value)
+
+
+def test_axes_that_change_the_program_or_the_task_will_not_do_are_refused():
+    slippery, grip = (BipedEnv().make_params(scene=one) for one in ("slippery", "grip"))
+    said = refused(slippery, {"floor": [1.0]})
+    assert "changes the compiled program" in said
+    assert "one sweep for each, put side by side by `stickslip compare`" in said
+    assert "changes the compiled program" in refused(slippery, {"fidelity": [1.0]})
+    assert "mu_static" in refused(grip, {"scene.mu_static": [0.1]})
+    assert "did you mean" in refused(slippery, {"comanded_rate": [0.1]})
+    said = refused(slippery, {"mu_static": [0.04, 0.2]})
+    assert said.startswith("at mu_static = 0.04: mu_kinetic")
+    assert "commanded_rate" in refused(slippery, {"commanded_rate": [-1.0, 2.0]})
+    assert "friction" in refused(UGVEnv().make_params(), {"friction": [-1.0]}, UGVEnv())
+
+
+def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
+    drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 3.0))
+    env = BipedEnv(autoreset="disabled")
+    params = env.make_params(time_limit=SHORT, randomisation=drawn, max_crank_rate=6.0)
+    player = ConstantTorque(4.0)
+    done = sweep(
+        (env, params), {"push": player}, {"mu": [0.02, 0.4], "time_limit": [SHORT]}, 8, tmp_path
+    )
+    assert (done.episodes, done.programs) == (16, 1)
+    found = sweep_arrays(tmp_path)
+    scene = Scene.uniform(0.4, 0.4)
+    told = evaluate(env, {"push": player}, {"": params.replace(scene=scene)}, episodes=8)
+    expected = told.row("", "push").episodes
+    for name in ("reward", "duration", "slid", "energy", "weight"):
+        mine = found.at(name, mu=0.4)[0, 0, 0]
+        assert np.allclose(mine, getattr(expected, name), rtol=1e-3, atol=1e-5)
+    assert np.array_equal(found.at("ending", mu=0.4)[0, 0, 0], expected.status)
+    endings = set(read_sweep(tmp_path)["ending"].to_pylist())
+    assert "topple" in endings  # and those that went on stand beside them
+    assert endings - {"topple", "lift_off", "runaway"}
+    assert np.all(np.isfinite(found["reward"]))
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("xla_defaults")
+def test_the_biped_is_the_same_to_the_bit_in_chunks_and_tiles_of_any_size(tmp_path: Path):
+    task, axes = "BipedPayload-v0", {"mu": "0.02:0.3:6", "payload": "0:10:5"}
+    tables = []
+    for name, how in {
+        "a": {"tile": 256, "chunk": 1, "cores": 2},
+        "b": {"tile": 256, "chunk": 10**6, "cores": 1},
+        "c": {"tile": 96},
+        "d": {"tile": 2048},
+    }.items():
+        sweep(task, ["crank-speed-pi"], axes, 48, tmp_path / name, **how)
+        tables.append(read_sweep(tmp_path / name).combine_chunks())
+    assert all(one.equals(tables[0]) for one in tables[1:])
+
+
+@pytest.mark.long
+def test_the_ugv_is_swept_over_tracks(tmp_path: Path):
+    axes = {"height": "0.05:0.3:4", "task.friction": [0.4, 0.8]}
+    params = UGVEnv().make_params(track=Track.bump())
+    done = sweep((UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path)
+    assert done.episodes == 16  # nothing is drawn
+    found = sweep_arrays(tmp_path)
+    cost = found["cost"][0, :, :, 1, 0]
+    assert np.all(np.diff(cost[np.isfinite(cost).all(1)], axis=1) > 0)
