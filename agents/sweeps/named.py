@@ -45,7 +45,7 @@ def played_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Played]
     found = []
     for label, (env, params) in tasks.items():
         env.check_params(params)
-        players = _players(policies, env, machine)
+        players = _players(policies, env, params, machine)
         found += [Played(label, name, env, params, one) for name, one in players.items()]
     return machine, found
 
@@ -90,7 +90,11 @@ def played_by(
     (place,) = places
     found = [
         Played(
-            place.label, name, env, place.params, controller_of(players[name], name, env, machine)
+            place.label,
+            name,
+            env,
+            place.params,
+            controller_of(players[name], name, env, place.params, machine),
         )
         for name, env in place.who.items()
     ]
@@ -109,13 +113,15 @@ def _tasks(task: object) -> dict[str, Pair]:
     return {one.name: one.make() for one in map(task_by_name, task)}
 
 
-def _players(policies: Policies, env: AnyEnv, machine: AnyMachine) -> dict[str, AnyPlayer]:
+def _players(
+    policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
+) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
     names = [policies] if isinstance(policies, str) else list(policies)
     _require_own(names, machine)
     return {
-        name: controller_of(one, name, env, machine)
+        name: controller_of(one, name, env, params, machine)
         for name, one in read_named(names, machine).items()
     }
 
