@@ -33,11 +33,12 @@ def named_on(options: Options) -> dict[str, AnyPlayer]:
             f"{', '.join(given)} with --task {task.name}, which is fixed; accepted: one or the "
             "other"
         )
+    _require_own(options["who"], machine, task.name)
+    named = read_named(options["who"], machine)  # before anything is compiled
     env, params = task.make()
     seen = len(env.observation_bounds(params)[0])
     found: dict[str, AnyPlayer] = {}
-    _require_own(options["who"], machine, task.name)
-    for name, one in read_named(options["who"], machine).items():
+    for name, one in named.items():
         if isinstance(one.policy, MLPPolicy):
             _require_size(name, one.policy, seen, task.name)
         found[name] = controller_of(one, name, without_resets(env), params, machine)
