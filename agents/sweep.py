@@ -82,6 +82,7 @@ def sweep(
     directory of something else. MemoryError where not even one episode fits.
     """
     machine, played = played_on(task, policies)
+    machine.swept().require_no_structure(axes)
     design = design_of(dict(axes), samples, design_seed)
     plan = Plan.of(
         machine,

@@ -32,6 +32,7 @@ def sweep_command(given: Options) -> bool:
     """`stickslip sweep`: whether it came to its end."""
     path, machine = Path(given["out"]), machine_by_name(given["machine"])
     axes = _axes(given["axis"] or ())
+    machine.swept().require_no_structure(axes)
     options = {name: given.get(name) for name in every_option()}
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
     played, about = played_by(machine, given["policy"], options, given["task"])
@@ -86,7 +87,11 @@ def size_in_words(plan: Plan) -> str:
     for name, one in plan.design.axes.items():
         unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
         low, high = one.ends
-        count = f"{one.kind}" if one.random else f"{len(one.values)} values"
+        count = (
+            f"{one.kind}"
+            if one.random
+            else f"{len(one.values)} value{'s' if len(one.values) > 1 else ''}"
+        )
         words.append(f"  {name}: {count}, {low:g} to {high:g}{unit}")
     tasks, policies = (len({one[i] for one in plan.definition["cases"]}) for i in (0, 1))
     steps = max(one.steps for one in plan.cases)

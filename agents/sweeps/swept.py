@@ -69,11 +69,7 @@ class Swept:
 
     def targets(self, params: PyTree, name: str) -> tuple[str, ...]:
         """The dotted fields that an axis sets. ValueError for an unknown name and a structure."""
-        if name in self.structure:
-            raise ValueError(
-                f"axis {name} changes the compiled program, not a number in it; accepted: "
-                f"{self.structure[name]}"
-            )
+        self.require_no_structure([name])
         known = self.known(params)
         if name in self.short:
             missing = [one for one in self.short[name] if one not in known]
@@ -91,6 +87,15 @@ class Swept:
             f"{', ...' if len(shorter) > LISTED else ''}; or with the part in front: "
             f"{', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )
+
+    def require_no_structure(self, names: Iterable[str]) -> None:
+        """Raise ValueError for axes that would change what is compiled, whatever their values."""
+        for name in names:
+            if name in self.structure:
+                raise ValueError(
+                    f"axis {name} changes the compiled program, not a number in it; accepted: "
+                    f"{self.structure[name]}"
+                )
 
     def known(self, params: PyTree) -> dict[str, Way]:
         """All fields that an axis may set, by their dotted names."""
