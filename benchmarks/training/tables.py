@@ -67,7 +67,7 @@ def _row(entry: dict[str, Any], name: str) -> dict[str, str]:
 
 def _spread(values: np.ndarray) -> str:
     mean = mean_interval(values)
-    return f"{mean.value:.2f} ± {mean.high - mean.value:.2g}"
+    return f"{mean.value:.2f} ± {mean.high - mean.value:.2f}"
 
 
 def learned(entry: dict[str, Any], name: str) -> dict[str, Any]:
