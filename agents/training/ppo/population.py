@@ -79,8 +79,8 @@ def train_population(
     trainings in roundings at most, which training makes large in time.
 
     The members of a thread are one program. vmapped: they make their updates together, else one
-    after the other; default: but on a processor, which takes twice as long for batches of small
-    matrix products.
+    after the other; default: but on a processor, which gains nothing by batches of small matrix
+    products.
 
     stretches: parts of about equal length, after each of which tell(population) is called; the
     episodes go on from one to the next. cores: threads that share the members; default: as many as
