@@ -75,7 +75,7 @@ def _cell(known: Known, earned: Earned) -> str:
 
 def _learned(known: Known, learned: Learned) -> str:
     mean = mean_interval(np.asarray([known.scale.score(one) for one in learned.returns]))
-    return f"{mean.value:.2f}" + (f" ± {mean.high - mean.value:.2g}" if mean.high < np.inf else "")
+    return f"{mean.value:.2f}" + (f" ± {mean.high - mean.value:.2f}" if mean.high < np.inf else "")
 
 
 def _earned(earned: Earned) -> str:

@@ -35,8 +35,8 @@ def draw(content: dict[str, Any], path: Path) -> None:
             _curve(axis, entry, name, trainer)
         axis.axhline(GOAL, color="black", linewidth=0.6, linestyle=":")
         axis.set_title(name, loc="left", fontsize=9)
-        axis.set_xscale("log")
-        axis.set_ylim(LEAST, 1.1)
+        axis.set_xlim(left=0)
+        axis.set_ylim(LEAST, 1.45)  # room for the names
         axis.legend(fontsize=7, loc="upper left", frameon=False)
     for axis in axes[:, 0]:
         axis.set_ylabel("score")

@@ -67,14 +67,13 @@ def _row(entry: dict[str, Any], name: str) -> dict[str, str]:
 
 def _spread(values: np.ndarray) -> str:
     mean = mean_interval(values)
-    return f"{mean.value:.2f} ± {mean.high - mean.value:.2g}"
+    return f"{mean.value:.2f} ± {mean.high - mean.value:.2f}"
 
 
 def learned(entry: dict[str, Any], name: str) -> dict[str, Any]:
     """The entry "learned" of known.json: what the last policies earn."""
-    scaled = ", rewards scaled" if TASKS[name].machine == "ugv" else ""
     how = (
-        f"PPO in JAX, the defaults of `stickslip train`, on the task itself{scaled}, "
-        f"{entry['steps'][-1]:,} steps"
+        "PPO in JAX, the defaults and training episodes of `stickslip train`, "
+        f"{entry['steps'][-1]:,} steps (docs/training.md)"
     )
     return {"how": how, "returns": [rounded(row[-1]) for row in entry["returns"]]}

@@ -69,14 +69,18 @@ def train_population(
     stretches: int = 1,
     tell: Callable[[Population], object] = lambda population: None,
     cores: int | None = None,
+    vmapped: bool | None = None,
 ) -> Population:
     """Train one member a seed on an environment, each as `PPOTrainer` does.
 
     params: of training episodes, shared by all. settings: sizes, and rates whose entries are
     numbers or arrays [members]: so a population goes over hyperparameters, too. timesteps: of each
-    member; learning ends with the first update that reaches it. The members of a thread are one
-    program, vmapped; they differ from single trainings in roundings, which training makes large in
-    time.
+    member; learning ends with the first update that reaches it. Members differ from single
+    trainings in roundings at most, which training makes large in time.
+
+    The members of a thread are one program. vmapped: they make their updates together, else one
+    after the other; default: but on a processor, which gains nothing by batches of small matrix
+    products.
 
     stretches: parts of about equal length, after each of which tell(population) is called; the
     episodes go on from one to the next. cores: threads that share the members; default: as many as
@@ -98,7 +102,9 @@ def train_population(
     )
     require_memory(given, "samples", members * sizes.samples, kept)
     infos = (RETURN,) if RETURN in names else ()
-    program = _Program(same_step(env), sizes, inputs, infos)
+    if vmapped is None:
+        vmapped = jax.default_backend() != "cpu"
+    program = _Program(same_step(env), sizes, inputs, infos, bool(vmapped))
     rates = _spread(rates.validate(), members)
     groups = _groups(members, cores)
     at = [_begin(program, params, np.asarray(numbers)[group]) for group in groups]
@@ -127,6 +133,7 @@ class _Program(NamedTuple, Generic[State, Params]):
     sizes: Sizes
     inputs: int
     infos: tuple[str, ...]
+    vmapped: bool
 
 
 class _Member(NamedTuple):
@@ -192,9 +199,9 @@ def _update(
             losses["return"] = total / jnp.sum(over)
         return _Member(learner, Start(found.progress, key)), losses
 
-    if jax.default_backend() == "cpu":  # batches of small matrix products take it twice as long
-        return jax.lax.map(lambda each: one(*each), (rates, members))
-    return jax.vmap(one)(rates, members)
+    if program.vmapped:
+        return jax.vmap(one)(rates, members)
+    return jax.lax.map(lambda each: one(*each), (rates, members))
 
 
 def _groups(members: int, cores: int | None) -> list[slice]:

@@ -23,14 +23,14 @@ SHARES = ("discount", "gae_lambda")
 
 @dataclass(frozen=True)
 class Sizes:
-    """Static choices: the shapes of a program. Defaults as those of the biped's training."""
+    """Static choices: the shapes of a program. `settings_of` takes a machine's configuration."""
 
     num_envs: int = 1024
     rollout_steps: int = 32
     """Of each environment, an update."""
     batch_size: int = 4096
     """Samples a gradient step; divides num_envs x rollout_steps."""
-    epochs: int = 2
+    epochs: int = 4
     """Passes over a rollout."""
     hidden: int = 64
     """Units a hidden layer, of the actor and of the critic."""

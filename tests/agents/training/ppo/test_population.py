@@ -70,6 +70,7 @@ def test_a_member_is_the_trainers_own_run_of_its_seed(three):
 def test_members_depend_on_their_seeds_alone(three):
     assert_close(three, 0, three, 2)
     assert_close(trained([9], cores=1, stretches=3), 0, three, 1)
+    assert_close(trained([4, 9], cores=1, vmapped=True), 1, three, 1)
     assert not np.allclose(three.learner.actor[0][0][0], three.learner.actor[0][0][1], atol=1e-3)
 
 

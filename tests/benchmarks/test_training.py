@@ -1,0 +1,61 @@
+"""What the pages say of trainings that were measured."""
+
+import numpy as np
+import pytest
+
+from benchmarks.training import tables
+from benchmarks.training.budgets import COMPARED, configuration, training_params
+from stickslip.envs import task_by_name
+
+NAME = "BipedSteady-v0"
+
+
+def entry(*rows: list[float]) -> dict:
+    """Three evaluations of each seed, as scores."""
+    scale = tables.scale_of(NAME)
+    return {
+        "steps": [1_000_000, 2_000_000, 3_000_000],
+        "processor_seconds": [1.0, 2.0, 3.0],
+        "returns": [[scale.zero + one * (scale.one - scale.zero) for one in row] for row in rows],
+    }
+
+
+def test_the_time_to_the_goal_is_the_middle_seeds_first_point_there():
+    found = entry([0.1, 0.95, 0.8], [0.2, 0.92, 0.91], [0.3, 0.4, 0.96])
+    np.testing.assert_allclose(tables.scores(found, NAME)[0], [0.1, 0.95, 0.8])
+    assert tables.reached(found, NAME) == [1, 1, 2]
+    text = tables.body(
+        {
+            "tasks": {NAME: {"jax": found}},
+            "machine": {"processor": "P", "cores": 2},
+            "versions": {"jax": "1"},
+            "commit": "c",
+            "measured": "2026-01-01T",
+        }
+    )
+    (row,) = (line for line in text.splitlines() if NAME in line)
+    cells = [cell.strip() for cell in row.split("|")]
+    assert cells[2:6] == ["JAX", "3", "3 M", "3"]
+    assert cells[6].startswith("0.89 ±")
+    assert cells[8:11] == ["3 of 3", "2 M", "2.0"]
+
+
+def test_without_most_of_the_seeds_there_is_no_time():
+    found = entry([0.1, 0.95, 0.8], [0.2, 0.3, 0.4])
+    assert tables.reached(found, NAME) == [1]
+    assert tables._row(found, NAME)["after, steps"] == ""
+    assert tables.learned(found, NAME)["returns"] == pytest.approx(
+        [row[-1] for row in found["returns"]], rel=1e-5
+    )
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_both_trainers_have_the_same_episodes(name: str):
+    task = task_by_name(name)
+    params = task.make("same_step")[1]
+    config = configuration("jax", task, 3)
+    assert (config.seed, config.trainer) == (3, "jax")
+    own = training_params(task, params, config)
+    other = training_params(task, params, configuration("sb3", task, 0))
+    assert own == other
+    assert own != params
