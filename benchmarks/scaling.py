@@ -41,7 +41,9 @@ from stickslip.agents.sweeps.plan import Layout, Plan
 from stickslip.agents.sweeps.play import Player
 from stickslip.envs import BipedEnv
 
-TILES = (1, 16, 256, 1024, 4096)
+TILES = (1, 16, 256, 1024, 4096, 32768, 262144)
+LONG = 10_000
+"""Episodes of a tile that is played once, not three times, after the first."""
 STEPS = 500
 EACH = 64
 """Episodes a point."""
@@ -61,7 +63,7 @@ def plan_of(points: int, episodes: int = EACH, summaries: bool = False) -> Plan:
     )
 
 
-def tile_row(size: int, repeats: int = 3) -> dict[str, Any]:
+def tile_row(size: int, repeats: int) -> dict[str, Any]:
     """One program of so many episodes: what compiling and running it takes."""
     each = min(size, EACH)
     plan = plan_of(size // each if size > each else 2, each)
@@ -141,7 +143,7 @@ def measure(part: str, quick: bool) -> list[dict[str, Any]]:
     rows = []
     if part == "tiles":
         for size in TILES[1:3] if quick else TILES:
-            rows.append(tile_row(size))
+            rows.append(tile_row(size, repeats=3 if size < LONG else 1))
             print(
                 f"tile {size}: {rows[-1]['episodes_a_core_second']:,.0f} episodes/core-s",
                 flush=True,
@@ -153,7 +155,7 @@ def measure(part: str, quick: bool) -> list[dict[str, Any]]:
         cuts: list[tuple[int, dict[str, Any], bool]] = [(1024, {"cores": n}, False) for n in counts]
         cuts += [(4096, {"cores": 2}, False), (1024, {"cores": 2}, True)]
     else:
-        cuts = [(1024, {"workers": n}, False) for n in counts]
+        cuts = [(1024, {"workers": n}, False) for n in (*counts, 4)]
     for chunk, how, summaries in cuts:
         row = sweep_row(plan_of(points, summaries=summaries), chunk, **how)
         rows.append({"rows": "summaries" if summaries else "episodes"} | row)
