@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.biped.config import DEFAULTS, TrainConfig
+from stickslip.agents.biped.config import DEFAULTS, SB3, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.scenes import SCENES
 from stickslip.agents.training.configuration import every_field
@@ -80,7 +80,8 @@ def test_flags_of_training_stand_in_groups_with_the_defaults_of_each_algorithm(c
     for first, title in kind.GROUPS.items():
         assert f" {title}: --{first.replace('_', '-')} " in shown
     if kind is TrainConfig:
-        assert f"(default: 6000000; sac: {DEFAULTS['sac']['timesteps']})" in shown
+        usual, sac, sb3 = TrainConfig().timesteps, DEFAULTS["sac"], SB3
+        assert f"(default: {usual}; sac: {sac['timesteps']}; sb3: {sb3['timesteps']})" in shown
 
 
 def scenes_and_who(*words: str) -> tuple[list[str] | None, list[str]]:

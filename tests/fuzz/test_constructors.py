@@ -24,8 +24,8 @@ NO_CONSTRUCTORS = {
     "BipedEnvParams", "BipedEnvState", "Contact", "Events", "ForwardDynamics", "GroundMoment",
     "InverseDynamics", "Kinematics", "LegPins", "NewtonEuler", "Recommendation", "ReducedInertia",
     "Setting", "Trajectory", "UGVEnvParams", "UGVEnvState", "Equilibrium", "Forces", "Pose",
-    "Result", "PostureResult", "Evaluation", "Station", "OptimStatus", "FunctionalEnv",
-    "condition_number", "exchange_mismatch",
+    "Result", "PostureResult", "DriveBound", "Evaluation", "Station", "OptimStatus",
+    "FunctionalEnv", "condition_number", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
     "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
     "place", "wheel_turns", "station", "Odometer", "Collected",
@@ -34,7 +34,7 @@ NO_CONSTRUCTORS = {
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
     "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
     "Certificate", "Gait", "GaitResult", "Replay", "replay", "TaskDefinition", "known_of",
-    "task_by_name",
+    "task_by_name", "bound_every_drive",
 }  # fmt: skip
 
 
