@@ -150,6 +150,7 @@ def measure(part: str, quick: bool) -> list[dict[str, Any]]:
             )
         return rows
     points = 64 if quick else 512
+    points *= 8 if part == "workers" else 1  # each of them compiles for a while first
     counts = (1, 2)
     if part == "chunks":
         cuts: list[tuple[int, dict[str, Any], bool]] = [(1024, {"cores": n}, False) for n in counts]
