@@ -15,18 +15,20 @@ if TYPE_CHECKING:
 
 
 def short_table() -> str:
-    """A row a task: what is asked, the best by hand and the best known."""
+    """A row a task: what is asked, the best by hand, what was learnt and the best known."""
     rows = []
     for task in TASKS.values():
         known = known_of(task)
         if known is None:
             continue
         score = known.scale.score(known.by_hand.value)
+        learned = known.learned
         rows.append(
             {
                 "task": f"`{task.name}`",
                 "asked": task.title,
                 "by hand": f"{score:.2f}, {known.by_hand.policy}",
+                "PPO": "" if learned is None else _learned(known, learned),
                 "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
             }
         )
