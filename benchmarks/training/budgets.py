@@ -28,7 +28,7 @@ class Budget(NamedTuple):
 
 
 BUDGETS = {
-    ("jax", "biped"): Budget(2_097_152),
+    ("jax", "biped"): Budget(8_000_000),
     ("jax", "ugv"): Budget(524_288),
     ("sb3", "biped"): Budget(524_288, SEEDS[:3]),
     ("sb3", "ugv"): Budget(131_072, SEEDS[:3]),
