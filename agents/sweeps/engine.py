@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import count
@@ -16,6 +15,7 @@ from stickslip.agents.sweeps.directory import chunk_path
 from stickslip.agents.sweeps.parquet import chunk_table, write_chunk
 from stickslip.agents.sweeps.play import Player, StoppedError
 from stickslip.dynamics.checks import require_integer
+from stickslip.envs.collecting import cores_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,9 +43,7 @@ def threads_of(cores: int | None) -> int:
         return require_integer("cores", cores, high=4096)
     if jax.default_backend() != "cpu":
         return jax.device_count()
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return cores_here()
 
 
 def run_here(plan: Plan, path: Path, todo: Sequence[int], threads: int, watch: Watch) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from stickslip.agents.evaluation.rollout import episode_key, rollout
+from stickslip.envs.adapters.apart import signature_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -88,7 +89,7 @@ class Programs:
     def _played(self, case: Case, place: str, tile: Tile, device: PyTree) -> PyTree:
         with nullcontext() if device is None else jax.default_device(device):
             arguments = jax.tree.map(jnp.asarray, (case.player, tuple(tile)))
-            key = (place, str(device), *_shape(arguments))
+            key = (place, str(device), *signature_of(arguments))
             with self._lock:
                 own = self._locks.setdefault(key, Lock())
             with own:
@@ -165,8 +166,3 @@ def memory_at_hand(limit: float) -> float:
         except (ValueError, OSError, AttributeError):
             free = limit
     return min(limit, max(free / 2, 2.0**26))
-
-
-def _shape(tree: PyTree) -> tuple[PyTree, ...]:
-    leaves, structure = jax.tree.flatten(tree)
-    return structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
