@@ -1,6 +1,6 @@
-"""How fast a sweep is, by tile, chunk, cores and workers, and what ten million episodes take.
+"""How fast a sweep is, by tile, chunk, cores, devices and workers; what ten million episodes take.
 
-    python -m benchmarks.scaling [--only tiles chunks workers] [--quick] [--docs docs/sweeps.md]
+    python -m benchmarks.scaling [--only tiles chunks devices workers] [--docs docs/sweeps.md]
 
 The biped under crank-speed-pi on the standard task for 10 s (500 control steps), friction as the
 axis. "tiles": one program's call, by how many episodes it holds; seconds of processor time, which
@@ -12,6 +12,10 @@ of the clock, and the processor time of this process beside them. Results go to 
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from functools import partial
@@ -20,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.pictures import logarithmic, pyplot
+from benchmarks.pictures import pyplot
 from benchmarks.report import (
     kept_parts,
     markdown,
@@ -48,8 +52,11 @@ STEPS = 500
 EACH = 64
 """Episodes a point."""
 MANY = 10**7
+BLUE = "#0072B2"
 MARKS = ("<!-- scaling -->", "<!-- end of scaling -->")
-PARTS = ("tiles", "chunks", "workers")
+PARTS = ("tiles", "chunks", "devices", "workers")
+COUNTS = (1, 2, 4)
+"""Of devices and of workers."""
 
 
 def plan_of(points: int, episodes: int = EACH, summaries: bool = False) -> Plan:
@@ -150,18 +157,50 @@ def measure(part: str, quick: bool) -> list[dict[str, Any]]:
             )
         return rows
     points = 64 if quick else 512
-    points *= 8 if part == "workers" else 1  # each of them compiles for a while first
-    counts = (1, 2)
+    points *= 1 if part == "chunks" else 8  # each device, each worker compiles for a while first
+    if part == "devices":
+        return [_printed(on_devices(points, 1024, count)) for count in COUNTS]
     if part == "chunks":
-        cuts: list[tuple[int, dict[str, Any], bool]] = [(1024, {"cores": n}, False) for n in counts]
+        cuts: list[tuple[int, dict[str, Any], bool]] = [(1024, {"cores": n}, False) for n in (1, 2)]
         cuts += [(4096, {"cores": 2}, False), (1024, {"cores": 2}, True)]
     else:
-        cuts = [(1024, {"workers": n}, False) for n in (*counts, 4)]
+        cuts = [(1024, {"workers": n}, False) for n in COUNTS]
     for chunk, how, summaries in cuts:
         row = sweep_row(plan_of(points, summaries=summaries), chunk, **how)
-        rows.append({"rows": "summaries" if summaries else "episodes"} | row)
-        print(f"chunk {chunk} {how}: {row['episodes_a_second']:,.0f} episodes/s", flush=True)
+        rows.append(_printed({"rows": "summaries" if summaries else "episodes"} | row))
     return rows
+
+
+def on_devices(points: int, chunk: int, count: int) -> dict[str, Any]:
+    """`sweep_row` in a process where XLA counts the processor as `count` devices."""
+    flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={count}"
+    script = (
+        "import json; from benchmarks.scaling import plan_of, sweep_row; "
+        f"print(json.dumps(sweep_row(plan_of({points}), {chunk}, cores={count})))"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"XLA_FLAGS": flags, "JAX_PLATFORMS": "cpu"},
+        stdout=subprocess.PIPE,
+        check=True,
+        text=True,
+    )
+    row = json.loads(told.stdout.splitlines()[-1])
+    return {"rows": "episodes"} | row | {"devices": count}
+
+
+def _printed(row: dict[str, Any]) -> dict[str, Any]:
+    print(
+        f"chunk {row['chunk']}, {_on(row)}: {row['episodes_a_second']:,.0f} episodes/s", flush=True
+    )
+    return row
+
+
+def _on(row: dict[str, Any]) -> str:
+    """What played a sweep, in words."""
+    kind = next(one for one in ("worker", "device", "core") if f"{one}s" in row)
+    count = row[f"{kind}s"]
+    return f"{count} {kind}{'s' if count > 1 else ''}"
 
 
 def tables(content: dict[str, Any]) -> str:
@@ -180,23 +219,22 @@ def tables(content: dict[str, Any]) -> str:
             for one in content["tiles"]
         ]
         blocks.append(markdown(rows))
-    both = [*content.get("chunks", []), *content.get("workers", [])]
-    if both:
-        blocks.append(markdown([_sweep_cells(one) for one in both]))
+    sweeps = [one for part in PARTS[1:] for one in content.get(part, [])]
+    if sweeps:
+        blocks.append(markdown([_sweep_cells(one) for one in sweeps]))
     if "tiles" in content and "chunks" in content:
         blocks.append(_many(content))
-    if both or "tiles" in content:
+    if sweeps or "tiles" in content:
         blocks.append(f"Measured on {where(content)}.")
     return "\n\n".join(blocks)
 
 
 def _sweep_cells(one: dict[str, Any]) -> dict[str, str]:
-    workers = one.get("workers")
-    count = workers or one["cores"]
+    workers = "workers" in one
     return {
         "chunk": f"{one['chunk']}",
         "rows": one["rows"],
-        "on": f"{count} {'worker' if workers else 'core'}{'s' if count > 1 else ''}",
+        "on": _on(one),
         "episodes/core-s": "" if workers else f"{one['episodes_a_core_second']:,.0f}",
         "first result, core-s": "" if workers else f"{one['first_result_processor_seconds']:.0f}",
         "of the clock, episodes/s": f"{one['episodes_a_second']:,.0f}",
@@ -220,19 +258,33 @@ def _many(content: dict[str, Any]) -> str:
 
 
 def draw(content: dict[str, Any], path: Path) -> None:
-    """Rate and memory against the tile."""
+    """By tile: rate, memory and the first call; of whole sweeps: rate, disk and first result."""
     plt = pyplot()
-    figure, axes = plt.subplots(1, 2, figsize=(8, 3), layout="constrained")
-    sizes = [one["tile"] for one in content["tiles"]]
-    for axis, name, words in (
-        (axes[0], "steps_a_core_second", "steps a core-second"),
-        (axes[1], "bytes_an_episode", "bytes an episode"),
+    figure, axes = plt.subplots(2, 3, figsize=(11, 5.5), layout="constrained")
+    tiles = content["tiles"]
+    sizes = [one["tile"] for one in tiles]
+    for axis, name, scale, words in (
+        (axes[0, 0], "steps_a_core_second", 1e6, "million steps a core-second"),
+        (axes[0, 1], "bytes_an_episode", 1e3, "kB an episode"),
+        (axes[0, 2], "first_processor_seconds", 1, "first call [processor s]"),
     ):
-        axis.plot(sizes, [one[name] for one in content["tiles"]], "o-", color="#0072B2", ms=4)
-        logarithmic(axis, "episodes in a tile", words)
-    axes[1].set_yscale("linear")
-    axes[1].set_ylim(bottom=0)
-    figure.savefig(path, dpi=110)
+        axis.plot(sizes, [one[name] / scale for one in tiles], "o-", color=BLUE, ms=4)
+        axis.set(xscale="log", xlabel="episodes in a tile", ylabel=words)
+        axis.set_ylim(bottom=0)
+        axis.grid(alpha=0.3)
+    sweeps = [one for part in PARTS[1:] for one in content.get(part, [])]
+    names = [f"{_on(one)}, {one['chunk']}, {one['rows']}" for one in sweeps]
+    for axis, name, scale, words in (
+        (axes[1, 0], "episodes_a_second", 1e3, "thousand episodes a second"),
+        (axes[1, 1], "disk_bytes_an_episode", 1, "bytes on the disk an episode"),
+        (axes[1, 2], "first_result_seconds", 1, "first result after [s]"),
+    ):
+        axis.barh(range(len(sweeps)), [one[name] / scale for one in sweeps], color=BLUE)
+        axis.set_yticks(range(len(sweeps)), names if axis is axes[1, 0] else [], fontsize=7)
+        axis.set_xlabel(words)
+        axis.invert_yaxis()
+        axis.grid(axis="x", alpha=0.3)
+    figure.savefig(path, dpi=90)
 
 
 def main() -> None:

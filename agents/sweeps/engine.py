@@ -38,25 +38,30 @@ class Watch:
 
 
 def threads_of(cores: int | None) -> int:
-    """Chunks that are played at once: one for each core or, elsewhere, for each device."""
+    """Chunks that are played at once: one for each core or, where there are several devices or they
+    are no processors, for each device of this process."""
     if cores is not None:
         return require_integer("cores", cores, high=4096)
-    if jax.default_backend() != "cpu":
-        return jax.device_count()
-    return cores_here()
+    return len(devices_here()) or cores_here()
+
+
+def devices_here() -> list[jax.Device]:
+    """The devices that chunks are laid on in turn; none where the one processor's cores do it."""
+    found = jax.local_devices()
+    return found if len(found) > 1 or jax.default_backend() != "cpu" else []
 
 
 def run_here(plan: Plan, path: Path, todo: Sequence[int], threads: int, watch: Watch) -> int:
     """Play the chunks and write each as it is done; return how many programs were compiled.
 
-    A thread takes the next chunk that nobody has. What fails in one ends the others at their next
-    tile, and is raised; what is written stays. StoppedError where `watch.stop` says so.
+    A thread keeps to a device and takes the next chunk that nobody has. What fails in one ends the
+    others at their next tile, and is raised; what is written stays. StoppedError where `watch.stop`
+    says so.
     """
     player, waiting, ended = Player(plan), SimpleQueue[int](), Event()
     for index in todo:
         waiting.put(index)
-    devices = [None] if jax.default_backend() == "cpu" else jax.devices()
-    turn = count()
+    devices, turn = devices_here() or [None], count()
 
     def work() -> None:
         device = devices[next(turn) % len(devices)]

@@ -54,7 +54,11 @@ class Tile(NamedTuple):
 
 
 class Programs:
-    """Programs by what they are compiled for; `count` of them so far. Threads may share it."""
+    """Programs by what they are compiled for; `count` of them so far. Threads may share it.
+
+    Each is of one device, so that a result does not depend on how many there are: one program
+    partitioned over several differs from it by roundings, which a walk makes large.
+    """
 
     def __init__(self, swept: Swept, keep: Callable[[PyTree, PyTree], PyTree], independent: bool):
         self._swept, self._keep, self._independent = swept, keep, independent

@@ -1,0 +1,50 @@
+"""A sweep on several devices finds, to the bit, what one device finds."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents import read_sweep
+from tests.agents.sweeps.masses import swept
+
+ROOT = Path(__file__).resolve().parents[3]
+
+SCRIPT = """
+import json, sys
+import jax
+from stickslip.agents.registry import register
+from stickslip.agents.sweeps import program
+from tests.agents.mass import MassMachine
+from tests.agents.sweeps.masses import swept
+
+register(MassMachine())
+used, play = set(), program.Programs.play
+def noted(self, case, place, tile, device=None):
+    used.add(str(device))
+    return play(self, case, place, tile, device)
+program.Programs.play = noted
+done = swept(sys.argv[1], chunk=1)
+print(json.dumps([jax.device_count(), done.programs, len(used)]))
+"""
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.long)])
+def test_devices_share_a_sweep_and_change_no_bit(tmp_path, count):
+    swept(tmp_path / "one", chunk=1)
+    flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={count}"
+    paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
+    told = subprocess.run(
+        [sys.executable, "-c", SCRIPT, str(tmp_path / "several")],
+        env=os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu", "XLA_FLAGS": flags},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    devices, programs, used = json.loads(told.stdout)
+    assert devices == programs == used == count
+    one, several = (read_sweep(tmp_path / name) for name in ("one", "several"))
+    assert several.combine_chunks().equals(one.combine_chunks())
