@@ -104,7 +104,7 @@ def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
     for name, kind in KINDS.items():
         names = [one.name for one in every_field(kind)]
         about_it = set(names[names.index(first[name]) : names.index("num_envs")])
-        assert about_it - {"reward_scale"} == set(kind.FIXED)
+        assert about_it - {"reward_scale"} == {*kind.FIXED, *kind.USUALLY}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,57 @@
+"""With which settings and seeds the policies of the package are trained."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from stickslip.agents.registry import machine_by_name
+
+if TYPE_CHECKING:
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.envs import TaskDefinition
+
+
+class Recipe(NamedTuple):
+    """settings: of `stickslip train`, beside the task. seeds: those tried, of which the one of the
+    best evaluation is kept."""
+
+    settings: dict[str, Any]
+    seeds: tuple[int, ...] = (0,)
+
+
+def walking(fastest: float, **others: Any) -> dict[str, Any]:
+    """Short training episodes from any phase and up to this crank rate, which fear slips and falls
+    less than the task does: otherwise standing still is learnt."""
+    usual = {"episode_time": 1.5, "slip_weight": 3.0, "fall_penalty": 1.0}
+    return {"start_rate": fastest} | usual | others
+
+
+FAILING = {"failure": 10.0}
+"""What a failure costs the UGV while it trains, in the scaled reward."""
+ON_ICE = {"start_rate": 8.0, "slip_weight": 3.0, "fall_penalty": 1.0}
+"""Whole episodes: the sheets lie on the way."""
+USUAL = {"biped": Recipe(walking(5.0), (0, 1, 2)), "ugv": Recipe(FAILING, (0, 1, 2))}
+"""Of a task that has none of its own below."""
+RECIPES = {
+    "BipedSteady-v0": Recipe(walking(5.0), (0,)),
+    "BipedFast-v0": Recipe(walking(6.5), (2,)),
+    "BipedSlippery-v0": Recipe(walking(5.0), (2,)),
+    "BipedWeakMotor-v0": Recipe(walking(5.0), (2,)),
+    "BipedSprint-v0": Recipe({"start_rate": 5.0, "episode_time": 1.5}, (1,)),
+    "BipedHiddenFriction-v0": Recipe(walking(6.0), (4,)),
+    "BipedPayload-v0": Recipe(walking(6.0), (2,)),
+    "BipedIce-v0": Recipe(ON_ICE, (2,)),
+    "BipedIceSeen-v0": Recipe(ON_ICE, (4,)),
+    "UGVLowGrip-v0": Recipe(FAILING, (0,)),
+}
+
+
+def recipe_of(task: TaskDefinition) -> Recipe:
+    """Of a task."""
+    return RECIPES.get(task.name, USUAL[task.machine])
+
+
+def configuration(task: TaskDefinition, seed: int) -> LearningConfiguration:
+    """What the task's policy is trained with."""
+    kind: Any = machine_by_name(task.machine).configuration
+    return kind.of(task=task.name, seed=seed, **recipe_of(task).settings)
