@@ -57,6 +57,12 @@ def shipped_path(name: str, folder: Path = FOLDER) -> Path | None:
     return found[max(versions, key=_version)] if versions else None
 
 
+def short_name(path: Path) -> str:
+    """The name of a policy's file, without a version where it is the latest."""
+    stem = _stem(path.stem)
+    return stem if shipped_path(stem, path.parent) == path else path.stem
+
+
 def is_name(name: str) -> bool:
     """Whether a word could be a policy's name."""
     return NAME.fullmatch(name) is not None

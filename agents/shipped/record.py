@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.policy.file import read_policy
 from stickslip.agents.shipped.definition import named_task_of
-from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path
+from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.known import known_of
 
@@ -28,11 +28,17 @@ class Record:
     best_after, versions, machine."""
 
     name: str
+    """As it was asked for."""
     path: Path
     task: TaskDefinition
     layer_sizes: tuple[int, ...]
     earned: dict[str, Json]
     trained: dict[str, Json]
+
+    @property
+    def short_name(self) -> str:
+        """Without the version, where this is the latest."""
+        return short_name(self.path)
 
     @property
     def size(self) -> int:

@@ -16,11 +16,13 @@ def command_of(config: Configuration, out: str | None = None) -> str:
     kind = type(config)
     chosen = {name: getattr(config, name) for name in ("task", "algorithm", "trainer")}
     usual = kind.of(**{name: one for name, one in chosen.items() if one is not None})
+    trainer = kind.of(algorithm=config.algorithm)  # an algorithm has a usual one
+    first = {"algorithm": kind.algorithm, "trainer": _value(trainer, "trainer", None)}
     words = ["stickslip", "train"]
     words += [kind.machine] if config.task is None else ["--task", config.task]
     for one in every_field(kind):
         value = _value(config, one.name, one.group)
-        default = one.default if one.name in chosen else _value(usual, one.name, one.group)
+        default = first.get(one.name, _value(usual, one.name, one.group))
         if one.name != "task" and value != default:
             words += _flag("--" + one.name.replace("_", "-"), value)
     words += [] if out is None else ["--out", out]

@@ -2,6 +2,7 @@
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
     python -m benchmarks.policies --check [--only NAME ...]
+    python -m benchmarks.policies --known
     python -m benchmarks.policies --docs FILE
 
 For each task named (default: those without a policy in the package) trains with the settings and
@@ -9,7 +10,8 @@ seeds of recipes.py by `stickslip train`, keeps the policy of the best evaluatio
 the task's own episodes and puts it into the package with its record. Runs stay in --runs, so that
 a command that was cut off goes on. --check: trains what is in the package again by its recorded
 command and says whether it is the same to the last bit, as on the same machine and versions.
---docs: puts the table of policies into a page.
+--known: makes those the best known of their tasks that earned more than what was, in the ladder's
+known.json. --docs: puts the table of policies into a page.
 """
 
 from __future__ import annotations
@@ -21,11 +23,14 @@ from pathlib import Path
 from benchmarks.policies.making import best_of, put_into_package, same_policy, trained
 from benchmarks.policies.tables import table
 from benchmarks.report import options, put_between
+from benchmarks.tasks.__main__ import put
+from benchmarks.tasks.measure import beside_package
 from stickslip.agents.policy.file import load_policy
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, task_by_name
+from stickslip.envs.tasks.known import FILE, read_known
 from stickslip.records.table import json_text
 
 RUNS = Path("runs/policies")
@@ -38,10 +43,15 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--runs", type=Path, default=RUNS)
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--known", action="store_true")
     parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
     if given.docs is not None:
         put_between(given.docs, table(), MARKS)
+        return
+    if given.known:
+        for name, known in read_known(FILE).items():
+            put(name, beside_package(task_by_name(name), dict(known)))
         return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
     names = given.only or [name for name in TASKS if (name in there) == given.check]

@@ -61,9 +61,13 @@ def trained(config: LearningConfiguration, folder: Path, say: Callable[[str], No
         command = command_of(config, str(path))
         say(command)
         words = ["train", "--out", str(path), "--resume"] if goes_on else command.split()[1:]
-        ran = [sys.executable, "-m", "stickslip.cli", *words, "--no-pictures"]
-        subprocess.run(ran, check=True)
+        run_command([*words, "--no-pictures"])
     return Run(path, *best_evaluation(path))
+
+
+def run_command(words: list[str]) -> None:
+    """`stickslip` with these words, as a process of its own."""
+    subprocess.run([sys.executable, "-m", "stickslip.cli", *words], check=True)
 
 
 def _is_finished(path: Path, timesteps: int) -> bool:
