@@ -21,6 +21,7 @@ from stickslip.agents.tasks.named import (
     measured_before,
     named_on,
     task_in_words,
+    title_of,
 )
 from stickslip.agents.tasks.places import (
     controller_of,
@@ -192,14 +193,15 @@ def view_command(given: Options) -> None:
     if named[name].policy is None and not given["scenes"] and scene != machine.usual_scene():
         given = {**given, "scenes": [scene]}
     (place,) = places_of(named, given, machine, viewed=True)
-    files, env = view_files(given, place.label, common_task(given)), place.who[name]
+    task, env = common_task(given), place.who[name]
+    files = view_files(given, place.label, task)
     require_writable(files.written)
-    print(place.line())
+    print(place.line() if task is None else f"{name}, trained on {title_of(task)}")
     from stickslip.agents.pictures.film import write_film
 
     params = machine.params_to_view(place.params, seconds)
     controller = controller_of(named[name], name, env, params, machine)
-    print("playing ...", file=sys.stderr)
+    print(f"playing {seconds:g} s ...", file=sys.stderr)
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
@@ -207,7 +209,10 @@ def view_command(given: Options) -> None:
         frames = min(machine.frames, 1 / float(params.control_period))
         show_window(env, played, params, files.title, frames)
     else:
-        film = write_film(env, played, params, files.film, machine.frames, seconds, progress=True)
+        print(f"drawing {files.film} ...", file=sys.stderr)
+        film = write_film(
+            env, played, params, files.film, machine.frames, seconds, sys.stderr.isatty()
+        )
         print(f"Written: {film}")
 
 

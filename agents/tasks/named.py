@@ -85,12 +85,18 @@ def measured_before(name: str) -> str:
     return "Measured before on the same episodes:\n\n" + Table(columns, rows).terminal()
 
 
+def title_of(name: str) -> str:
+    """The task's name and what it asks."""
+    task = task_by_name(name)
+    return f"{task.name}: {task.title}"
+
+
 def task_in_words(name: str) -> str:
     """What the task is, and what its scores are."""
     task = task_by_name(name)
     known = known_of(task)
     scores = "nothing is known of it" if known is None else in_words(known, task.unit)
-    return f"{task.name}: {task.title}\n  {scores}"
+    return f"{title_of(name)}\n  {scores}"
 
 
 def earned_in_words(name: str, earned: float) -> str:

@@ -16,6 +16,7 @@ known.json. --docs: puts the table of policies into a page.
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 from pathlib import Path
@@ -31,7 +32,6 @@ from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
-from stickslip.records.table import json_text
 
 RUNS = Path("runs/policies")
 MARKS = ("<!-- policies -->", "<!-- end of policies -->")
@@ -69,7 +69,7 @@ def main(arguments: list[str]) -> None:
 def check(name: str) -> str:
     """Train a policy of the package again, and whether it came out the same."""
     record = record_of(name)
-    config = read_configuration(json_text(record.trained["config"]))
+    config = read_configuration(json.dumps(record.trained["config"]))
     with tempfile.TemporaryDirectory() as folder:
         run = trained(config, Path(folder), say)
         again = load_policy(run.path / "policy.npz")

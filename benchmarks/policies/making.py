@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.configuration import Configuration
     from stickslip.envs import TaskDefinition
 
 COMPUTES = ("python", "stickslip", "jax", "jaxlib", "numpy", "optax")
@@ -53,7 +53,7 @@ def best_of(task: TaskDefinition, folder: Path, say: Callable[[str], None]) -> R
     return max(runs, key=lambda run: run.earned)
 
 
-def trained(config: LearningConfiguration, folder: Path, say: Callable[[str], None]) -> Run:
+def trained(config: Configuration, folder: Path, say: Callable[[str], None]) -> Run:
     """Train by the command that a user would give, or take what it left there before."""
     path = folder / f"{config.task}-{config.digest}"
     if not _is_finished(path, config.timesteps):
