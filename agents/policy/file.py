@@ -85,7 +85,7 @@ def load_policy(name: str | Path) -> MLPPolicy:
     another kind, has contents that do not fit, or was trained on a named task whose definition is
     another one here. The file is data: nothing in it is run.
     """
-    return read_policy(_existing(name))[0]
+    return read_policy(existing_path(name))[0]
 
 
 def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
@@ -105,7 +105,7 @@ def read_metadata(name: str | Path) -> dict[str, Json]:
 
     ValueError as there, but for a definition that changed.
     """
-    path = _existing(name)
+    path = existing_path(name)
     try:
         with refusing("its contents"):
             return _contents(read_bytes(path, LARGEST))[1]
@@ -122,7 +122,7 @@ def policy_path(name: str | Path) -> Path:
     return path / "policy.npz" if path.is_dir() else path
 
 
-def _existing(name: str | Path) -> Path:
+def existing_path(name: str | Path) -> Path:
     """The same; ValueError for a word that names nothing, with the nearest of the package's."""
     path = policy_path(name)
     if isinstance(name, str) and is_name(name) and not path.exists():

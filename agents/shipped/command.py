@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.agents.policy.file import policy_path, read_policy
+from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.shipped.record import every_record, record_of
 from stickslip.agents.view_files import require_suffix
 from stickslip.records.files import write_whole
@@ -38,7 +38,7 @@ def export_command(who: str, out: str, overwrite: bool) -> None:
     """Write a policy as ONNX or as a NumPy archive, by the ending of `out`."""
     path = Path(out)
     require_suffix(path, (".onnx", ".npz"))
-    source = policy_path(who)
+    source = existing_path(who)
     policy, metadata = read_policy(source)
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)

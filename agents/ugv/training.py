@@ -69,13 +69,13 @@ def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
         made, params = task_by_name(config.task).make("same_step")
         env = cast("UGVEnv", made)
         scale = config.reward_scale or 1 / USUAL[env.criterion]
-        changed: dict[str, Any] = {"reward_scale": scale}
+        training = params.replace(reward_scale=scale)
         if config.failure is not None:
-            changed["failure_penalty"] = config.failure / scale
+            training = training.replace(failure_penalty=config.failure / scale)
         if config.random_start is not None:
             drawn = replace(params.randomisation, start_angles=_radians(config.random_start))
-            changed["randomisation"] = drawn
-        return UGVTask(env, params.replace(**changed), params)
+            training = training.replace(randomisation=drawn)
+        return UGVTask(env, training, params)
     env = UGVEnv(config.criterion, config.preview, SOLVER)
     ground = ground_by_name(config.tracks)
     start = np.radians(config.start_angle)
