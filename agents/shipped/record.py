@@ -46,11 +46,15 @@ class Record:
         return self.path.stat().st_size
 
     @property
+    def earned_return(self) -> float:
+        """Mean over the episodes."""
+        return float(str(self.earned["return"]))
+
+    @property
     def score(self) -> float | None:
         """By what is known of the task now; None where nothing is."""
         known = known_of(self.task)
-        value = self.earned["return"]
-        return None if known is None else known.scale.score(float(str(value)))
+        return None if known is None else known.scale.score(self.earned_return)
 
     @property
     def command(self) -> str:

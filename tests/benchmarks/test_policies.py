@@ -81,6 +81,9 @@ def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
     now = beside_package(record.task, found)
     assert now["planners"] == [best]
     assert beside_package(record.task, now) == now
+    lost = now | {"planners": [best | {"return": earned + 1.0}]}
+    with pytest.raises(ValueError, match="is the best known of BipedPayload-v0 no more"):
+        beside_package(record.task, lost)
     assert beside_package(replace(record.task, stem="BipedNew"), found) == found
 
 
