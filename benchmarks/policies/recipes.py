@@ -53,6 +53,7 @@ RECIPES = {
     "BipedIce-v0": Recipe(ON_ICE, (2,)),
     "BipedIceSeen-v0": Recipe(ON_ICE, (4,)),
     "UGVBump-v0": Recipe(DRIVING, (0,)),
+    "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
     "UGVDitch-v0": Recipe(
         {"failure": 10.0, "noise": 0.5, "final_noise": 0.05, "discount": 0.99}, (0,)
     ),
