@@ -54,6 +54,17 @@ RECIPES = {
     "BipedIceSeen-v0": Recipe(ON_ICE, (4,)),
     "UGVBump-v0": Recipe(DRIVING, (0,)),
     "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
+    "UGVRough-v0": Recipe(
+        {
+            "reward_scale": 0.005,
+            "failure": 10.0,
+            "noise": 0.3,
+            "final_noise": 0.03,
+            "discount": 0.9,
+            "timesteps": 1_200_000,
+        },
+        (0,),
+    ),
     "UGVDitch-v0": Recipe(
         {"failure": 10.0, "noise": 0.5, "final_noise": 0.05, "discount": 0.99}, (0,)
     ),
