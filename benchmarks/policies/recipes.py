@@ -53,7 +53,7 @@ RECIPES = {
     ),
     "BipedPayload-v0": Recipe(walking(6.0), (2,)),
     "BipedIce-v0": Recipe(ON_ICE, (2,)),
-    "BipedIceSeen-v0": Recipe(ON_ICE, (4,)),
+    "BipedIceSeen-v0": Recipe(ON_ICE | {"final_noise": 0.03}, (4,)),
     "UGVBump-v0": Recipe(DRIVING, (0,)),
     "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
     "UGVRough-v0": Recipe(
