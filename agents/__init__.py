@@ -21,9 +21,12 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.describe import describe_environment
     from stickslip.agents.policy.file import load_policy, read_metadata, save_policy
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.onnx import export_onnx
+    from stickslip.agents.policy.plain import PlainPolicy
     from stickslip.agents.policy.sb3 import from_sb3
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
+    from stickslip.agents.shipped.names import shipped_names
     from stickslip.agents.standard import StandardMachine
     from stickslip.agents.sweep import sweep
     from stickslip.agents.sweeps.axis import Axis
@@ -63,8 +66,11 @@ else:
                 "save_policy",
             ),
             "policy.mlp": ("MLPPolicy",),
+            "policy.onnx": ("export_onnx",),
+            "policy.plain": ("PlainPolicy",),
             "policy.sb3": ("from_sb3",),
             "protocol": ("Controller",),
+            "shipped.names": ("shipped_names",),
             "standard": ("StandardMachine",),
             "sweep": ("sweep",),
             "sweeps.axis": ("Axis",),
@@ -105,6 +111,7 @@ __all__ = [
     "Machine",
     "OptimalGait",
     "Optimum",
+    "PlainPolicy",
     "RecedingHorizon",
     "Rollout",
     "StandardMachine",
@@ -115,6 +122,7 @@ __all__ = [
     "describe_environment",
     "evaluate",
     "evaluate_task",
+    "export_onnx",
     "film",
     "from_sb3",
     "gaits_of",
@@ -125,6 +133,7 @@ __all__ = [
     "register",
     "rollout",
     "save_policy",
+    "shipped_names",
     "sweep",
     "sweep_arrays",
     "train",

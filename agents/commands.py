@@ -15,7 +15,14 @@ from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
-from stickslip.agents.tasks.named import earned_in_words, named_on, task_in_words
+from stickslip.agents.tasks.named import (
+    common_task,
+    earned_in_words,
+    measured_before,
+    named_on,
+    task_in_words,
+    title_of,
+)
 from stickslip.agents.tasks.places import (
     controller_of,
     machine_of,
@@ -114,13 +121,14 @@ def evaluate_command(given: Options) -> None:
     def progress(line: str) -> None:
         print(f"running {line} ...", file=sys.stderr)
 
-    if given["task"] is not None:
-        named = named_on(given)
+    task = common_task(given)
+    if task is not None:
+        named = named_on({**given, "task": task})
         require_writable(targets)
-        about = task_in_words(given["task"])
+        about = task_in_words(task)
         print(about)
         table = evaluate_task(
-            given["task"],
+            task,
             named,
             episodes=given["episodes"],
             progress=progress,
@@ -139,6 +147,8 @@ def evaluate_command(given: Options) -> None:
         )
         tasks = {place.label: place.line() for place in places}
     print("\n" + table.to_text())
+    if task is not None and given["episodes"] is None:
+        print("\n" + measured_before(task))
     if targets:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
@@ -183,13 +193,15 @@ def view_command(given: Options) -> None:
     if named[name].policy is None and not given["scenes"] and scene != machine.usual_scene():
         given = {**given, "scenes": [scene]}
     (place,) = places_of(named, given, machine, viewed=True)
-    files, env = view_files(given, place.label), place.who[name]
+    task, env = common_task(given), place.who[name]
+    files = view_files(given, place.label, task)
     require_writable(files.written)
-    print(place.line())
+    print(place.line() if task is None else f"{name}, trained on {title_of(task)}")
     from stickslip.agents.pictures.film import write_film
 
     params = machine.params_to_view(place.params, seconds)
     controller = controller_of(named[name], name, env, params, machine)
+    print(f"playing {seconds:g} s ...", file=sys.stderr)
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
@@ -197,7 +209,10 @@ def view_command(given: Options) -> None:
         frames = min(machine.frames, 1 / float(params.control_period))
         show_window(env, played, params, files.title, frames)
     else:
-        film = write_film(env, played, params, files.film, machine.frames, seconds)
+        print(f"drawing {files.film} ...", file=sys.stderr)
+        film = write_film(
+            env, played, params, files.film, machine.frames, seconds, sys.stderr.isatty()
+        )
         print(f"Written: {film}")
 
 

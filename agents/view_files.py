@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.policy.file import policy_path
+from stickslip.agents.shipped.names import shipped_path
 from stickslip.envs.rendering.film.animation import require_format
 
 if TYPE_CHECKING:
@@ -35,23 +36,26 @@ class ViewFiles(NamedTuple):
         return self.plots if self.window else [*self.plots, self.film]
 
 
-def view_files(given: Options, place: str) -> ViewFiles:
-    """What the flags ask for; place: the task's label.
+def view_files(given: Options, place: str, task: str | None = None) -> ViewFiles:
+    """What the flags ask for; place: the task's label; task: the policy's own, if that is a named
+    one and nothing of it is changed.
 
     ValueError for seconds out of range, files of another kind, and ones that are not to be
     replaced.
     """
     if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
         raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
-    who = policy_path(given["who"])
+    shipped, who = shipped_path(given["who"]) is not None, policy_path(given["who"])
     name = who.parent.name if who.name == "policy.npz" else who.name
-    film = Path(given["out"] or f"{name.removesuffix('.npz')}-{_for_a_file(place)}.gif")
+    name = given["who"] if shipped else name.removesuffix(".npz")
+    own = shipped and task is not None  # its name says where
+    film = Path(given["out"] or (f"{name}.gif" if own else f"{name}-{_for_a_file(place)}.gif"))
     plots = [] if given["plot"] is None else [Path(given["plot"])]
     require_format(film)
     for path in plots:
         require_suffix(path, (".png",))
     require_new(plots + ([] if given["window"] else [film]), given["overwrite"])
-    return ViewFiles(f"{name} on {place}", film, plots, given["window"])
+    return ViewFiles(f"{name} on {task or place}", film, plots, given["window"])
 
 
 def _for_a_file(label: str) -> str:

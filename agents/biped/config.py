@@ -91,13 +91,29 @@ class TrainConfig(LearningConfiguration):
     random_commanded_rate: tuple[float, float] | None = entry(
         None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6, optional=True
     )
-    start_rate: float = entry(
-        5.0, float, "training starts at any phase and up to this crank rate [rad/s]", low=0, high=20
+    start_rate: float | None = entry(
+        None,
+        float,
+        "training starts at any phase and up to this crank rate [rad/s]",
+        low=0,
+        high=20,
+        optional=True,
     )
-    episode_time: float = entry(1.5, float, "length of training episodes [s]", low=0.02)
-    slip_weight: float = entry(3.0, float, "of slip in the training reward", low=0)
-    energy_weight: float = entry(0.5, float, "of energy in the training reward", low=0)
-    fall_penalty: float = entry(1.0, float, "of a fall in the training reward", low=0)
+    episode_time: float | None = entry(
+        None, float, "length of training episodes [s]", low=0.02, optional=True
+    )
+    tracking_weight: float | None = entry(
+        None, float, "of speed in the training reward", low=0, optional=True
+    )
+    slip_weight: float | None = entry(
+        None, float, "of slip in the training reward", low=0, optional=True
+    )
+    energy_weight: float | None = entry(
+        None, float, "of energy in the training reward", low=0, optional=True
+    )
+    fall_penalty: float | None = entry(
+        None, float, "of a fall in the training reward", low=0, optional=True
+    )
 
     num_envs: int = shared("num_envs", 1024)
     learning_rate: float = shared("learning_rate", 2e-3)
@@ -128,12 +144,15 @@ class TrainConfig(LearningConfiguration):
         "random_mass",
         "random_payload",
         "random_commanded_rate",
-        "start_rate",
-        "episode_time",
-        "slip_weight",
-        "energy_weight",
-        "fall_penalty",
     )
+    USUALLY: ClassVar = {
+        "start_rate": 5.0,
+        "episode_time": 1.5,
+        "tracking_weight": 1.0,
+        "slip_weight": 3.0,
+        "energy_weight": 0.5,
+        "fall_penalty": 1.0,
+    }
     GROUPS: ClassVar = {
         "algorithm": "run",
         "scene": "task",

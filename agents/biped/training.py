@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.machine import TrainingTask
 
+WEIGHTS = ("tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+"""Of the reward, which a configuration may give otherwise for training."""
+
 
 class Task(NamedTuple):
     """The environment and its parameters."""
@@ -47,11 +50,12 @@ class Task(NamedTuple):
 def make_task(config: TrainConfig) -> Task:
     """Build the task. ValueError for an unknown scene or numbers that do not go together.
 
-    A named task is what it is: starts, length and reward of its episodes are those of all three.
+    A named task is what it is: starts, length and reward of its episodes are those of all three,
+    but for what the configuration says of training episodes.
     """
     if config.task is not None:
         env, params = task_by_name(config.task).make("same_step")
-        return Task(cast("BipedEnv", env), params, params, params)
+        return Task(cast("BipedEnv", env), training_of(config, params), params, params)
     env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
     drawn = Randomisation(
         friction=config.random_friction,
@@ -61,15 +65,17 @@ def make_task(config: TrainConfig) -> Task:
     )
     standard = {"scene": make_scene(config), "commanded_rate": config.commanded_rate}
     rest = env.make_params(randomisation=drawn, **standard)
-    training = env.make_params(
-        randomisation=replace(drawn, phase=ANY_PHASE, crank_rate=(0.0, config.start_rate)),
-        time_limit=config.episode_time,
-        slip_weight=config.slip_weight,
-        energy_weight=config.energy_weight,
-        fall_penalty=config.fall_penalty,
-        **standard,
-    )
-    return Task(env, training, from_anywhere(rest), rest)
+    return Task(env, training_of(config, rest), from_anywhere(rest), rest)
+
+
+def training_of(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
+    """The parameters of training episodes: those of a task but for what the configuration gives."""
+    given = {name: getattr(config, name) for name in WEIGHTS} | {"time_limit": config.episode_time}
+    changed = {name: one for name, one in given.items() if one is not None}
+    if config.start_rate is not None:
+        starts = {"phase": ANY_PHASE, "crank_rate": (0.0, config.start_rate)}
+        changed["randomisation"] = replace(params.randomisation, **starts)
+    return params.replace(**changed)
 
 
 def make_scene(config: TrainConfig) -> Scene:

@@ -50,17 +50,18 @@ def write_film(
     path: Path,
     frames: float,
     seconds: float | None = None,
+    progress: bool = False,
 ) -> Path:
     """An episode that was played, or its first seconds, as an animation at the speed of life.
 
-    frames: pictures a second, at most one a control step.
+    frames: pictures a second, at most one a control step. progress: a bar, if tqdm is there.
     """
     period = float(params.control_period)
     if seconds is not None:
         steps = min(int(played.length), max(1, round(seconds / period)))
         played = played._replace(length=steps)
     fps = min(frames, 1 / period)
-    return save_animation(pictures(env, played, params, fps), path, fps)
+    return save_animation(pictures(env, played, params, fps, progress), path, fps)
 
 
 def pictures(

@@ -21,6 +21,8 @@ from stickslip.agents.foreign.reading import (
     require_format,
 )
 from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.shipped.definition import named_task_of
+from stickslip.agents.shipped.names import is_name, no_policy, shipped_path
 from stickslip.dynamics.checks import require_number, shown
 from stickslip.records.files import write_whole
 
@@ -65,7 +67,7 @@ def save_policy(
     arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
     arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}
     file = io.BytesIO()
-    np.savez(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
+    np.savez_compressed(file, allow_pickle=False, **{n: np.asarray(a) for n, a in arrays.items()})
     raw = file.getvalue()
     try:
         _policy(*_contents(raw))
@@ -74,13 +76,16 @@ def save_policy(
     return write_whole(path, raw, overwrite=overwrite)
 
 
-def load_policy(path: str | Path) -> MLPPolicy:
-    """The policy in a file.
+def load_policy(name: str | Path) -> MLPPolicy:
+    """A policy by its name: of one that the package holds ("biped-ice", see `stickslip policies`),
+    the path of a file, or the directory of a run with one.
 
-    ValueError naming the file, what is wrong with it and what is accepted, if it is missing, cut
-    short, of another kind or has contents that do not fit. The file is data: nothing in it is run.
+    A name of the package's goes before a file called so, which is then "./biped-ice". ValueError
+    naming the file, what is wrong with it and what is accepted, if it is missing, cut short, of
+    another kind, has contents that do not fit, or was trained on a named task whose definition is
+    another one here. The file is data: nothing in it is run.
     """
-    return read_policy(path)[0]
+    return read_policy(existing_path(name))[0]
 
 
 def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
@@ -88,13 +93,19 @@ def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     try:
         with refusing("its contents"):
             arrays, metadata = _contents(read_bytes(path, LARGEST))
-            return _policy(arrays, metadata), metadata
+            policy = _policy(arrays, metadata)
+            named_task_of(metadata)  # for what it refuses
+            return policy, metadata
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
-def read_metadata(path: str | Path) -> dict[str, Json]:
-    """What a policy file says of itself and of its making. ValueError as in `load_policy`."""
+def read_metadata(name: str | Path) -> dict[str, Json]:
+    """What a policy file says of itself and of its making, by the names of `load_policy`.
+
+    ValueError as there, but for a definition that changed.
+    """
+    path = existing_path(name)
     try:
         with refusing("its contents"):
             return _contents(read_bytes(path, LARGEST))[1]
@@ -102,10 +113,21 @@ def read_metadata(path: str | Path) -> dict[str, Json]:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
-def policy_path(name: str) -> Path:
-    """The policy's file of a name: itself, or the one in a run's directory."""
+def policy_path(name: str | Path) -> Path:
+    """The policy's file of a name: the package's, itself, or the one in a run's directory."""
+    shipped = shipped_path(name) if isinstance(name, str) else None
+    if shipped is not None:
+        return shipped
     path = Path(name)
     return path / "policy.npz" if path.is_dir() else path
+
+
+def existing_path(name: str | Path) -> Path:
+    """The same; ValueError for a word that names nothing, with the nearest of the package's."""
+    path = policy_path(name)
+    if isinstance(name, str) and is_name(name) and not path.exists():
+        raise ValueError(no_policy(name))
+    return path if path.exists() else Path(name)
 
 
 def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:

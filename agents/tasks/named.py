@@ -8,14 +8,18 @@ from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.scored import in_words
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.mlp import MLPPolicy
-from stickslip.agents.registry import machine_by_name, machines
+from stickslip.agents.registry import machine_by_name, machine_of_baseline, machines
+from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.tasks.places import controller_of, every_option, read_named
+from stickslip.agents.tasks.players import naming, read_about
 from stickslip.envs.tasks.known import known_of
 from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.protocol import AnyPlayer
+    from stickslip.envs.tasks.definition import TaskDefinition
 
 
 def named_on(options: Options) -> dict[str, AnyPlayer]:
@@ -45,12 +49,54 @@ def named_on(options: Options) -> dict[str, AnyPlayer]:
     return found
 
 
+def common_task(options: Options) -> str | None:
+    """The task options["task"], or else the named one that all policies of options["who"] were
+    trained on: None where there is none, or where an option changes it.
+
+    ValueError for a file that is damaged, and where its task is another one here.
+    """
+    if options.get("task") is not None:
+        return options["task"]
+    if options["scenes"] or any(options[name] is not None for name in every_option()):
+        return None
+    found: list[TaskDefinition | None] = []
+    who = options["who"]
+    for name in [who] if isinstance(who, str) else who:
+        if machine_of_baseline(name) is None and (path := policy_path(name)).is_file():
+            with naming(path):
+                found.append(named_task_of(read_about(path)))
+    first = found[0] if found else None
+    return None if first is None or any(one != first for one in found) else first.name
+
+
+def measured_before(name: str) -> str:
+    """What is known of the task's own episodes, as a table."""
+    task = task_by_name(name)
+    known = known_of(task)
+    if known is None:
+        return "Nothing was measured on it before."
+    unit = "" if task.unit == "-" else f" [{task.unit}]"
+    columns = [Column("controller", words=True), Column("score"), Column(f"return{unit}")]
+    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
+    rows = [
+        [one.policy, f"{known.scale.score(one.value):.3f}", f"{one.value:.4g}{one.spread}"]
+        for one in dict.fromkeys(everybody)
+    ]
+    return "Measured before on the same episodes:\n\n" + Table(columns, rows).terminal()
+
+
+def title_of(name: str) -> str:
+    """The task's name and what it asks."""
+    task = task_by_name(name)
+    return f"{task.name}: {task.title}"
+
+
 def task_in_words(name: str) -> str:
     """What the task is, and what its scores are."""
     task = task_by_name(name)
     known = known_of(task)
     scores = "nothing is known of it" if known is None else in_words(known, task.unit)
-    return f"{task.name}: {task.title}\n  {scores}"
+    return f"{title_of(name)}\n  {scores}"
 
 
 def earned_in_words(name: str, earned: float) -> str:

@@ -14,7 +14,9 @@ from stickslip.agents.registry import (
     machine_of_environment,
     machines,
 )
-from stickslip.agents.tasks.players import fitted, read_about, read_player
+from stickslip.agents.shipped.definition import named_task_of
+from stickslip.agents.shipped.names import shipped_names
+from stickslip.agents.tasks.players import fitted, naming, read_about, read_player
 from stickslip.dynamics.checks import nearest
 
 if TYPE_CHECKING:
@@ -59,8 +61,9 @@ def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
         if not path.exists():
             raise ValueError(
                 f"{name!r} is neither a baseline nor a file; accepted: "
-                f"{', '.join(machine.baselines)}, a policy file, or the directory of a run with one"
-                f"{nearest(name, machine.baselines)}"
+                f"{', '.join(machine.baselines)}, a policy file, the directory of a run with one, "
+                "or a policy of the package (`stickslip policies`)"
+                f"{nearest(name, (*machine.baselines, *shipped_names()))}"
             )
         policy, metadata = read_player(path)
         environment = metadata.get("environment", machine.environment)
@@ -155,14 +158,18 @@ def controller_of(
 
 
 def _own(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:
+    with naming(policy_path(name)):
+        named = named_task_of(one.metadata)
+    metadata = one.metadata if named is None else machine.describe(*named.make())
     try:
-        task = machine.read_task(one.metadata)
+        task = machine.read_task(metadata)
     except ValueError as error:
         raise ValueError(
             f"{policy_path(name)}: {error}; accepted: a task as training wrote it"
         ) from error
     if task is not None:
-        return task, f"the own task of {name}"
+        which = "" if named is None else f", {named.name}"
+        return task, f"the own task of {name}{which}"
     why = one.metadata.get("task_missing")
     reason = f", {why}" if isinstance(why, str) else ""
     return machine.standard_task(one.metadata), f"the standard task: {name} holds none{reason}"

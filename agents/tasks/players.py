@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from stickslip.agents.foreign.reading import RefusedError
 from stickslip.agents.optimum.controller import ValuePolicy
 from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
 from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from stickslip.agents.foreign.reading import Json
@@ -32,6 +35,15 @@ def read_about(path: Path) -> dict[str, Json]:
     """What a file of either kind says of itself. ValueError as in `read_player`."""
     found = read_value_metadata(path)
     return read_metadata(path) if found is None else found
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Inside, what is refused of a file's contents is a ValueError that names the file."""
+    try:
+        yield
+    except RefusedError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def fitted(

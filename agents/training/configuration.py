@@ -17,7 +17,7 @@ from stickslip.dynamics.plain_checks import require_kind, require_known, shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Mapping
+    from collections.abc import Container, Mapping
 
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.foreign.rules import Kind, Limits
@@ -30,7 +30,7 @@ FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
 UNNAMED = "biped"
 """The machine of a configuration that names none."""
-BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None}
+BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None, "tracking_weight": 1.0}
 """Fields that came later, and what runs were until then: a text without one means that, and one
 that means it is without. So earlier files are read, and earlier digests stay as they were."""
 
@@ -112,6 +112,9 @@ class Configuration(Settings):
     machine: ClassVar[str] = UNNAMED
     FIXED: ClassVar[tuple[str, ...]] = ()
     """Fields that a named task decides, and that are not written beside one."""
+    USUALLY: ClassVar[Mapping[str, Json]] = {}
+    """Fields of training episodes alone -> what None stands for without a named task. Beside one
+    None is the task's own, and is not written."""
     GROUPS: ClassVar[dict[str, str]] = {}
     """First field of each group of flags -> the group's title."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
@@ -119,7 +122,11 @@ class Configuration(Settings):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.task is not None:
+        if self.task is None:
+            for name, value in self.USUALLY.items():
+                if getattr(self, name) is None:
+                    object.__setattr__(self, name, value)
+        else:
             object.__setattr__(self, "task", own_task(self.task, self.machine))
             usual = {one.name: one.default for one in _fields(self)}
             changed = [name for name in self.FIXED if getattr(self, name) != usual[name]]
@@ -192,13 +199,18 @@ class Configuration(Settings):
 
     def _written(self) -> dict[str, Json]:
         content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
-        left = () if self.task is None else self.FIXED
+        left = set() if self.task is None else {*self.FIXED, *self._own()}
         return {name: value for name, value in content.items() if name not in left}
+
+    def _own(self) -> list[str]:
+        """Fields of training episodes that are the named task's own."""
+        return [name for name in self.USUALLY if getattr(self, name) is None]
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
         head: dict[str, Json] = {"format": FORMAT, "version": version}
         head |= {} if self.machine == UNNAMED else {"machine": self.machine}
-        told = {name: one for name, one in content.items() if BEFORE.get(name, ...) != one}
+        before = BEFORE if self.task is None else _without(BEFORE, self.USUALLY)
+        told = {name: one for name, one in content.items() if before.get(name, ...) != one}
         return json.dumps(head | told, indent=2) + "\n"
 
     @classmethod
@@ -209,8 +221,10 @@ class Configuration(Settings):
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         flat = {name: BEFORE[name] for name in BEFORE if name in rules} | _flat(content, cls)
-        decided = () if flat.get("task") is None else cls.FIXED
-        rules = {name: rules[name] for name in rules if name in flat or name not in decided}
+        if flat.get("task") is not None:
+            flat = _without(BEFORE, cls.USUALLY, of=rules) | _flat(content, cls)
+            decided = {*cls.FIXED, *cls.USUALLY}
+            rules = {name: rules[name] for name in rules if name in flat or name not in decided}
         return cls._grouped(require_entries(flat, rules))
 
     @property
@@ -252,7 +266,9 @@ def _help_of(one: Field, kind: type[Configuration]) -> str:
     """What a field is, what it may be where that is a name, and its defaults."""
     rule = rule_of(one)
     choices = f": {', '.join(rule.choices)}" if rule.choices else ""
-    defaults = "none" if one.default is None else f"{one.default}"
+    usual = kind.USUALLY.get(one.name, one.default)
+    defaults = "none" if usual is None else f"{usual}"
+    defaults += ", with a task its own" if one.name in kind.USUALLY else ""
     rules = {of.name: rule_of(of) for of in every_field(kind)}
     for asked in ("algorithm", "trainer"):
         for choice in rules[asked].choices if asked in rules else ():
@@ -270,6 +286,17 @@ def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str
 def from_flags(given: Mapping[str, Any], kind: type[Config]) -> Config:
     """The configuration that parsed arguments ask for."""
     return kind.of(**flags_given(given, kind))
+
+
+def _without(
+    entries: Mapping[str, Json], names: Container[str], of: Container[str] | None = None
+) -> dict[str, Json]:
+    """The entries but for those names; of: and of these alone."""
+    return {
+        name: one
+        for name, one in entries.items()
+        if name not in names and (of is None or name in of)
+    }
 
 
 def _flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:

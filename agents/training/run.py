@@ -22,6 +22,7 @@ import numpy as np
 
 from stickslip.agents.policy.file import save_policy
 from stickslip.agents.registry import machine_of_config
+from stickslip.agents.shipped.definition import named_task_entry
 from stickslip.agents.training.checkpoint import (
     POLICY,
     TrainState,
@@ -37,6 +38,7 @@ from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
 from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
+from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -98,6 +100,8 @@ class _Training:
         self.machine = machine_of_config(run.config)
         self.task = self.machine.training_task(run.config)
         self.about = self.machine.describe(self.task.env, self.task.tested)
+        if run.config.task is not None:
+            self.about |= named_task_entry(task_by_name(run.config.task))
         self.period = float(np.asarray(self.task.training.control_period))
         at = run.state.timesteps if run.state else 0
         kind = trainer_of(run.config)

@@ -78,7 +78,9 @@ class UGVTrainConfig(LearningConfiguration):
         strict=True,
         optional=True,
     )
-    failure: float = entry(10.0, float, "penalty of a failure in the scaled training reward", low=0)
+    failure: float | None = entry(
+        None, float, "penalty of a failure in the scaled training reward", low=0, optional=True
+    )
 
     num_envs: int = shared("num_envs", 64)
     learning_rate: float = shared("learning_rate", 3e-3)
@@ -103,12 +105,11 @@ class UGVTrainConfig(LearningConfiguration):
         "leg_rate",
         "spacing",
         "start_angle",
-        "random_start",
         "preview",
         "preview_length",
         "preview_noise",
-        "failure",
     )
+    USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
     GROUPS: ClassVar = {
         "algorithm": "run",
         "criterion": "task",

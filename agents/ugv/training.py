@@ -62,13 +62,20 @@ class UGVTask(NamedTuple):
 def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
     """Build the task. ValueError for an unknown ground or numbers that do not go together.
 
-    A named task is what it is; but for a factor on all rewards of training episodes.
+    A named task is what it is; but for a factor on all rewards of training episodes, and what the
+    configuration says of their starts and of failing.
     """
     if config.task is not None:
         made, params = task_by_name(config.task).make("same_step")
         env = cast("UGVEnv", made)
         scale = config.reward_scale or 1 / USUAL[env.criterion]
-        return UGVTask(env, params.replace(reward_scale=scale), params)
+        training = params.replace(reward_scale=scale)
+        if config.failure is not None:
+            training = training.replace(failure_penalty=config.failure / scale)
+        if config.random_start is not None:
+            drawn = replace(params.randomisation, start_angles=_radians(config.random_start))
+            training = training.replace(randomisation=drawn)
+        return UGVTask(env, training, params)
     env = UGVEnv(config.criterion, config.preview, SOLVER)
     ground = ground_by_name(config.tracks)
     start = np.radians(config.start_angle)
@@ -85,15 +92,19 @@ def make_ugv_task(config: UGVTrainConfig) -> UGVTask:
     test = env.make_params(randomisation=drawn, **common)
     scale = config.reward_scale or 1 / USUAL[config.criterion]
     if config.random_start is not None:
-        low, high = np.radians(config.random_start)
-        drawn = UGVRandomisation(ground.drawn, config.random_friction, (float(low), float(high)))
+        drawn = replace(drawn, start_angles=_radians(config.random_start))
     training = env.make_params(
         randomisation=drawn,
         reward_scale=scale,
-        failure_penalty=config.failure / scale,
+        failure_penalty=(config.failure or 0.0) / scale,
         **common,
     )
     return UGVTask(env, training, test)
+
+
+def _radians(degrees: tuple[float, float]) -> tuple[float, float]:
+    low, high = np.radians(degrees)
+    return float(low), float(high)
 
 
 def evaluate_policy(

@@ -8,6 +8,8 @@ import numpy as np
 
 from benchmarks.report import markdown
 from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.shipped.names import policy_name, shipped_path
+from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, known_of
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ def short_table() -> str:
                 "asked": task.title,
                 "by hand": f"{score:.2f}, {known.by_hand.policy}",
                 "PPO": "" if learned is None else _learned(known, learned),
+                "shipped": _shipped(task.name),
                 "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
             }
         )
@@ -52,6 +55,7 @@ def long_table() -> str:
                 "best by hand": _cell(known, known.by_hand),
                 "best planner": "" if planned is None else _cell(known, planned),
                 "PPO": "" if learned is None else _learned(known, learned),
+                "shipped": _shipped(task.name),
                 "best known (1)": _earned(known.best),
                 "if steady, no slip": _at_most(known.assumed),
                 "proved: at most": _at_most(known.bound),
@@ -73,6 +77,14 @@ def _in_words() -> str:
 
 def _cell(known: Known, earned: Earned) -> str:
     return f"{known.scale.score(earned.value):.2f}: {_earned(earned)}, {earned.policy}"
+
+
+def _shipped(task: str) -> str:
+    """The score of the package's policy."""
+    if shipped_path(policy_name(task)) is None:
+        return ""
+    score = record_of(policy_name(task)).score
+    return "" if score is None else f"{score:.2f}"
 
 
 def _learned(known: Known, learned: Learned) -> str:

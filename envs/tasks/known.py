@@ -61,10 +61,10 @@ class Known:
     """What was measured on a task, over the episodes of seeds 0, 1, ..., episodes - 1.
 
     trivial: what a score of 0 is. baselines: hand-written controllers. planners: what plans each
-    episode with exact knowledge of it. best: the most that any policy has earned in replay, a score
-    of 1, no proof that no more can be; how: where it came from. bound: proved, or None. assumed:
-    proved of policies that meet the assumptions of its reason, or None: others may earn more.
-    learned: by training, or None where none was tried.
+    episode with exact knowledge of it, and what improves a baseline so. best: the most that any
+    policy has earned in replay, a score of 1, no proof that no more can be; how: where it came
+    from. bound: proved, or None. assumed: proved of policies that meet the assumptions of its
+    reason, or None: others may earn more. learned: by training, or None where none was tried.
     """
 
     task: str

@@ -33,10 +33,11 @@ EXTRAS = {
     "pyarrow": "sweep",
     "distributed": "sweep",
     "filelock": "sweep",
+    "onnx": "onnx",
 }
 """Optional packages and the extra that brings them."""
 AddFlags = Callable[[argparse.ArgumentParser, Sequence[str]], None]
-WHO = "a policy file, a run's directory or a baseline, see below"
+WHO = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -215,7 +216,7 @@ def _add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
             for one in every
             if one.scenes
         },
-    }
+    } | _shipped()
     for machine in every:
         tables |= machine.tables()
     add_tables(parser, tables)
@@ -255,6 +256,28 @@ def _add_tasks(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
     parser.add_argument("names", nargs="*", metavar="NAME", help="one or more of those below")
     parser.add_argument("--json", action="store_true", help="print JSON, with every number")
     add_tables(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
+
+
+def _add_policies(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", help="one or more of those below")
+    parser.add_argument("--json", action="store_true", help="print JSON, with every number")
+    add_tables(parser, _shipped())
+
+
+def _add_export(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    parser.add_argument("who", metavar="POLICY", help="one of those below, a file or a run")
+    parser.add_argument(
+        "--out", metavar="FILE", required=True, help=".onnx, or .npz for NumPy alone"
+    )
+    parser.add_argument("--overwrite", action="store_true", help="replace the file")
+    add_tables(parser, _shipped())
+
+
+def _shipped() -> dict[str, Mapping[str, str]]:
+    """The package's policies and what each does, for the end of a command's help."""
+    from stickslip.agents.shipped.names import shipped_titles
+
+    return {"policies": shipped_titles()}
 
 
 def _add_optimise(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
@@ -341,6 +364,20 @@ def _tasks(given: argparse.Namespace) -> int:
     return OK
 
 
+def _policies(given: argparse.Namespace) -> int:
+    from stickslip.agents.shipped.command import policies_command
+
+    policies_command(given.names, given.json)
+    return OK
+
+
+def _export(given: argparse.Namespace) -> int:
+    from stickslip.agents.shipped.command import export_command
+
+    export_command(given.who, given.out, given.overwrite)
+    return OK
+
+
 def _optimise(given: argparse.Namespace) -> int:
     if given.machine == "biped":
         from stickslip.optimise.gait_command import optimise_gait_command
@@ -372,6 +409,8 @@ COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
     "view": (_add_view, _view, "an animation of a policy or baseline at work"),
     "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
     "tasks": (_add_tasks, _tasks, "named tasks that never change, and the best known on each"),
+    "policies": (_add_policies, _policies, "trained policies of the package, one for each task"),
+    "export": (_add_export, _export, "a policy as ONNX, or as a NumPy archive"),
     "optimise": (
         _add_optimise,
         _optimise,

@@ -41,7 +41,7 @@ def declared_packages() -> set[str]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     lines = [*project["dependencies"], *extras["train"], *extras["viz"], *extras["bench"]]
-    lines += [*extras["optim"], *extras["sweep"]]
+    lines += [*extras["optim"], *extras["sweep"], *extras["onnx"]]
     names = {re.split(r"[\[<>=!~; ]", line, maxsplit=1)[0] for line in lines}
     return {IMPORT_NAMES.get(name, name) for name in names} | IMPLIED | ELSE_WITHOUT
 

@@ -121,6 +121,7 @@ def test_wheel_has_every_layer_and_needs_no_more_than_it_says(linked: Path, tmp_
 import importlib.util, stickslip as s
 s.envs.BipedEnv, s.optim.PostureProblem, s.dynamics.Scene
 assert not any(map(importlib.util.find_spec, ("torch", "matplotlib", "hypothesis", "tests")))
+assert {s.agents.load_policy(name).squash for name in s.agents.shipped_names()} == {"clip"}
 print(s.__file__)
 """
     shown = run(linked / "python", "-I", "-W", "error", "-c", code, cwd=tmp_path)

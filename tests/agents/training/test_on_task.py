@@ -52,6 +52,41 @@ def test_the_ugv_trains_on_exactly_the_task_but_for_a_factor_on_its_rewards():
     assert_same(made.training.replace(reward_scale=params.reward_scale), params, 1e-6)
 
 
+def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
+    _, params = task_by_name("BipedPayload-v0").make("same_step")
+    given = {"start_rate": 4.0, "episode_time": 1.5, "tracking_weight": 2.0, "fall_penalty": 0.0}
+    config = TrainConfig.of(task="BipedPayload-v0", **given)
+    made = make_task(config)
+    assert_same(made.tested, params)
+    drawn, own = made.training.randomisation, params.randomisation
+    assert drawn.crank_rate == (0.0, 4.0)
+    assert (drawn.mass, drawn.payload) == (own.mass, own.payload)
+    changed = {"time_limit": 1.5, "tracking_weight": 2.0, "fall_penalty": 0.0}
+    expected = params.replace(randomisation=drawn, **changed)
+    assert_same(made.training, expected)
+    assert float(made.training.slip_weight) == float(params.slip_weight)
+
+    ground = UGVTrainConfig.of(task="UGVRough-v0", random_start=(60.0, 120.0), failure=3.0)
+    ugv, tested = make_ugv_task(ground), task_by_name("UGVRough-v0").make("same_step")[1]
+    assert_same(ugv.tested, tested)
+    np.testing.assert_allclose(ugv.training.randomisation.start_angles, np.radians([60, 120]))
+    scaled = ugv.training.failure_penalty * ugv.training.reward_scale
+    np.testing.assert_allclose(scaled, 3.0, rtol=1e-6)
+
+
+def test_what_training_episodes_are_is_written_and_read_again():
+    config = TrainConfig.of(task=NAME, tracking_weight=1.0, start_rate=5.0)
+    content = json.loads(config.to_json())
+    assert (content["tracking_weight"], content["start_rate"]) == (1.0, 5.0)
+    assert "episode_time" not in content
+    assert read_configuration(config.to_json()) == config != TrainConfig.of(task=NAME)
+    usual = TrainConfig.of()
+    assert (usual.tracking_weight, usual.start_rate) == (1.0, 5.0)
+    assert "tracking_weight" not in json.loads(usual.to_json())  # as runs were before it
+    assert TrainConfig.from_json(usual.to_json()) == usual
+    assert TrainConfig.of(tracking_weight=2.0).digest != usual.digest
+
+
 def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     pytest.importorskip("optax")
     config = TrainConfig.of(
@@ -104,7 +139,7 @@ def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
     for name, kind in KINDS.items():
         names = [one.name for one in every_field(kind)]
         about_it = set(names[names.index(first[name]) : names.index("num_envs")])
-        assert about_it - {"reward_scale"} == set(kind.FIXED)
+        assert about_it - {"reward_scale"} == {*kind.FIXED, *kind.USUALLY}
 
 
 @pytest.mark.parametrize(

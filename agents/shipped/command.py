@@ -1,0 +1,107 @@
+"""`stickslip policies` and `stickslip export`: what the package's policies are, and taking one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stickslip.agents.policy.file import existing_path, read_policy
+from stickslip.agents.shipped.record import every_record, record_of
+from stickslip.agents.view_files import require_suffix
+from stickslip.records.files import write_whole
+from stickslip.records.table import Column, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.agents.shipped.record import Record
+
+NOTE = """
+Scores: 0 is doing nothing, 1 the best known on the task's own episodes (`stickslip tasks`).
+stickslip view NAME shows one, stickslip evaluate NAME plays it, stickslip policies NAME tells more.
+"""
+
+
+def policies_command(names: Sequence[str], as_json: bool) -> None:
+    """Print all policies in a table, those named in words, or either as JSON."""
+    records = [record_of(name) for name in names] if names else every_record()
+    if as_json:
+        print(json.dumps({"policies": [_content(one) for one in records]}, indent=1))
+    elif names:
+        print("\n\n".join(map(_in_words, records)))
+    else:
+        print(_table(records).terminal() + NOTE.rstrip())
+
+
+def export_command(who: str, out: str, overwrite: bool) -> None:
+    """Write a policy as ONNX or as a NumPy archive, by the ending of `out`."""
+    path = Path(out)
+    require_suffix(path, (".onnx", ".npz"))
+    source = existing_path(who)
+    policy, metadata = read_policy(source)
+    if path.suffix.lower() == ".npz":
+        write_whole(path, source.read_bytes(), overwrite=overwrite)
+    else:
+        from stickslip.agents.policy.onnx import export_onnx
+
+        export_onnx(policy, path, metadata, overwrite=overwrite)
+    sizes = policy.layer_sizes
+    print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
+
+
+def _table(records: Sequence[Record]) -> Table:
+    columns = [
+        Column("policy", words=True),
+        Column("asked", words=True),
+        *map(Column, ("return", "score")),
+        Column("layers", words=True),
+        Column("size", "kB"),
+    ]
+    return Table(columns, [_row(one) for one in records])
+
+
+def _row(one: Record) -> list[str]:
+    score = "" if one.score is None else f"{one.score:.2f}"
+    unit = "" if one.task.unit == "-" else f" {one.task.unit}"
+    sizes = " x ".join(map(str, one.layer_sizes))
+    value = f"{one.earned['return']:.4g}{unit}"
+    return [one.name, one.task.title, value, score, sizes, f"{one.size / 1000:.1f}"]
+
+
+def _in_words(one: Record) -> str:
+    earned, trained = one.earned, one.trained
+    score = "" if one.score is None else f", score {one.score:.3f}"
+    spread = "" if earned["low"] is None else f" ({earned['low']:.4g} to {earned['high']:.4g})"
+    lines = [
+        f"{one.name}: {one.task.name}, {one.task.title}",
+        f"  file           {one.path}, {one.size:,} bytes",
+        f"  layers         {' x '.join(map(str, one.layer_sizes))}",
+        f"  definition     {one.task.digest}",
+        f"  earned         {earned['return']:.4g}{spread}{score}, over {earned['episodes']} "
+        f"episode{'' if earned['episodes'] == 1 else 's'}, {earned['failures']:.0%} failures",
+        f"  trained        {trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
+        f"  with           {_packages(trained['versions'])}",
+        f"  on             {_packages(trained['machine'])}",
+        f"Again: {one.command}",
+    ]
+    return "\n".join(lines)
+
+
+def _packages(found: object) -> str:
+    pairs = found.items() if isinstance(found, dict) else ()
+    return ", ".join(f"{name} {value}" for name, value in pairs)
+
+
+def _content(one: Record) -> Mapping[str, object]:
+    return {
+        "name": one.name,
+        "task": one.task.name,
+        "digest": one.task.digest,
+        "path": str(one.path),
+        "bytes": one.size,
+        "layer_sizes": list(one.layer_sizes),
+        "score": one.score,
+        "earned": one.earned,
+        "trained": one.trained,
+    }

@@ -1,0 +1,87 @@
+"""Which trained policies the package holds: names that follow from those of their tasks.
+
+That of BipedIce-v0 is the file biped-ice-v0.npz; "biped-ice" is the one of the latest version.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from stickslip.dynamics.plain_checks import nearest
+from stickslip.envs.tasks.ladder import TASKS
+
+FOLDER = Path(__file__).parent
+SUFFIX = ".npz"
+WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+"""Where a word of a task's name begins: Biped|Ice|Seen, UGV|Low|Grip."""
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,99}")
+"""What may be a name; anything else is a path."""
+VERSIONED = re.compile(r"(.+)-v(\d{1,6})")
+
+
+def policy_name(task: str) -> str:
+    """The full name of a task's policy: "biped-ice-v0" of "BipedIce-v0"."""
+    return WORDS.sub("-", task).lower()
+
+
+def shipped_names(folder: Path = FOLDER) -> tuple[str, ...]:
+    """Names of the policies without their versions, in the order of the ladder."""
+    order = [_stem(policy_name(task)) for task in TASKS]
+    found = {_stem(path.stem) for path in folder.glob(f"*{SUFFIX}")}
+    known = [name for name in dict.fromkeys(order) if name in found]
+    return (*known, *sorted(found - set(known)))
+
+
+def shipped_titles(folder: Path = FOLDER) -> dict[str, str]:
+    """What is asked of each, by its name."""
+    titles = {policy_name(task.name): task.title for task in TASKS.values()}
+    found = {}
+    for name in shipped_names(folder):
+        path = shipped_path(name, folder)
+        full = name if path is None else path.stem
+        found[name] = titles.get(full, "of a task that this version does not have")
+    return found
+
+
+def shipped_path(name: str, folder: Path = FOLDER) -> Path | None:
+    """The file of a name: with a version ("biped-ice-v0", or the task's own name) or without one,
+    where the latest is meant. None where none is called so."""
+    if not is_name(name):
+        return None
+    plain = policy_name(name)
+    found = {path.stem: path for path in folder.glob(f"*{SUFFIX}")}
+    if plain in found:
+        return found[plain]
+    versions = [one for one in found if _stem(one) == plain]
+    return found[max(versions, key=_version)] if versions else None
+
+
+def short_name(path: Path) -> str:
+    """The name of a policy's file, without a version where it is the latest."""
+    stem = _stem(path.stem)
+    return stem if shipped_path(stem, path.parent) == path else path.stem
+
+
+def is_name(name: str) -> bool:
+    """Whether a word could be a policy's name."""
+    return NAME.fullmatch(name) is not None
+
+
+def no_policy(name: str) -> str:
+    """The message for a word that is neither a policy of the package nor a file."""
+    names = shipped_names()
+    return (
+        f"{name!r} is neither a policy of the package nor a file; accepted: {', '.join(names)}, a "
+        f"policy file, or the directory of a run with one{nearest(policy_name(name), names)}"
+    )
+
+
+def _stem(name: str) -> str:
+    match = VERSIONED.fullmatch(name)
+    return name if match is None else match.group(1)
+
+
+def _version(name: str) -> int:
+    match = VERSIONED.fullmatch(name)
+    return -1 if match is None else int(match.group(2))

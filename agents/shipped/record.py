@@ -1,0 +1,83 @@
+"""What the file of a policy of the package tells of its making, and of what it earned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stickslip.agents.policy.file import read_policy
+from stickslip.agents.shipped.definition import named_task_of
+from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
+from stickslip.dynamics.plain_checks import shown
+from stickslip.envs.tasks.known import known_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stickslip.agents.foreign.reading import Json
+    from stickslip.envs.tasks.definition import TaskDefinition
+
+EARNED, TRAINED = "earned", "trained"
+"""Entries of the metadata."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A policy of the package. earned: over the task's own episodes, by return, low, high and
+    failures; low and high are None where there is one. trained: command, config, timesteps,
+    best_after, versions, machine."""
+
+    name: str
+    """As it was asked for."""
+    path: Path
+    task: TaskDefinition
+    layer_sizes: tuple[int, ...]
+    earned: dict[str, Json]
+    trained: dict[str, Json]
+
+    @property
+    def short_name(self) -> str:
+        """Without the version, where this is the latest."""
+        return short_name(self.path)
+
+    @property
+    def size(self) -> int:
+        """Of the file [bytes]."""
+        return self.path.stat().st_size
+
+    @property
+    def earned_return(self) -> float:
+        """Mean over the episodes."""
+        return float(str(self.earned["return"]))
+
+    @property
+    def score(self) -> float | None:
+        """By what is known of the task now; None where nothing is."""
+        known = known_of(self.task)
+        return None if known is None else known.scale.score(self.earned_return)
+
+    @property
+    def command(self) -> str:
+        """What trains it again."""
+        return str(self.trained["command"])
+
+
+def record_of(name: str) -> Record:
+    """The record of a policy of the package. ValueError for an unknown name or a damaged file."""
+    path = shipped_path(name)
+    if path is None:
+        raise ValueError(no_policy(name))
+    policy, metadata = read_policy(path)
+    task = named_task_of(metadata)
+    earned, trained = metadata.get(EARNED), metadata.get(TRAINED)
+    if task is None or not isinstance(earned, dict) or not isinstance(trained, dict):
+        raise ValueError(
+            f"{path}: it lacks its task or its record; accepted: as `python -m benchmarks.policies`"
+            f" writes it, not {shown(sorted(metadata))}"
+        )
+    return Record(name, path, task, policy.layer_sizes, earned, trained)
+
+
+def every_record() -> list[Record]:
+    """Of all policies of the package."""
+    return [record_of(name) for name in shipped_names()]

@@ -1,0 +1,31 @@
+"""The policies of the package as a table of a page."""
+
+from __future__ import annotations
+
+from benchmarks.report import markdown
+from stickslip.agents.shipped.record import every_record
+
+
+def table() -> str:
+    """A row a policy, and the command that trains each."""
+    records = every_record()
+    rows = [
+        {
+            "policy": f"`{one.name}`",
+            "task": f"`{one.task.name}`",
+            "score": "" if one.score is None else f"{one.score:.2f}",
+            "return": _earned(one.earned, one.task.unit),
+            "failures": f"{one.earned['failures']:.0%}",
+            "layers": " x ".join(map(str, one.layer_sizes)),
+            "kB": f"{one.size / 1000:.1f}",
+        }
+        for one in records
+    ]
+    commands = "\n".join(f"    {one.command}" for one in records)
+    return f"{markdown(rows)}\n\n{commands}"
+
+
+def _earned(earned: dict, unit: str) -> str:
+    """The mean return with half of its interval."""
+    half = "" if earned["high"] is None else f" ± {earned['high'] - earned['return']:.2g}"
+    return f"{earned['return']:.4g}{half}" + ("" if unit == "-" else f" {unit}")

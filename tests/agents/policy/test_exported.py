@@ -1,0 +1,109 @@
+"""Policies without JAX: in NumPy and in onnxruntime they act as they do in JAX."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents import shipped_names
+from stickslip.agents.policy import (
+    MLPPolicy,
+    PlainPolicy,
+    export_onnx,
+    load_policy,
+    read_metadata,
+)
+from stickslip.cli import OK, WRONG_INPUT, main
+
+ACCURACY = 1e-6
+"""Between actions in [-1, 1]."""
+
+
+def made(seed: int, activation: str, squash: str, clip: float | None, layers: int) -> MLPPolicy:
+    draw = np.random.default_rng(seed)
+    widths = [6, *[16] * (layers - 1), 1]
+    weights = tuple(
+        np.float32(draw.normal(size=(a, b)) / a**0.5) for a, b in itertools.pairwise(widths)
+    )
+    biases = tuple(np.float32(draw.normal(size=b)) for b in widths[1:])
+    shift, scale = np.float32(draw.normal(size=6)), np.float32(draw.uniform(0.1, 3, 6))
+    return MLPPolicy(weights, biases, shift, scale, activation, squash, clip)
+
+
+def observations(policy: MLPPolicy, count: int = 64) -> np.ndarray:
+    """About those that the policy was trained on, and some far from them."""
+    draw = np.random.default_rng(1).normal(size=(count, policy.layer_sizes[0]))
+    draw[::8] *= 20
+    return np.float32(np.asarray(policy.shift) + draw * np.asarray(policy.scale))
+
+
+def run(path: Path, obs: np.ndarray) -> np.ndarray:
+    onnxruntime = pytest.importorskip("onnxruntime")
+    session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    (action,) = session.run(["action"], {"observation": obs})
+    return action
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+@pytest.mark.parametrize(
+    ("squash", "clip", "layers"), [("clip", 5.0, 3), ("tanh", None, 2), ("clip", None, 1)]
+)
+def test_every_kind_of_policy_acts_alike(tmp_path, activation, squash, clip, layers):
+    policy = made(layers, activation, squash, clip, layers)
+    obs = observations(policy)
+    expected = np.asarray(policy(obs))
+    assert np.ptp(expected) > 0.5
+    np.testing.assert_allclose(PlainPolicy.of(policy)(obs), expected, atol=ACCURACY)
+    found = run(export_onnx(policy, tmp_path / "policy.onnx"), obs)
+    np.testing.assert_allclose(found, expected, atol=ACCURACY)
+    np.testing.assert_allclose(PlainPolicy.of(policy)(obs[3]), expected[3], atol=ACCURACY)
+
+
+def test_policies_of_the_package_act_alike(tmp_path):
+    for name in shipped_names():
+        policy = load_policy(name)
+        obs = observations(policy)
+        expected = np.asarray(policy(obs))
+        np.testing.assert_allclose(PlainPolicy.of(policy)(obs), expected, atol=ACCURACY)
+        found = run(export_onnx(policy, tmp_path / f"{name}.onnx"), obs)
+        np.testing.assert_allclose(found, expected, atol=ACCURACY)
+
+
+def test_the_command_writes_what_carries_the_task(tmp_path, capsys):
+    onnx = pytest.importorskip("onnx")
+    path, plain = tmp_path / "ice.onnx", tmp_path / "ice.npz"
+    assert main(["export", "biped-ice", "--out", str(path)]) == OK
+    assert "6 numbers in, 1 out" in capsys.readouterr().out
+    about = {one.key: json.loads(one.value) for one in onnx.load(path).metadata_props}
+    assert about["named_task"] == read_metadata("biped-ice")["named_task"]
+    assert main(["export", "biped-ice", "--out", str(plain)]) == OK
+    assert read_metadata(plain) == read_metadata("biped-ice")
+    for arguments, said in (
+        (["biped-ice", "--out", str(path)], "exists"),
+        (["biped-ice", "--out", str(tmp_path / "ice.pt")], "accepted: .onnx, .npz"),
+        (["biped-icce", "--out", str(path)], "did you mean biped-ice"),
+    ):
+        assert main(["export", *arguments]) == WRONG_INPUT
+        assert said in capsys.readouterr().err
+    assert main(["export", "biped-ice", "--out", str(path), "--overwrite"]) == OK
+
+
+def test_plain_numpy_as_the_page_shows_it():
+    """What docs/policies.md prints, on the file alone."""
+    page = (Path(__file__).parents[3] / "docs" / "policies.md").read_text(encoding="utf-8")
+    code = page.partition("<!-- numpy -->\n\n")[2].partition("\n\n<!-- end of numpy -->")[0]
+    lines = [line.removeprefix("    ") for line in code.splitlines()]
+    spaces: dict = {}
+    exec("\n".join(lines), spaces)
+    policy = load_policy("biped-ice")
+    for obs in observations(policy, 8):
+        np.testing.assert_allclose(spaces["act"](obs), policy(obs), atol=ACCURACY)
+
+
+def test_other_observations_are_refused():
+    with pytest.raises(ValueError, match=r"shape \(3,\); accepted by this policy: 6 entries"):
+        PlainPolicy.of(load_policy("biped-ice"))(np.zeros(3))

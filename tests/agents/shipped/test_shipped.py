@@ -1,0 +1,139 @@
+"""The policies of the package: one for each task, of the present definition, with its record."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
+from stickslip.agents.evaluate import evaluate_task
+from stickslip.agents.registry import machine_among, read_configuration
+from stickslip.agents.shipped.names import policy_name, shipped_path
+from stickslip.agents.shipped.record import every_record, record_of
+from stickslip.agents.training.configuration import from_flags
+from stickslip.cli import OK, WRONG_INPUT, main, make_parser
+from stickslip.envs import TASKS, known_of
+
+WITHOUT: set[str] = set()
+"""Tasks that have no policy here yet; `python -m benchmarks.policies` trains what lacks one."""
+LARGEST = 40_000
+"""Bytes of a file."""
+NEAR = 0.05
+"""Of a score: single precision differs from machine to machine."""
+
+
+def test_every_task_but_those_named_here_has_a_policy():
+    lacking = {name for name in TASKS if shipped_path(policy_name(name)) is None}
+    assert lacking == WITHOUT
+    assert len(shipped_names()) == len(TASKS) - len(WITHOUT)
+
+
+def test_each_is_small_knows_its_task_and_is_of_its_present_definition():
+    for one in every_record():
+        assert policy_name(one.task.name).startswith(one.name)
+        assert one.size < LARGEST
+        assert load_policy(one.name).layer_sizes == load_policy(one.path).layer_sizes
+        known = known_of(one.task)
+        assert known is not None
+        assert one.earned["episodes"] == known.episodes
+        assert 0 < one.trained["best_after"] <= one.trained["timesteps"]
+
+
+def test_the_command_asks_for_the_configuration_that_the_policy_was_trained_with():
+    for one in every_record():
+        words = shlex.split(one.command)[1:]
+        given = vars(make_parser(words).parse_args(words))
+        config = from_flags(given, machine_among(words).configuration)
+        assert config.task == one.task.name
+        assert config == read_configuration(json.dumps(one.trained["config"]))
+
+
+def test_evaluating_one_by_name_alone_scores_it_on_its_task_beside_what_is_known(capsys):
+    """The sprint is one episode, the cheapest to play."""
+    assert main(["evaluate", "biped-sprint"]) == OK
+    said = capsys.readouterr().out
+    record = record_of("biped-sprint")
+    (row,) = (line.split() for line in said.splitlines() if " biped-sprint " in line)
+    assert row[0] == "BipedSprint-v0"
+    assert float(row[4].replace("−", "-")) == pytest.approx(record.score, abs=NEAR)
+    known = known_of(record.task)
+    assert f"optimal-gait {known.scale.score(known.by_hand.value):.3f}" in " ".join(said.split())
+
+
+def test_what_is_best_known_by_a_policy_of_the_package_is_what_its_file_says():
+    best = {name: known_of(task).best for name, task in TASKS.items()}
+    shipped = {name: one for name, one in best.items() if one.policy in shipped_names()}
+    assert "BipedPayload-v0" in shipped
+    for name, one in shipped.items():
+        record = record_of(one.policy)
+        assert record.task.name == name
+        assert one.value == record.earned["return"]
+        assert one.failures == record.earned["failures"]
+        assert record.command in known_of(TASKS[name]).how
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", shipped_names())
+def test_each_earns_what_its_file_says(name: str):
+    record = record_of(name)
+    table = evaluate_task(record.task.name, {name: load_policy(name)})
+    score = table.row(record.task.name, name).metrics["task_score"].value
+    assert score == pytest.approx(record.score, abs=NEAR)
+
+
+def changed(tmp_path: Path, **entries: object) -> str:
+    """The path of a policy of the package with other entries in its metadata."""
+    own = ("format", "version", "layer_sizes", "activation", "squash", "observation_clip")
+    known = {k: v for k, v in read_metadata("biped-ice").items() if k not in (*own, "versions")}
+    path = save_policy(load_policy("biped-ice"), tmp_path / "mine.npz", known | entries)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (
+            {"name": "BipedIce-v0", "digest": "0123456789abcdef"},
+            ("'BipedIce-v0', saved by stickslip 0.", "'0123456789ab'", "stickslip train --task"),
+        ),
+        ({"name": "BipedIcy-v0", "digest": "0"}, ("has no such task (did you mean",)),
+        ({"name": "BipedIce-v0"}, ("no name with a digest",)),
+        (["BipedIce-v0"], ("no name with a digest",)),
+    ],
+)
+def test_a_policy_of_another_definition_is_refused_everywhere(tmp_path, capsys, entry, said):
+    path = changed(tmp_path, named_task=entry)
+    with pytest.raises(ValueError, match=r"mine\.npz: ") as caught:
+        load_policy(path)
+    for part in said:
+        assert part in str(caught.value)
+    for command in ("evaluate", "view"):
+        assert main([command, path]) == WRONG_INPUT
+        assert said[0] in capsys.readouterr().err
+
+
+def test_names_that_are_none_bring_the_nearest(capsys):
+    with pytest.raises(ValueError, match=r"'biped-icce' is neither .* \(did you mean biped-ice"):
+        load_policy("biped-icce")
+    for command in (["evaluate"], ["view"], ["policies"]):
+        assert main([*command, "biped-icce"]) == WRONG_INPUT
+        assert "did you mean biped-ice" in capsys.readouterr().err
+
+
+def test_list_words_and_json_tell_of_every_policy(capsys):
+    assert main(["policies"]) == OK
+    lines = capsys.readouterr().out.splitlines()
+    for one in every_record():
+        (line,) = (line for line in lines if line.startswith(f"{one.name} "))
+        assert one.task.title in line
+        assert f"{one.score:.2f}" in line
+    assert main(["policies", "biped-ice"]) == OK
+    said = capsys.readouterr().out
+    for part in (record_of("biped-ice").command, "definition", "jaxlib", "kept after"):
+        assert part in said
+    assert main(["policies", "--json", "ugv-bump"]) == OK
+    (one,) = json.loads(capsys.readouterr().out)["policies"]
+    assert (one["task"], one["digest"]) == ("UGVBump-v0", TASKS["UGVBump-v0"].digest)

@@ -1,0 +1,113 @@
+"""The policies of the package come out again by their command."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.policies import making
+from benchmarks.policies.recipes import RECIPES, configuration, recipe_of
+from benchmarks.policies.tables import table
+from benchmarks.report import provenance
+from benchmarks.tasks.measure import beside_package
+from stickslip.agents.evaluate import evaluate_task
+from stickslip.agents.policy.file import load_policy, read_metadata
+from stickslip.agents.registry import read_configuration
+from stickslip.agents.shipped.names import shipped_names
+from stickslip.agents.shipped.record import record_of
+from stickslip.agents.training.directory import versions
+from stickslip.cli import OK, main
+from stickslip.envs import TASKS, known_of
+
+NAME = "BipedSprint-v0"
+TINY = {
+    "timesteps": 256,
+    "num_envs": 4,
+    "hidden": 8,
+    "rollout_steps": 32,
+    "batch_size": 64,
+    "epochs": 1,
+    "evaluation_episodes": 1,
+}
+
+
+def in_this_process(words: list[str]) -> None:
+    assert main(words) == OK
+
+
+def test_a_recipe_is_trained_measured_and_written_and_comes_out_again(tmp_path, monkeypatch):
+    pytest.importorskip("optax")
+    monkeypatch.setattr(making, "run_command", in_this_process)
+    monkeypatch.setitem(RECIPES, NAME, recipe_of(TASKS[NAME])._replace(settings=TINY, seeds=(0, 1)))
+    said: list[str] = []
+    run = making.best_of(TASKS[NAME], tmp_path / "runs", said.append)
+    path = making.put_into_package(TASKS[NAME], run, tmp_path)
+    assert path.name == "biped-sprint-v0.npz"
+    about = read_metadata(path)
+    seed = about["trained"]["config"]["seed"]
+    tried = [float(line.split()[1].rstrip(",")) for line in said if ": " in line]
+    assert len(tried) == 2
+    assert run.earned == pytest.approx(max(tried), rel=1e-5)
+    config = read_configuration(json.dumps(about["trained"]["config"]))
+    assert config == configuration(TASKS[NAME], seed)
+    words = shlex.split(about["trained"]["command"])[1:]
+    assert main([*words, "--out", str(tmp_path / "again"), "--no-pictures"]) == OK
+    again = load_policy(tmp_path / "again" / "policy.npz")
+    assert making.same_policy(load_policy(path), again)
+    other = making.trained(configuration(TASKS[NAME], 1 - seed), tmp_path / "runs", said.append)
+    assert not making.same_policy(load_policy(path), load_policy(other.path / "policy.npz"))
+    assert about["earned"]["episodes"] == 1
+    assert about["earned"]["return"] < known_of(TASKS[NAME]).best.value
+
+
+def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
+    record = record_of("biped-payload")
+    earned = record.earned["return"]
+    row = {"policy": "optimal-gait", "low": None, "high": None, "failures": 0.0}
+    for before in (earned - 1.0, earned, earned + 1.0):
+        best = row | {"return": before}
+        found = {"baselines": [best], "planners": [], "best": best, "how": "by hand"}
+        now = beside_package(record.task, found)
+        beaten = before < earned
+        assert now["best"]["policy"] == ("biped-payload" if beaten else "optimal-gait")
+        assert now["best"]["return"] == max(before, earned)
+        assert (record.command in now["how"]) == beaten
+        assert now["planners"] == []
+    best = row | {"policy": "optimal-gait, improved", "return": earned - 1.0}
+    found = {"baselines": [], "planners": [], "best": best, "how": "a planner"}
+    now = beside_package(record.task, found)
+    assert now["planners"] == [best]
+    assert beside_package(record.task, now) == now
+    lost = now | {"planners": [best | {"return": earned + 1.0}]}
+    with pytest.raises(ValueError, match="is the best known of BipedPayload-v0 no more"):
+        beside_package(record.task, lost)
+    assert beside_package(replace(record.task, stem="BipedNew"), found) == found
+
+
+def test_the_page_has_a_row_and_a_command_for_every_policy():
+    text = table()
+    for name in shipped_names():
+        record = record_of(name)
+        assert f"`{name}`" in text
+        assert f"\n    {record.command}" in text
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["biped-steady", "ugv-random-bumps"])
+def test_the_recorded_command_trains_the_policy_again(name: str, tmp_path):
+    """To the last bit where it was trained; elsewhere one as good."""
+    record = record_of(name)
+    config = read_configuration(json.dumps(record.trained["config"]))
+    run = making.trained(config, tmp_path, print)
+    policy = load_policy(run.path / "policy.npz")
+    here, machine = versions(), provenance()["machine"]
+    if all(here[one] == found for one, found in record.trained["versions"].items()) and all(
+        machine[one] == found for one, found in record.trained["machine"].items()
+    ):
+        assert making.same_policy(policy, load_policy(name))
+    task = record.task.name
+    score = evaluate_task(task, {"it": policy}).row(task, "it").metrics["task_score"].value
+    assert score == pytest.approx(record.score, abs=0.1)
