@@ -16,8 +16,7 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from jaxtyping import Array
 
-    from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.timed import Timed
 
 with warnings.catch_warnings():  # brax loads jaxopt, which says that nobody maintains it
     warnings.simplefilter("ignore", DeprecationWarning)
@@ -58,7 +57,7 @@ class BraxEnv(base.Env):
     def __init__(
         self,
         env: FunctionalEnv,
-        params: BipedEnvParams | UGVEnvParams,
+        params: Timed,
         metrics: tuple[str, ...] = (),
     ):
         require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")

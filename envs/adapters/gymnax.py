@@ -1,4 +1,4 @@
-"""A functional environment in gymnax's conventions; gymnax itself is needed for its spaces alone."""
+"""A functional environment in gymnax's conventions; only its spaces need gymnax itself."""
 
 from __future__ import annotations
 
