@@ -36,7 +36,7 @@ def brax_ppo(race: Race) -> None:
     from brax.training.agents.ppo import networks, train
 
     if not hasattr(jax, "device_put_replicated"):
-        jax.device_put_replicated = replicated  # type: ignore[attr-defined]
+        jax.device_put_replicated = replicated
     config, ppo = race.config, race.config.ppo
     env = BraxEnv(race.env, race.params)
     widths = (config.hidden,) * config.layers
@@ -51,13 +51,14 @@ def brax_ppo(race: Race) -> None:
         if steps and race.tell(steps, policy_of(params, env.action_size)):
             raise Over
 
+    fresh: Any = fresh_episodes  # brax says that it takes one argument, and gives four
     race.start()
     try:
         train.train(
             env,
             num_timesteps=config.timesteps,
             episode_length=env.episode_length,
-            wrap_env_fn=fresh_episodes,
+            wrap_env_fn=fresh,
             num_envs=config.num_envs,
             unroll_length=ppo.rollout_steps,
             batch_size=config.batch_size // ppo.rollout_steps,

@@ -214,8 +214,8 @@ def policy_of(runner: Runner) -> MLPPolicy:
     """What was learnt, without exploration."""
     weights, biases = zip(*runner.networks["actor"], strict=True)
     scale = jnp.sqrt(runner.seen.variance + 1e-8)
-    clip = {"observation_clip": FARTHEST}
-    return MLPPolicy(weights, biases, runner.seen.mean, scale, **clip).validate()
+    seen = runner.seen.mean, scale
+    return MLPPolicy(weights, biases, *seen, observation_clip=FARTHEST).validate()
 
 
 def pure(race: Race) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -33,7 +33,7 @@ class BraxState(Protocol):
     reward: Array
     done: Array
     metrics: dict[str, Array]
-    info: dict[str, Array]
+    info: dict[str, Any]
 
     def replace(self: Self, **changes: object) -> Self:
         """With other entries."""
