@@ -8,6 +8,7 @@ the noise, of which it has one for each observation.
 from __future__ import annotations
 
 import functools
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,6 +20,7 @@ from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
 if TYPE_CHECKING:
     from benchmarks.learners.race import Race
 
+PPO = "brax.training.agents.ppo"
 EVALUATIONS = 48
 
 
@@ -33,8 +35,7 @@ def replicated(tree: Any, devices: Any) -> Any:
 
 def brax_ppo(race: Race) -> None:
     """With the sizes and rates of ours as far as it has them."""
-    from brax.training.agents.ppo import networks, train
-
+    networks, train = (import_module(f"{PPO}.{name}") for name in ("networks", "train"))
     if not hasattr(jax, "device_put_replicated"):
         jax.device_put_replicated = replicated
     config, ppo = race.config, race.config.ppo
@@ -51,14 +52,13 @@ def brax_ppo(race: Race) -> None:
         if steps and race.tell(steps, policy_of(params, env.action_size)):
             raise Over
 
-    fresh: Any = fresh_episodes  # brax says that it takes one argument, and gives four
     race.start()
     try:
         train.train(
             env,
             num_timesteps=config.timesteps,
             episode_length=env.episode_length,
-            wrap_env_fn=fresh,
+            wrap_env_fn=fresh_episodes,
             num_envs=config.num_envs,
             unroll_length=ppo.rollout_steps,
             batch_size=config.batch_size // ppo.rollout_steps,

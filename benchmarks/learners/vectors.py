@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
@@ -41,18 +42,18 @@ def sb3_sac(race: Race) -> None:
 
 def sbx_sac(race: Race) -> None:
     """The same in JAX."""
-    import sbx
-
-    _sac(sbx.SAC, race, lambda model: flax_policy(model.policy.actor_state.params, "relu", "tanh"))
+    _sac(
+        import_module("sbx").SAC,
+        race,
+        lambda model: flax_policy(model.policy.actor_state.params, "relu", "tanh"),
+    )
 
 
 def sbx_ppo(race: Race) -> None:
     """PPO with the sizes and rates of ours; its noise is learnt, observations are as they are."""
-    import sbx
-
     config, ppo = race.config, race.config.ppo
     race.start()
-    model = sbx.PPO(
+    model = import_module("sbx").PPO(
         "MlpPolicy",
         SB3VecEnv(race.env, race.params, config.num_envs, race.seed),
         learning_rate=falling(config.learning_rate, config.final_learning_rate),

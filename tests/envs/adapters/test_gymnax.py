@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -60,6 +62,16 @@ def test_bad_values_are_refused_by_name():
         GymnaxEnv(Toy("disabled"), PARAMS)
     with pytest.raises(ValueError, match="env = None"):
         GymnaxEnv(None, PARAMS)
+
+
+def test_without_gymnax_its_spaces_say_what_to_install(monkeypatch):
+    env = toy()
+    for name in [name for name in sys.modules if name.partition(".")[0] == "gymnax"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "gymnax", None)
+    assert env.step(KEY, env.reset(KEY)[1], jnp.zeros(2))[2].shape == ()
+    with pytest.raises(ModuleNotFoundError, match=r"stickslip\[gymnax\]"):
+        env.action_space()
 
 
 def mean_reward(env: GymnaxEnv, act) -> float:
