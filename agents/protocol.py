@@ -13,12 +13,13 @@ from typing import (
     runtime_checkable,
 )
 
+from stickslip.envs.timed import Timed
+
 if TYPE_CHECKING:
     from dataclasses import Field
 
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.numeric import Number
     from stickslip.envs.functional import FunctionalEnv
 
     AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
@@ -32,20 +33,6 @@ Env_contra = TypeVar("Env_contra", contravariant=True)
 State_co = TypeVar("State_co", covariant=True)
 State_contra = TypeVar("State_contra", contravariant=True)
 Params_contra = TypeVar("Params_contra", bound="Timed", contravariant=True)
-
-
-class Timed(Protocol):
-    """What the parameters of every environment hold."""
-
-    @property
-    def control_period(self) -> Number:
-        """Of a step [s]."""
-        ...
-
-    @property
-    def time_limit(self) -> Number:
-        """Of an episode [s]."""
-        ...
 
 
 class TimedFields(Timed, Protocol):

@@ -78,8 +78,9 @@ def machine_of_config(config: Configuration) -> AnyMachine:
 
 
 def machine_of_env(env: AnyEnv) -> AnyMachine:
-    """The machine of an environment. ValueError for an environment of none."""
-    found = machine_of_environment(type(env).__name__)
+    """The machine of an environment, or of what its class inherits from. ValueError for none."""
+    kinds = (machine_of_environment(kind.__name__) for kind in type(env).__mro__)
+    found = next((one for one in kinds if one is not None), None)
     if found is None:
         known = ", ".join(one.environment for one in machines())
         raise ValueError(f"env is a {type(env).__name__}; accepted: {known}")

@@ -55,7 +55,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     params_kind: type = object
     """The class of the parameters."""
 
-    def __new__(cls, *args: Any, **options: Any) -> FunctionalEnv:
+    def __new__(cls, *args: object, **options: object) -> FunctionalEnv:
         """Refuse unknown names with those that are known, before the constructor counts them."""
         del args
         if is_dataclass(cls):
@@ -154,7 +154,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         self.check_params(params)
         return _jit_step(self, key, state, self.check_action(action), params)
 
-    def check_params(self, params: Any) -> None:
+    def check_params(self, params: object) -> None:
         """Raise ValueError for parameters of another environment."""
         accepted = f"a {self.params_kind.__name__}, as make_params gives it"
         require_kind("params", params, self.params_kind, accepted)

@@ -55,5 +55,7 @@ def test_a_class_that_is_named_is_there(document: str, name: str):
     )
 
 
-def test_examples_are_in_the_readme_where_they_are_run():
-    assert {name for name, text in TEXTS.items() if "```python" in text} == {"README.md"}
+def test_examples_are_where_they_are_run():
+    """By tests/test_readme.py and tests/test_recipes.py."""
+    shown = {name for name, text in TEXTS.items() if "```python" in text}
+    assert shown == {"README.md", "docs/training.md"}

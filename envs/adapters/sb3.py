@@ -151,7 +151,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self.render_mode = value
 
     def env_method(
-        self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
+        self, method_name: str, *method_args: object, indices: Any = None, **method_kwargs: object
     ) -> list[Any]:
         """Call a method of the functional environment, once, and return what it gives for each
         environment asked for. AttributeError for an unknown one."""
@@ -188,7 +188,7 @@ class SB3VecEnv(Compiled, VecEnv):
         return list(self._get_indices(indices))
 
 
-def _require_mode(given: Any) -> None:
+def _require_mode(given: object) -> None:
     if given is not None:
         require_choice("render_mode", given, ("rgb_array",), also="None")
 

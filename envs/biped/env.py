@@ -89,7 +89,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     The walking speed is the centre of mass's over the control period. A walk that keeps it constant
     needs no friction, so a perfect score is possible on any floor.
     The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
-    what they are made of in physical units beside them.
+    what they are made of in physical units beside them. Another reward: override `reward_of`.
 
     ## Start
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
@@ -249,7 +249,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period)
         status, terms = marked(status, terms)
         terminated = status > Status.SLIP_ONSET
-        reward = sum(terms.values(), start=jnp.zeros((), dtype))
+        info = terms | {"status": status, "torque": torque, **outcome.info(period)}
+        info |= ground_force(contact, status)
+        reward = self.reward_of(state, action, info, params)
         totals = state.totals.after(reward, outcome)
         after = BipedEnvState(
             biped=biped,
@@ -259,8 +261,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             drawn=commanded_at(state.drawn, duration),
             totals=totals,
         )
-        info = terms | {"status": status, "torque": torque, **outcome.info(period)}
-        info |= ground_force(contact, status) | totals.info(elapsed, duration)
+        info |= totals.info(elapsed, duration)
         return (
             self._observe(after, params),
             after,
@@ -269,6 +270,21 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             timed_out & ~terminated,
             info,
         )
+
+    def reward_of(
+        self,
+        state: BipedEnvState,
+        action: Float[Array, " act"],
+        info: dict[str, Array],
+        params: BipedEnvParams,
+    ) -> Float[Array, ""]:
+        """The reward of a control step: the sum of the class's four terms, which info holds.
+
+        For a reward of one's own override it in a subclass. state: before the step. info: the
+        step's entries; those of the episode follow from what is returned here.
+        """
+        terms = [info[f"reward_{name}"] for name in ("tracking", "slip", "energy", "fall")]
+        return sum(terms, start=jnp.zeros((), terms[0].dtype))
 
     def is_over(self, state):
         """See FunctionalEnv."""

@@ -1,4 +1,4 @@
-"""Import the packages of the `viz` extra only when something is drawn."""
+"""Import the packages of an extra only when they are needed: of `viz`, when something is drawn."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ from importlib import import_module
 from typing import Any
 
 
-def require(module: str) -> Any:
-    """The module by its dotted name, or an ImportError that says what to install."""
+def require(module: str, what: str = "rendering", extra: str = "viz") -> Any:
+    """The module by its dotted name, or an ImportError that says what to install.
+
+    what: that needs it. extra: that brings it.
+    """
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
@@ -15,6 +18,7 @@ def require(module: str) -> Any:
         if error.name is None or error.name.partition(".")[0] != package:
             raise
         raise ModuleNotFoundError(
-            f'rendering needs {package}, which is not installed; run: pip install "stickslip[viz]"',
+            f"{what} needs {package}, which is not installed; "
+            f'run: pip install "stickslip[{extra}]"',
             name=error.name,
         ) from error

@@ -28,6 +28,11 @@ class ToyParams(NamedTuple):
     control_period: float = 0.1
     limit: int = 7
 
+    @property
+    def time_limit(self) -> float:
+        """[s]"""
+        return self.limit * self.control_period
+
 
 class ToyRenderer:
     """Draws the number of steps as a shade, and counts its resets."""
