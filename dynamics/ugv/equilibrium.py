@@ -113,8 +113,23 @@ def _held(
     friction: Real[Array, "..."],
 ) -> Equilibrium:
     placed = stand(params, track, x_front, leg_angles, solver)
-    forces = balance(params, placed, track.friction_under(placed, friction), system)
+    forces = balance(params, placed, friction_under(track, placed, friction), system)
     return forces._replace(pose=forces.pose.in_world())
+
+
+def friction_under(
+    track: Track, placed: Pose, friction: Real[Number, "..."]
+) -> Real[Number, "..."] | tuple[Array, Array]:
+    """mu under the rear and under the front wheel of a pose, best one of `stand` [-].
+
+    friction: mu where the factor of the track's surface is 1. It is returned as it is where the
+    ground has no surface of its own.
+    """
+    if track.surface is None:
+        return friction
+    wheels = (placed.origin[..., 0] + wheel.x for wheel in (placed.rear, placed.front))
+    rear, front = (friction * track.surface.at(x) for x in wheels)
+    return rear, front
 
 
 def balance(
@@ -125,7 +140,7 @@ def balance(
 ) -> Equilibrium:
     """`equilibrium` of a pose, without checks, for use inside a trace.
 
-    friction: mu, of both wheels or of the rear and the front one (see Track.friction_under).
+    friction: mu, of both wheels or of the rear and the front one (see friction_under).
     """
     mu_rear, mu_front = friction if isinstance(friction, tuple) else (friction, friction)
     if system == "closed":

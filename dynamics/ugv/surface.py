@@ -27,8 +27,8 @@ class Surface:
     one to the other. A factor is that of the point where a wheel touches.
     """
 
-    knots: Numbers
-    factors: Numbers
+    knots: Real[Array | np.ndarray, "n"]
+    factors: Real[Array | np.ndarray, "n"]
 
     __repr__ = short_repr
 
@@ -60,7 +60,7 @@ class Surface:
                 f"knots of shape {shape}, factors of shape {np.shape(self.factors)}; accepted: [n] "
                 "of each, n >= 2"
             )
-        if is_concrete(self.knots) and np.any(np.diff(np.asarray(self.knots)) <= 0):
+        if is_concrete(self.knots) and np.any(np.diff(np.asarray(self.knots, float)) <= 0):
             raise ValueError(f"knots = {shown(self.knots)}; accepted: {accepted}")
         return self
 

@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.ugv.pose import Pose
     from stickslip.dynamics.ugv.shapes import Profile
 
 
@@ -99,18 +98,6 @@ class Track:
     def slope(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f'(x) [-], the tangent of the ground's angle."""
         return self.profile(x)[1]
-
-    def friction_under(self, pose: Pose, friction: Numeric) -> Numeric | tuple[Array, Array]:
-        """mu under the rear and under the front wheel of a pose, best one of `stand` [-].
-
-        friction: mu where the surface's factor is 1. It is returned as it is where the ground has
-        no surface of its own.
-        """
-        if self.surface is None:
-            return friction
-        wheels = (pose.origin[..., 0] + wheel.x for wheel in (pose.rear, pose.front))
-        rear, front = (friction * self.surface.at(x) for x in wheels)
-        return rear, front
 
     def seen_from(self, x: Real[Number, "..."]) -> Near:
         """The ground with distances and heights counted from its points at x [...] [m]."""

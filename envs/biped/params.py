@@ -39,8 +39,10 @@ from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
+    from jaxtyping import Real
 
     from stickslip.dynamics.biped.fidelity import Inertia
+    from stickslip.dynamics.numeric import Number
 
 
 @jax.tree_util.register_dataclass
@@ -115,8 +117,8 @@ class BipedEnvParams:
     slip_weight: Numeric
     energy_weight: Numeric
     fall_penalty: Numeric
-    mark: Numeric | None
-    mark_width: Numeric | None
+    mark: Real[Number, "..."] | None
+    mark_width: Real[Number, "..."] | None
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     __repr__ = short_repr
@@ -130,7 +132,7 @@ class BipedEnvParams:
         return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
 
     @property
-    def given_mark(self) -> dict[str, Numeric]:
+    def given_mark(self) -> dict[str, Real[Number, "..."]]:
         """The entries of the mark, where there is one."""
         return {name: one for name in MARK if (one := getattr(self, name)) is not None}
 
@@ -223,7 +225,7 @@ NUMBERS: dict[str, dict[str, Any]] = {
     **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
 }
 """The rule of every number."""
-MARK: dict[str, dict[str, Any]] = {
+MARK = {
     name: {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
     for name in ("mark", "mark_width")
 }
@@ -279,8 +281,8 @@ def make_params(
     slip_weight: Numeric = 5.0,
     energy_weight: Numeric = 0.5,
     fall_penalty: Numeric = 5.0,
-    mark: Numeric | None = None,
-    mark_width: Numeric | None = None,
+    mark: Real[Number, "..."] | None = None,
+    mark_width: Real[Number, "..."] | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
     biped = BipedParams.from_bars() if biped is None else biped

@@ -34,8 +34,9 @@ from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.criteria import Criterion
 
 
@@ -72,7 +73,7 @@ class UGVEnvParams:
     min_clearance: Numeric
     preview_length: Numeric
     preview_noise: Numeric | None
-    max_torque: Numeric | None
+    max_torque: Real[Number, "..."] | None
     reward_scale: Numeric
     speed: Numeric
     given_penalty: Numeric | None
@@ -242,7 +243,7 @@ def make_params(
     min_clearance: Numeric = 0.02,
     preview_length: Numeric = 2.0,
     preview_noise: Numeric | None = None,
-    max_torque: Numeric | None = None,
+    max_torque: Real[Number, "..."] | None = None,
     failure_penalty: Numeric | None = None,
     reward_scale: Numeric = 1.0,
     speed: Numeric = 1.0,

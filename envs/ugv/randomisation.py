@@ -30,7 +30,9 @@ from stickslip.envs.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array
+    from jaxtyping import Array, Real
+
+    from stickslip.dynamics.numeric import Number
 
 
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
@@ -132,7 +134,7 @@ class RandomTrack:
         odometer = Odometer.along(track, start, end, self.cells)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
 
-    def _surface(self, key: Array, start: Numeric, dtype: DTypeLike) -> Surface | None:
+    def _surface(self, key: Array, start: Real[Number, ""], dtype: DTypeLike) -> Surface | None:
         """Of its own key, so that the ground is the same with and without."""
         if self.grip is None or self.patch_length is None:
             return None

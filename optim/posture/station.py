@@ -17,11 +17,15 @@ from stickslip.dynamics.ugv import (
     UGVParams,
     balance,
 )
+from stickslip.dynamics.ugv.equilibrium import friction_under
 from stickslip.dynamics.ugv.pose import stand
 from stickslip.dynamics.ugv.rolling import wheel_lags
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Bool, Float, Int, Real
+
+    from stickslip.dynamics.numeric import Number
 
 PLACED = (Status.OK, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""
@@ -130,7 +134,7 @@ def station_of(
     friction: Numeric,
 ) -> Station:
     """The station of a vehicle that has its place, best one of `stand`; see `station`."""
-    mu = odometer.track.friction_under(placed, friction)
+    mu = friction_under(odometer.track, placed, friction)
     held = balance(params, placed, mu)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
@@ -152,14 +156,16 @@ def station_of(
     )
 
 
-def _by_wheel(mu: Any, shape: tuple[int, ...], dtype: Any) -> Array:
+def _by_wheel(
+    mu: Real[Number, "..."] | tuple[Array, Array], shape: tuple[int, ...], dtype: DTypeLike
+) -> Array:
     """mu of both wheels [...], or of each [..., 2]."""
     if isinstance(mu, tuple):
         return jnp.stack([jnp.broadcast_to(jnp.asarray(of, dtype), shape) for of in mu], -1)
     return jnp.broadcast_to(jnp.asarray(mu, dtype), shape)
 
 
-def torque_left(at: Station, max_torque: Numeric) -> Float[Array, "... 2"]:
+def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... 2"]:
     """What each wheel's motor has left, driving backwards and forwards [N m]; max_torque: the most
     it gives, either way. Below 0 the station is beyond it."""
     return jnp.stack([max_torque - at.torque, max_torque + at.torque], -1)

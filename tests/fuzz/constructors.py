@@ -296,7 +296,7 @@ def plans() -> dict[str, Plan]:
         "Randomisation": Plan(
             lambda **k: envs.Randomisation(**k).validate(),
             dict.fromkeys(("friction", "mass", "payload", "commanded_rate", "crank_rate"), RANGE)
-            | {"phase": ("none",), "command_interval": ("none",)},
+            | {"phase": ("none",), "command_interval": ("none",), "mark": RANGE},
         ),
         "UGVRandomisation": Plan(
             lambda **k: envs.UGVRandomisation(**k).validate(ugv.UGVParams()),
@@ -312,6 +312,9 @@ def plans() -> dict[str, Plan]:
                 "waves": INTEGER,
                 "pieces": INTEGER,
                 "cells": INTEGER,
+                "grip": ("none",),
+                "patch_length": ("none",),
+                "patches": INTEGER,
             },
             {"roughness": (1e-4, 1e-3)},
         ),

@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.optim.intervals.interval import Interval, interval
 from stickslip.optim.posture.bounds.arc import Arc
 from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
+from stickslip.optim.posture.bounds.friction import most_friction
 from stickslip.optim.posture.bounds.ground import Ground, ground_of
 from stickslip.optim.posture.bounds.lattice import Axis
 from stickslip.optim.posture.bounds.vehicle import (
@@ -118,7 +119,7 @@ class Surveyor:
         reach = 1.01 * (self.longest + 2 * self.vehicle.radius)
         first, last = float(problem.x[0]), float(problem.x[-1])
         self.arc = Arc.along(self.ground, first - reach, last + 0.01)
-        self.friction = problem.most_friction
+        self.friction = most_friction(problem)
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
         """The cells of waypoint k before any is halved."""

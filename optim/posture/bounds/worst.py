@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import minimum_filter
 
+from stickslip.optim.posture.bounds.friction import most_friction
 from stickslip.optim.posture.bounds.lattice import moves
 from stickslip.optim.posture.bounds.station_cells import of_corners
 from stickslip.optim.posture.criteria import LEAST_NORMAL
@@ -69,7 +70,7 @@ class Worst:
 
     def __init__(self, problem: PostureProblem):
         self.problem = problem
-        self.friction = problem.most_friction
+        self.friction = most_friction(problem)
         name = problem.criterion.name
         if name not in NAMES:
             raise ValueError(f"criterion = {name}; accepted: {', '.join(NAMES)}, and sums")
