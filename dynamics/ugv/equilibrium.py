@@ -118,8 +118,8 @@ def _held(
 
 
 def friction_under(
-    track: Track, placed: Pose, friction: Real[Number, "..."]
-) -> Real[Number, "..."] | tuple[Array, Array]:
+    track: Track, placed: Pose, friction: Real[Array, "..."] | float
+) -> Real[Array, "..."] | float | tuple[Array, Array]:
     """mu under the rear and under the front wheel of a pose, best one of `stand` [-].
 
     friction: mu where the factor of the track's surface is 1. It is returned as it is where the
@@ -128,7 +128,7 @@ def friction_under(
     if track.surface is None:
         return friction
     wheels = (placed.origin[..., 0] + wheel.x for wheel in (placed.rear, placed.front))
-    rear, front = (friction * track.surface.at(x) for x in wheels)
+    rear, front = (jnp.asarray(friction * track.surface.at(x)) for x in wheels)
     return rear, front
 
 

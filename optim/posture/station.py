@@ -157,7 +157,7 @@ def station_of(
 
 
 def _by_wheel(
-    mu: Real[Number, "..."] | tuple[Array, Array], shape: tuple[int, ...], dtype: DTypeLike
+    mu: Real[Array, "..."] | float | tuple[Array, Array], shape: tuple[int, ...], dtype: DTypeLike
 ) -> Array:
     """mu of both wheels [...], or of each [..., 2]."""
     if isinstance(mu, tuple):
