@@ -1,12 +1,13 @@
 """The best gaits: speed against friction, cost of transport against speed, accuracy, baselines.
 
-`python -m benchmarks.gaits` writes benchmarks/results/gaits.json, the pictures docs/gaits.png and
-docs/gait_links.png, and the tables of docs/gaits.md.
+`python -m benchmarks.gaits [--only PART ...]` writes benchmarks/results/gaits.json, the pictures
+docs/gaits.png and docs/gait_links.png, and the tables of docs/gaits.md.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,8 @@ TORQUE = 4.0
 MUS = (0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5, 0.7, 1.0)
 SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
 FLOORS = (0.06, 0.2, None)
+AGAIN = ("time", "torque", "torque_over_phase", "work", "energy", "friction")
+REPEATS = 7
 GRIDS = (50, 100, 200, 400, 800)
 TASKS = (
     ("mu 0.06/0.05, 3 rad/s", 0.06, 0.05, 3.0),
@@ -42,6 +45,8 @@ TASKS = (
     ("mu 0.15/0.125, 5 rad/s", 0.15, 0.125, 5.0),
 )
 DOCS = Path("docs")
+PARTS = ("fastest", "thrift", "accuracy", "again", "replays", "baselines")
+"""Of the page; its pictures are drawn where all are measured."""
 
 
 def fastest(robot: BipedParams) -> list[dict[str, Any]]:
@@ -121,6 +126,29 @@ def accuracy(robot: BipedParams) -> list[dict[str, Any]]:
                 "solved again [ms]": round(1000 * again.seconds),
             }
         )
+    return rows
+
+
+def again(robot: BipedParams) -> list[dict[str, Any]]:
+    """Processor time [ms] of solving a program again with other numbers, the proofs included: the
+    median of several, 200 cells. With proofs of the grid alone, and with those of every gait."""
+    rows = []
+    for objective in AGAIN:
+        friction = objective == "friction"
+        row: dict[str, Any] = {"objective": objective}
+        for certify in ("grid", "every"):
+            spent, solves = [], 0
+            for i in range(REPEATS + 1):  # the first one builds the program
+                mu = None if friction else 0.06 + 0.001 * i
+                rate = None if objective == "time" else 5.0 + 0.05 * i
+                problem = GaitProblem.periodic(
+                    robot, objective, mu=mu, torque_limit=TORQUE, mean_rate=rate
+                )
+                began = time.process_time()
+                solves = solve(problem, certify=certify).evaluations
+                spent.append(1000 * (time.process_time() - began))
+            row |= {f"{certify}: solves": solves, f"{certify} [ms]": round(np.median(spent[1:]))}
+        rows.append(row)
     return rows
 
 
@@ -228,6 +256,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure, draw, and put the tables into the page."""
     parser = options("gaits", __doc__)
     parser.add_argument("--episodes", type=int, default=48)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART")
     parser.add_argument("--docs", default=str(DOCS), help="where page and pictures are")
     given: argparse.Namespace = parser.parse_args(arguments)
     robot, docs = BipedParams.from_bars(), Path(given.docs)
@@ -235,18 +264,21 @@ def main(arguments: list[str] | None = None) -> None:
         "fastest": lambda: fastest(robot),
         "thrift": lambda: thrift(robot),
         "accuracy": lambda: accuracy(robot),
+        "again": lambda: again(robot),
         "replays": lambda: replays(robot),
         "baselines": lambda: baselines(given.episodes),
     }
-    content = kept_parts(given.out, ())
-    for name, measure in parts.items():
-        content[name] = {"rows": measure()}
+    content = kept_parts(given.out, PARTS if set(given.only) < set(PARTS) else ())
+    for name in given.only:
+        content[name] = {"rows": parts[name]()}
         write_json(content, given.out)
         print(markdown(shown(content[name]["rows"])))
     page = docs / "gaits.md"
-    for name in parts:
+    for name in given.only:
         marks = (f"<!-- {name} -->", f"<!-- end of {name} -->")
         put_between(page, markdown(shown(content[name]["rows"])), marks)
+    if set(given.only) < set(PARTS):
+        return
     write_whole(docs / "gaits.png", draw(content))
     write_whole(docs / "gait_links.png", draw_links(robot))
 

@@ -39,6 +39,8 @@ class Status(IntEnum):
     """The UGV: the body or a leg touches the ground."""
     WHEEL_SLIP = 13
     """The UGV: a wheel needs more friction than mu times its normal force."""
+    OVERLOAD = 14
+    """The UGV: a wheel needs more torque than its motor gives."""
 
     @property
     def terminal(self) -> bool:

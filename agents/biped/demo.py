@@ -8,7 +8,7 @@ import jax
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
-from stickslip.agents.biped.names import FILM
+from stickslip.agents.biped.names import FILM, STOPPING
 from stickslip.agents.biped.plots import plot_comparison
 from stickslip.agents.biped.products import write_products
 from stickslip.agents.biped.training import make_task
@@ -55,7 +55,7 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         """See Demonstration."""
         task, directory = make_task(trained.config), trained.directory
         controllers: dict[str, BipedController] = {
-            name: kind() for name, kind in CONTROLLERS.items()
+            name: kind() for name, kind in CONTROLLERS.items() if name != STOPPING
         }
         controllers[trained.name] = load_policy(trained.policy)
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already

@@ -1,6 +1,14 @@
 """Names of the biped that the command line knows, and of what its runs leave."""
 
-BIPED_BASELINES = ("constant-torque", "crank-speed-pi", "computed-torque", "optimal-gait")
+BIPED_BASELINES = (
+    "constant-torque",
+    "crank-speed-pi",
+    "computed-torque",
+    "optimal-gait",
+    "stop-at-mark",
+)
+STOPPING = "stop-at-mark"
+"""The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
 FILM, FRAMES = "walk.gif", 25.0
 """The animation of a finished run, and its pictures a second."""
 AXES = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
@@ -32,6 +32,10 @@ SLOWEST = 1e-5
 """The speed that stands for a slide that is just beginning or ending [m/s]."""
 RATES = (-0.5, 2.5)
 """Crank rates that the usual grid covers, in commanded rates."""
+MARKED = {"rest": (72, 72), "slide": (24, 24)}
+"""The same cells where the way to a mark is a coordinate, too."""
+WAYS = (0.005, 0.01, 0.02, 0.035, 0.06, 0.1, 0.15, 0.22, 0.32, 0.45, 0.65, 0.95, 1.4, 2.0, 3.0, 4.5)
+"""Nodes of the way to a mark, on both sides of it up to the fifth of these behind it [m]."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,14 @@ class BipedStates:
     forwards and one that slides backwards have a sheet each, since the friction differs however
     slow the slide; smoothed friction knows no rest and has one sheet for all. Steps taken, time and
     place on the floor change no later reward, so they are left out: the floor must be the same
-    everywhere, and nothing but the start may be drawn.
+    everywhere, and nothing but the start may be drawn. Of a task with a mark the way to it is a
+    coordinate of every sheet, and where it lies may be drawn.
 
-    floor: "grip", "uniform" or "smoothed".
+    floor: "grip", "uniform" or "smoothed". mark: whether the task has one.
     """
 
     floor: str
+    mark: bool = field(default=False, repr=False)
 
     def __post_init__(self):
         require_choice("floor", self.floor, SLIDES)
@@ -72,15 +78,16 @@ class BipedStates:
                 )
         for name, rule in NUMBERS.items():
             require_one(name, getattr(params, name), **rule)
-        return cls(floor)
+        return cls(floor, params.mark is not None)
 
     @property
     def axes(self) -> tuple[tuple[str, ...], ...]:
         """See StateMap."""
-        rest, slide = ("phase", "crank_rate"), ("phase", "crank_rate", "foot_speed")
+        way = ("to_go",) if self.mark else ()
+        rest, slide = ("phase", "crank_rate", *way), ("phase", "crank_rate", *way, "foot_speed")
         if self.floor == "uniform":
             return (rest, slide, slide)
-        return (rest,) if self.floor == "grip" else (("phase", "crank_rate", "foot_velocity"),)
+        return (rest,) if self.floor == "grip" else ((*rest, "foot_velocity"),)
 
     def grid(self, params: BipedEnvParams, fineness: float = 1.0) -> Grid:
         """See StateMap: crank rates of RATES, foot speeds up to 0.6 m/s."""
@@ -88,10 +95,12 @@ class BipedStates:
         commanded = float(params.commanded_rate)
         rates = RATES[0] * commanded, RATES[1] * commanded
 
-        def plane(kind: str) -> tuple[Axis, Axis]:
-            phase, rate = (max(2, round(fineness * cells)) for cells in CELLS[kind])
+        def plane(kind: str) -> tuple[Axis, ...]:
+            usual = MARKED if self.mark else CELLS
+            phase, rate = (max(2, round(fineness * cells)) for cells in usual[kind])
             turn = Axis.even("phase", SUPPORT_START, SUPPORT_END, phase, periodic=True, unit="rad")
-            return turn, Axis.even("crank_rate", *rates, rate, unit="rad/s")
+            rate = Axis.even("crank_rate", *rates, rate, unit="rad/s")
+            return (turn, rate, _ways()) if self.mark else (turn, rate)
 
         if self.floor == "grip":
             return Grid((Sheet("rest", plane("rest")),))
@@ -110,6 +119,7 @@ class BipedStates:
         phase, rate, *more = place.coordinates
         kind = phase.dtype
         zero, none = jnp.zeros((), kind), jnp.zeros((), jnp.int32)
+        mark = more.pop(0) if self.mark else None
         velocity = more[0] if more else zero
         if self.floor == "uniform":
             speed = jnp.maximum(velocity, SLOWEST)
@@ -123,7 +133,7 @@ class BipedStates:
             mode=jnp.sign(velocity).astype(jnp.int32),
             elapsed=none,
             over=jnp.zeros((), bool),
-            drawn=Drawn(friction=one, mass=one, payload=zero, commanded_rate=commanded),
+            drawn=Drawn(one, one, zero, commanded, mark=mark),
             totals=Totals(*[zero] * len(Totals._fields)),
         )
 
@@ -131,12 +141,13 @@ class BipedStates:
         """See StateMap."""
         phase, rate = jnp.asarray(state.biped.phase), jnp.asarray(state.biped.crank_rate)
         velocity = jnp.asarray(state.biped.foot_velocity)
+        way = () if state.to_go is None else (state.to_go,)
         if self.floor == "grip":
-            return grid.place(0, phase, rate)
+            return grid.place(0, phase, rate, *way)
         if self.floor == "smoothed":
-            return grid.place(0, phase, rate, velocity)
+            return grid.place(0, phase, rate, *way, velocity)
         sheet = jnp.where(velocity > 0, FORWARDS, jnp.where(velocity < 0, BACKWARDS, REST))
-        return grid.place(sheet, phase, rate, jnp.abs(velocity))
+        return grid.place(sheet, phase, rate, *way, jnp.abs(velocity))
 
     def leaving(self, params: BipedEnvParams) -> float:
         """See StateMap: a fall, and an episode walked backwards besides."""
@@ -146,3 +157,9 @@ class BipedStates:
     def most(self, params: BipedEnvParams) -> float:
         """See StateMap: tracking is at most its weight, and nothing else adds."""
         return float(np.asarray(params.tracking_weight * params.control_period))
+
+
+def _ways() -> Axis:
+    """Ways to a mark, closer together near it [m]."""
+    behind = (-one for one in reversed(WAYS[:11]))
+    return Axis("to_go", np.asarray((*behind, 0.0, *WAYS)), unit="m")

@@ -34,6 +34,8 @@ class BipedSwept(Swept):
         "task.time_limit": "s",
         "task.max_crank_rate": "rad/s",
         "task.copper_loss": "W/(N m)^2",
+        "task.mark": "m",
+        "task.mark_width": "m",
         "scene.payload": "kg",
         "scene.edges": "m",
         "scene.slip_speed": "m/s",
@@ -46,6 +48,7 @@ class BipedSwept(Swept):
         "randomisation.phase": "rad",
         "randomisation.crank_rate": "rad/s",
         "randomisation.command_interval": "s",
+        "randomisation.mark": "m",
     }
     kept: ClassVar[Mapping[str, str]] = {
         "reward": "-",
@@ -79,7 +82,7 @@ class BipedSwept(Swept):
         payload = 0.0 if params.scene.payload is None else params.scene.payload
         robot = vars(params.robot.bare)
         return {
-            "task": {name: getattr(params, name) for name in NUMBERS},
+            "task": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
             "scene": {**vars(params.scene.floor), "payload": payload},
             "robot": {name: value for name, value in robot.items() if name != "payload"},
             "randomisation": params.randomisation,
@@ -103,6 +106,8 @@ class BipedSwept(Swept):
             if names & set(FRICTION) or any(name.startswith("scene.mu_") for name in names):
                 drawn = replace(drawn, friction=None)
             changed["scene"] = scene
+        if "task.mark" in names:
+            drawn = replace(drawn, mark=None)
         if "task.commanded_rate" in names:
             drawn = replace(drawn, commanded_rate=None, command_interval=None)
             if drawn.crank_rate is not None and _ends_at_command(params):

@@ -14,7 +14,13 @@ from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
-from stickslip.envs.biped.params import NON_NEGATIVE, POSITIVE, BipedEnvParams, Randomisation
+from stickslip.envs.biped.params import (
+    MARK,
+    NON_NEGATIVE,
+    POSITIVE,
+    BipedEnvParams,
+    Randomisation,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,12 +44,12 @@ class BipedTask(NamedTuple):
     randomisation: Randomisation
     dtype: str
     numbers: dict[str, Any]
-    """By the names of NUMBERS."""
+    """By the names of NUMBERS, and of MARK where there is one."""
 
     @classmethod
     def of(cls, env: BipedEnv, params: BipedEnvParams) -> BipedTask:
         """The parts of a task."""
-        numbers = {name: getattr(params, name) for name in NUMBERS}
+        numbers = {name: getattr(params, name) for name in NUMBERS} | params.given_mark
         robot = params.robot.bare
         dtype = str(jnp.result_type(robot.mass))
         return cls(env, robot, params.scene, params.randomisation, dtype, numbers)
@@ -136,7 +142,7 @@ def read_task(metadata: Mapping[str, Json]) -> BipedTask | None:
     kinds = {"env": BipedEnv, "robot": BipedParams, "scene": Scene} | {
         "randomisation": Randomisation
     }
-    return rebuilt_task(metadata, BipedTask, PARTS, kinds, NUMBERS)
+    return rebuilt_task(metadata, BipedTask, PARTS, kinds, NUMBERS, MARK)
 
 
 def standard_task(metadata: Mapping[str, Json]) -> BipedTask:

@@ -79,11 +79,12 @@ def rebuilt_task(
     names: tuple[str, ...],
     kinds: Mapping[str, type],
     numbers: Collection[str],
+    optional: Collection[str] = (),
 ) -> Task | None:
     """The task in a policy's metadata; None where it has none. ValueError for a damaged one.
 
     build: makes it of its parts, `names`, which are of these kinds; numbers: what its part of that
-    name holds.
+    name holds, optional: what it may hold beside.
     """
     parts = read_parts(metadata, names)
     if parts is None:
@@ -92,7 +93,7 @@ def rebuilt_task(
         for name, kind in kinds.items():
             require_kind(name, parts[name], kind, f"a {kind.__name__}")
         given = parts["numbers"]
-        if not isinstance(given, dict) or set(given) != set(numbers):
+        if not isinstance(given, dict) or set(given) - set(optional) != set(numbers):
             raise RefusedError(f"its task's numbers are not {', '.join(numbers)}")
         task = build(**parts)
         task.params()  # for what only the environment knows

@@ -46,6 +46,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         "stickslip.dynamics.ugv.roughness",
         "stickslip.dynamics.ugv.shapes",
         "stickslip.dynamics.ugv.spline",
+        "stickslip.dynamics.ugv.surface",
         "stickslip.dynamics.ugv.track",
         "stickslip.envs.ugv.env",
         "stickslip.envs.ugv.randomisation",
@@ -99,7 +100,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         """See Machine."""
         from dataclasses import replace
 
-        return replace(env, preview=0)
+        return replace(env, preview=0, see_friction=False)
 
     def baseline(self, name: str, env: UGVEnv) -> UGVPlayer:
         """See Machine."""

@@ -40,6 +40,8 @@ NUMBERS = (
     "speed",
 )
 """Of UGVEnvParams."""
+LIMITS = ("max_torque",)
+"""The same, in a task that has them."""
 PARTS = ("env", "vehicle", "track", "randomisation", "dtype", "numbers")
 FRICTION = 0.8
 """Of the standard task."""
@@ -56,12 +58,15 @@ class UGVParts(NamedTuple):
     randomisation: UGVRandomisation
     dtype: str
     numbers: dict[str, Any]
-    """By the names of NUMBERS; None for the default of start, end and failure_penalty."""
+    """By the names of NUMBERS, and of LIMITS where there are any; None for the default of start,
+    end and failure_penalty."""
 
     @classmethod
     def of(cls, env: UGVEnv, params: UGVEnvParams) -> UGVParts:
         """The parts of a task."""
         numbers = {name: getattr(params, name) for name in NUMBERS}
+        limits = {name: getattr(params, name) for name in LIMITS}
+        numbers |= {name: limit for name, limit in limits.items() if limit is not None}
         dtype = str(jnp.result_type(params.start))
         return cls(env, params.vehicle, params.track, params.randomisation, dtype, numbers)
 
@@ -144,7 +149,7 @@ def read_task(metadata: Mapping[str, Json]) -> UGVParts | None:
     kinds = {"env": UGVEnv, "vehicle": UGVParams, "track": Track} | {
         "randomisation": UGVRandomisation
     }
-    return rebuilt_task(metadata, UGVParts, PARTS, kinds, NUMBERS)
+    return rebuilt_task(metadata, UGVParts, PARTS, kinds, NUMBERS, LIMITS)
 
 
 def standard_task(metadata: Mapping[str, Json]) -> UGVParts:

@@ -1,12 +1,13 @@
 """The ladder of tasks: what is earned on each, and the pages that say so.
 
     python -m benchmarks.tasks [--only NAME ...] [--learn SEEDS STEPS] [--docs FILE] [--readme FILE]
-        [--pictures FILE] [--check] [--bounds]
+        [--pictures FOLDER] [--check] [--bounds]
 
 Without --docs, --readme and --pictures: measures the tasks named (default: those of which nothing
 is known yet), one after the other, and puts what comes out into known.json, which the package
 carries. --learn: PPO instead, beside what is there. --docs, --readme: put the tables of what is
-known into these pages, measuring nothing. --pictures: draws the sheet of docs/tasks.md.
+known into these pages, measuring nothing. --pictures: draws those of docs/tasks.md, of the tasks
+named or all.
 --check: plays doing nothing and every baseline again and says what differs, writing nothing.
 --bounds: what is proved anew, and nothing else.
 """
@@ -75,9 +76,12 @@ def main(arguments: list[str]) -> None:
         if page is not None:
             put_between(page, table(), MARKS)
     if asked.pictures is not None:
-        from benchmarks.tasks.picture import draw_sheet
+        from benchmarks.tasks.picture import draw_task
 
-        draw_sheet(asked.pictures)
+        asked.pictures.mkdir(parents=True, exist_ok=True)
+        for task in map(task_by_name, asked.only or TASKS):
+            print(f"{task.name}: picture", flush=True)
+            draw_task(task, asked.pictures / f"{task.name}.png")
     if asked.check:
         check(asked.only or list(TASKS))
     if asked.check or any(one is not None for one in (asked.docs, asked.readme, asked.pictures)):

@@ -54,10 +54,10 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
 
 def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
     """What no steady walk without slip earns more than; None where the floor or the robot is drawn
-    or changes on the way."""
+    or changes on the way, and where the walk is to stop."""
     numbers: Any = task.parameters
     drawn = set(numbers.get("randomisation", {})) - STARTS
-    if task.machine != "biped" or drawn or "uniform" not in numbers["scene"]:
+    if task.machine != "biped" or drawn or "mark" in numbers or "uniform" not in numbers["scene"]:
         return None
     found = bound_steady_reward(
         BipedParams.from_bars(),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.tasks.recipes import recipe_of
+from stickslip.agents.biped.names import STOPPING
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.standard import keep_of
@@ -40,7 +41,8 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         played = played_on(task, player, episodes)
         return entry(name, played.reward, played.fell)
 
-    names = [name for name in machine.baselines if name not in LEFT_OUT]
+    left_out = LEFT_OUT if "mark" in task.parameters else (*LEFT_OUT, STOPPING)
+    names = [name for name in machine.baselines if name not in left_out]
     rows = {name: earned(name, machine.baseline(name, env)) for name in names}
     recipe = recipe_of(task.name)
     made = earned(recipe.name, recipe.make(env, params))

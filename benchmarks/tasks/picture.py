@@ -1,65 +1,64 @@
-"""One sheet with a picture of every task: an instant of the best baseline's first episode."""
+"""A picture of each task: the machine along one episode, and what counts in it."""
 
 from __future__ import annotations
 
-import textwrap
+import io
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from stickslip.agents.evaluation.rollout import planned, rollout, without_resets
+from benchmarks.tasks import picture_biped, picture_ugv
+from stickslip.agents.evaluation.rollout import horizon, planned, rollout, without_resets
 from stickslip.agents.registry import machine_by_name
-from stickslip.envs import TASKS, known_of
+from stickslip.envs import known_of
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+from stickslip.paper import drawing
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stickslip.envs import TaskDefinition
-
-COLUMNS = 3
-SCENE = 0.69
-"""Share of a frame's width without the strips over time."""
-LETTERS = 56
-"""In a line of a title."""
-INSTANT = {"biped": 60, "ugv": 32}
-"""Steps before the picture."""
-
-
-def draw_sheet(path: Path) -> None:
-    """Write the sheet as a PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows = -(-len(TASKS) // COLUMNS)
-    figure = Figure(figsize=(4.2 * COLUMNS, 3.75 * rows), layout="constrained", dpi=80)
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
-    for ax in axes:
-        ax.set_axis_off()
-    for ax, task in zip(axes, TASKS.values(), strict=False):
-        ax.imshow(picture(task), interpolation="lanczos")
-        ax.set_title(f"{task.name}\n{textwrap.fill(task.title, LETTERS)}", fontsize=9)
+    from stickslip.envs import TaskDefinition
+
+MACHINES = {"biped": picture_biped, "ugv": picture_ugv}
+SCENE, STRIP, WIDTH = 1.35, 0.75, 9.0
+"""Heights of the scene and of what counts, and the width of both [inches]."""
+DPI, COLOURS = 90, 64
+SEEDS = range(8)
+"""The first episode of these that lasts is shown."""
+
+
+def draw_task(task: TaskDefinition, path: Path) -> None:
+    """Write the task's picture as a PNG of few colours."""
+    figure = _figure(task)
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=DPI)
+    image = require("PIL.Image").open(drawn).convert("RGB").quantize(COLOURS, dither=0)
     with writing(path) as file:
-        figure.savefig(file, format="png")
+        image.save(file, format="PNG", optimize=True)
 
 
-def picture(task: TaskDefinition) -> np.ndarray:
-    """An instant of an episode [height, width, 3]."""
+def _figure(task: TaskDefinition) -> Figure:
     env, params = task.make()
     env, machine = without_resets(env), machine_by_name(task.machine)
     known = known_of(task)
-    name = machine.baselines[0] if known is None else known.by_hand.policy
-    steps = INSTANT[task.machine]
-    controller = planned(env, machine.baseline(name, env), params, 0)
-    played = rollout(env, controller, params, 0, steps).trimmed()
-    state, info = _last(played.state), _last(played.info)
-    renderer = env.renderer(params)
-    page = renderer.draw(env.picture(state, info, params))
-    return page[:, : round(SCENE * page.shape[1])]
-
-
-def _last(tree: Any) -> Any:
-    import jax
-
-    return jax.tree.map(lambda leaf: leaf[-1], tree)
+    if known is None:
+        raise ValueError(f"{task.name} is not measured; accepted: a task that is")
+    shown = max((known.by_hand, *known.planners), key=lambda one: one.value)
+    player = machine.baseline(shown.policy, env)
+    played: Any = None
+    for seed in SEEDS:
+        controller = planned(env, player, params, seed)
+        played = rollout(env, controller, params, seed, horizon(params)).trimmed()
+        if not played.terminated[-1]:
+            break
+    figure, axes = drawing.sheet(2, height=(SCENE + STRIP) / 2, height_ratios=[SCENE, STRIP])
+    figure.set_size_inches(WIDTH, SCENE + STRIP + 0.35)
+    MACHINES[task.machine].draw(*axes[:, 0], env, params, played)
+    top, below = axes[:, 0]
+    drawing.name_panel(top, task.title)
+    who = {"ha": "right", "va": "top", "fontsize": 8, "color": theme.MUTED, "zorder": 9}
+    top.text(0.995, 0.97, shown.policy, transform=top.transAxes, **who)
+    below.tick_params(pad=2)
+    return figure

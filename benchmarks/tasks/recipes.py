@@ -79,6 +79,7 @@ RECIPES: dict[str, Recipe] = {
     "BipedWeakMotor-v0": programmed(5.0),
     "BipedThrift-v0": programmed(3.0),
     "BipedSprint-v0": programmed(7.0),
+    "BipedStop-v0": programmed(5.0),
     "BipedHiddenFriction-v0": improved("optimal-gait", 7, 20),
     "BipedPayload-v0": improved("optimal-gait", 7, 20),
     "BipedIce-v0": improved("optimal-gait", 7, 20),

@@ -65,13 +65,14 @@ def long_table() -> str:
 
 
 def _in_words() -> str:
-    """A paragraph a task: what makes it hard, and where its best known comes from."""
+    """A paragraph a task: what makes it hard, and where its best known comes from; its picture."""
     found = []
     for task in TASKS.values():
         known = known_of(task)
         if known is not None:
             asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
-            found.append(f"{asked} Its 1 was earned by {known.how}.")
+            picture = f"![{task.title}](tasks/{task.name}.png)"
+            found.append(f"{asked} Its 1 was earned by {known.how}.\n\n{picture}")
     return "\n\n".join(found)
 
 

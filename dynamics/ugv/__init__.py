@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
     from stickslip.dynamics.ugv.rolling import wheel_turns
     from stickslip.dynamics.ugv.settings import Setting
+    from stickslip.dynamics.ugv.surface import Surface
     from stickslip.dynamics.ugv.track import Track
     from stickslip.dynamics.ugv.wheel import Contact
 else:
@@ -52,6 +53,7 @@ else:
             "recommendation": ("Recommendation", "recommend"),
             "rolling": ("wheel_turns",),
             "settings": ("Setting",),
+            "surface": ("Surface",),
             "track": ("Track",),
             "wheel": ("Contact",),
         },
@@ -68,6 +70,7 @@ __all__ = [
     "Recommendation",
     "Setting",
     "SettingCheck",
+    "Surface",
     "Track",
     "UGVParams",
     "balance",

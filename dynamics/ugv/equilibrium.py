@@ -74,7 +74,8 @@ def equilibrium(
     """Forces and torques that hold the vehicle still, both wheels with the same torque (eq. 43).
 
     x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
-    track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-].
+    track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-], where
+    the track has a surface times its factor under each wheel.
     system: "closed", "five" (eq. 43, slips mended) or "nine" (eqs. 40-42), which agree; the closed
     form is the fast one. solver: see PoseSolver.
 
@@ -111,22 +112,45 @@ def _held(
     leg_angles: Real[Array, "... 2"],
     friction: Real[Array, "..."],
 ) -> Equilibrium:
-    forces = balance(params, stand(params, track, x_front, leg_angles, solver), friction, system)
+    placed = stand(params, track, x_front, leg_angles, solver)
+    forces = balance(params, placed, friction_under(track, placed, friction), system)
     return forces._replace(pose=forces.pose.in_world())
 
 
+def friction_under(
+    track: Track, placed: Pose, friction: Real[Array, "..."] | float
+) -> Real[Array, "..."] | float | tuple[Array, Array]:
+    """mu under the rear and under the front wheel of a pose, best one of `stand` [-].
+
+    friction: mu where the factor of the track's surface is 1. It is returned as it is where the
+    ground has no surface of its own.
+    """
+    if track.surface is None:
+        return friction
+    wheels = (placed.origin[..., 0] + wheel.x for wheel in (placed.rear, placed.front))
+    rear, front = (jnp.asarray(friction * track.surface.at(x)) for x in wheels)
+    return rear, front
+
+
 def balance(
-    params: UGVParams, placed: Pose, friction: Real[Array, "..."] | float, system: str = "closed"
+    params: UGVParams,
+    placed: Pose,
+    friction: Real[Array, "..."] | float | tuple[Array, Array],
+    system: str = "closed",
 ) -> Equilibrium:
-    """`equilibrium` of a pose, without checks, for use inside a trace."""
+    """`equilibrium` of a pose, without checks, for use inside a trace.
+
+    friction: mu, of both wheels or of the rear and the front one (see friction_under).
+    """
+    mu_rear, mu_front = friction if isinstance(friction, tuple) else (friction, friction)
     if system == "closed":
         forces = ground_forces(params, placed)
         torque = -forces.F_rear * params.wheel_radius
     else:
         F_rear, N_rear, F_front, N_front, torque = solve_system(params, placed, system)
         forces = Forces(F_rear, N_rear, F_front, N_front)
-    grip_rear = friction * forces.N_rear - jnp.abs(forces.F_rear)
-    grip_front = friction * forces.N_front - jnp.abs(forces.F_front)
+    grip_rear = mu_rear * forces.N_rear - jnp.abs(forces.F_rear)
+    grip_front = mu_front * forces.N_front - jnp.abs(forces.F_front)
     legs_hold = leg_torques(params, placed, forces)
     status = placed.status
     for bad, what in (

@@ -40,6 +40,7 @@ from stickslip.dynamics.ugv.shapes import (
     require_numbers,
 )
 from stickslip.dynamics.ugv.spline import Spline, hermite_table, spline_through
+from stickslip.dynamics.ugv.surface import Surface
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -62,12 +63,14 @@ class Track:
     drive along it begins and ends by default [m]. The ground goes on beyond them: the closed forms
     and functions are defined everywhere; splines and tables (from_points, rough, resampled) go on
     straight past their last knots with the slope there, which leaves the natural spline twice
-    continuously differentiable and the others once.
+    continuously differentiable and the others once. surface: how well the ground grips, place by
+    place, as a factor on the friction coefficient; None: the same everywhere.
     """
 
     shape: Shape
     start: Numeric
     end: Numeric
+    surface: Surface | None = None
 
     __repr__ = short_repr
 
@@ -75,7 +78,8 @@ class Track:
         """The call that makes the track, where its shape is a closed form; else its parts."""
         numbers, kind = list(differing(self.shape)), type(self.shape).__name__
         ends = [f"start={brief(self.start)}", f"end={brief(self.end)}"]
-        if kind.lower() in TRACKS:
+        ends += [] if self.surface is None else [f"surface={brief(self.surface)}"]
+        if kind.lower() in TRACKS and self.surface is None:
             return f"Track.{kind.lower()}({', '.join(numbers + ends)})"
         if len(numbers) > 1:
             numbers = [numbers[0], f"{len(numbers) - 1} more"]

@@ -44,6 +44,8 @@ class Drawn(NamedTuple):
     commanded_rate: Array
     """In force now [rad/s]."""
     commands: Commands | None = None
+    mark: Array | None = None
+    """How far ahead of the centre of mass's start the mark lies [m]; None without one."""
 
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
@@ -69,6 +71,7 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         payload=uniform(2, ranges.payload, 0.0),
         commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
         commands=commands,
+        mark=None if params.mark is None else uniform(8, ranges.mark, params.mark),
     )
     phase = uniform(4, ranges.phase, SUPPORT_START)
     phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
 MAX_SIGHT = 10.0
-"""Farthest distance to the next patch that is told apart [m]."""
+"""Farthest distance to the next patch, or to a mark, that is told apart [m]."""
 MAX_FRICTION = 10.0
 """Greatest friction coefficient that is told apart [-]."""
 
@@ -71,6 +71,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | velocity of the foot over the floor | m/s | +- 10, clipped | always |
     | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
     | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
+    | way to the mark ahead of the centre of mass | m | +- 10, clipped | `mark` |
     | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
     | its static friction coefficient | - | [0, 10] | `see_patch`, patches |
     | static friction coefficient under the foot | - | [0, 10] | `see_friction` |
@@ -88,13 +89,17 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
       fall      - fall_penalty, once, when the episode terminates (not for a one-step scene's end)
     The walking speed is the centre of mass's over the control period. A walk that keeps it constant
     needs no friction, so a perfect score is possible on any floor.
+    With a `mark` so far ahead of where the centre of mass starts [m], being near it takes the place
+    of the speed, which only scales slip and energy then; d is the way to it, either way:
+      tracking  + tracking_weight x mark_width / (mark_width + d)
     The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
     what they are made of in physical units beside them. Another reward: override `reward_of`.
 
     ## Start
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
-    rate, friction, masses, payload or commanded rate. With `command_interval` the commanded rate is
-    drawn again after each interval; the step that ends it is judged by the command before.
+    rate, friction, masses, payload, commanded rate or the place of the mark. With
+    `command_interval` the commanded rate is drawn again after each interval; the step that ends it
+    is judged by the command before.
 
     ## Options of a reset
     `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
@@ -106,9 +111,11 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
     | payload | kg | >= 0, in place of the scene's |
     | mass | - | > 0, a factor on every mass and inertia |
+    | mark | m | > 0, where the task has a mark |
 
-    The first three change the start alone: the steps are those of any episode. The others compile
-    a step the first time that such a floor or load is asked for, and no more for other numbers.
+    The first three and the last change the start alone: the steps are those of any episode. The
+    others compile a step the first time that such a floor or load is asked for, and no more for
+    other numbers.
 
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
@@ -246,7 +253,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         timed_out = duration >= params.time_limit - 0.5 * period
         loss = params.copper_loss * torque**2 * period
         status, outcome = marked(status, outcome_of(robot, state.biped, biped, contact, loss))
-        terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period)
+        to_go = None if state.to_go is None else state.to_go - outcome.walked
+        terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period, to_go)
         status, terms = marked(status, terms)
         terminated = status > Status.SLIP_ONSET
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
@@ -305,6 +313,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         fastest = float(np.max(np.asarray(params.max_crank_rate)))
         rows = [(-1, 1), (-1, 1), (-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY)]
         rows += [(0, 1), (0, fastest)]
+        rows += [] if params.mark is None else [(-MAX_SIGHT, MAX_SIGHT)]
         if self.see_patch and isinstance(params.scene.floor, Patches):
             rows += [(0, MAX_SIGHT), (0, MAX_FRICTION)]
         if self.see_friction and not isinstance(params.scene.floor, Grip):
@@ -324,6 +333,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             jnp.where(state.mode == 0, 1.0, 0.0),
             jnp.minimum(state.drawn.commanded_rate, fastest),
         ]
+        if state.to_go is not None:
+            entries += [jnp.clip(state.to_go, -MAX_SIGHT, MAX_SIGHT)]
         entries += self._sight(state, params)
         return jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
 

@@ -29,10 +29,11 @@ START: dict[str, dict[str, Any]] = {
     "crank_rate": {"accepted": "a finite rate [rad/s]"},
     "commanded_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
     "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
+    "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
 }
 """What a reset draws and an option gives, and the rule of each."""
 OPTIONS = ("scene", "payload", *START)
-START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval")
+START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval", "mark")
 """What a reset draws and no step reads: commands to come are in the state."""
 
 
@@ -51,6 +52,7 @@ def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedE
         scene, drawn = replace(scene, payload=payload), replace(drawn, payload=None)
     # So that an episode has a start of its own whatever is named: one program for all of them.
     usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "commanded_rate": params.commanded_rate}
+    usual |= {} if params.mark is None else {"mark": params.mark}
     for name, value in usual.items():
         if getattr(drawn, name) is None:
             drawn = replace(drawn, **{name: (value, value)})
@@ -62,4 +64,5 @@ def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
     """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
     drawn = replace(params.randomisation, **dict.fromkeys(START_ALONE))
     drawn = jax.tree.map(lambda _: 0.0, drawn)
-    return rebuilt(params, randomisation=drawn, commanded_rate=0.0)
+    mark = None if params.mark is None else 0.0
+    return rebuilt(params, randomisation=drawn, commanded_rate=0.0, mark=mark)

@@ -18,7 +18,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.boundary import require_exchange
 from stickslip.dynamics.biped.fidelity import Fidelity
-from stickslip.dynamics.brief import joined, short_repr
+from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -39,8 +39,10 @@ from stickslip.envs.ranges import Range, require_range
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
+    from jaxtyping import Real
 
     from stickslip.dynamics.biped.fidelity import Inertia
+    from stickslip.dynamics.numeric import Number
 
 
 @jax.tree_util.register_dataclass
@@ -51,7 +53,8 @@ class Randomisation:
     friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
     mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
     episode begins. command_interval: time after which the commanded rate is drawn anew, again and
-    again [s]; one number for each episode. What is None is not compiled in.
+    again [s]; one number for each episode. mark: way to the mark [m], of a task that has one. What
+    is None is not compiled in.
     """
 
     friction: Range | None = None
@@ -61,13 +64,14 @@ class Randomisation:
     phase: Range | None = None
     crank_rate: Range | None = None
     command_interval: Range | None = None
+    mark: Range | None = None
 
     __repr__ = short_repr
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
         lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
-        lowest["command_interval"] = 1e-6
+        lowest |= {"command_interval": 1e-6, "mark": 1e-6}
         for one in fields(self):
             require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
         if self.phase is not None and is_concrete(self.phase):
@@ -96,6 +100,8 @@ class BipedEnvParams:
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
     copper_loss: winding loss per torque squared [W / (N m)^2].
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
+    mark: how far ahead of the centre of mass's start it is to stop [m], mark_width: how near to
+    that half of the reward is earned [m]; None: it is to keep a speed.
     """
 
     robot: BipedModel
@@ -111,6 +117,8 @@ class BipedEnvParams:
     slip_weight: Numeric
     energy_weight: Numeric
     fall_penalty: Numeric
+    mark: Real[Number, "..."] | None
+    mark_width: Real[Number, "..."] | None
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     __repr__ = short_repr
@@ -120,7 +128,13 @@ class BipedEnvParams:
         words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
         if any(value is not None for value in vars(self.randomisation).values()):
             words.append(f"randomisation={self.randomisation!r}")
+        words += [f"{name}={brief(one)}" for name, one in self.given_mark.items()]
         return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
+
+    @property
+    def given_mark(self) -> dict[str, Real[Number, "..."]]:
+        """The entries of the mark, where there is one."""
+        return {name: one for name in MARK if (one := getattr(self, name)) is not None}
 
     def __post_init__(self):
         require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
@@ -163,13 +177,26 @@ class BipedEnvParams:
         fidelity = before.fidelity if fidelity is None else fidelity
         return BipedModel(biped.astype(kind), before.payload, fidelity)
 
+    def _require_whole_mark(self) -> None:
+        """ValueError for half a mark, and for one that is drawn where there is none."""
+        if len(self.given_mark) == 1:
+            raise ValueError(
+                f"mark = {self.mark} with mark_width = {self.mark_width}; accepted: both, or None"
+            )
+        if self.randomisation.mark is not None and self.mark is None:
+            raise ValueError(
+                "mark is drawn in a task without one; accepted: with mark, which it takes the "
+                "place of, and mark_width"
+            )
+
     def validate(self) -> BipedEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         kind = jnp.result_type(self.robot.own_mass)
-        numbers = {name: getattr(self, name) for name in NUMBERS}
+        numbers = {name: getattr(self, name) for name in NUMBERS} | self.given_mark
         require_numeric(**numbers)
         for name, value in numbers.items():
-            require_number(name, value, **NUMBERS[name], dtype=kind)
+            require_number(name, value, **(NUMBERS | MARK)[name], dtype=kind)
+        self._require_whole_mark()
         require_broadcast(**numbers)
         require_kind("scene", self.scene, Scene, "a Scene")
         require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
@@ -198,6 +225,11 @@ NUMBERS: dict[str, dict[str, Any]] = {
     **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
 }
 """The rule of every number."""
+MARK = {
+    name: {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
+    for name in ("mark", "mark_width")
+}
+"""The rules of what a mark is given by."""
 
 
 def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
@@ -207,8 +239,9 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     if "randomisation" in given:
         require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
         given["randomisation"].validate()
+    rules = NUMBERS | {name: rule for name, rule in MARK.items() if given.get(name) is not None}
     return {
-        name: as_number(name, value, **NUMBERS[name]) if name in NUMBERS else value
+        name: as_number(name, value, **rules[name]) if name in rules else value
         for name, value in given.items()
     }
 
@@ -248,6 +281,8 @@ def make_params(
     slip_weight: Numeric = 5.0,
     energy_weight: Numeric = 0.5,
     fall_penalty: Numeric = 5.0,
+    mark: Real[Number, "..."] | None = None,
+    mark_width: Real[Number, "..."] | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
     biped = BipedParams.from_bars() if biped is None else biped
@@ -268,6 +303,8 @@ def make_params(
         "slip_weight": slip_weight,
         "energy_weight": energy_weight,
         "fall_penalty": fall_penalty,
+        "mark": mark,
+        "mark_width": mark_width,
     }
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
     biped = biped.astype(float_kind(dtype, jnp.result_type(biped.mass)))

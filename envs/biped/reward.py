@@ -57,13 +57,18 @@ def reward_terms(
     outcome: Outcome,
     falls: Bool[Array, ""],
     period: Float[Array, ""],
+    to_go: Float[Array, ""] | None = None,
 ) -> dict[str, Float[Array, ""]]:
-    """The four terms of the reward of one control step; falls: whether the episode ends so."""
+    """The four terms of the reward of one control step; falls: whether the episode ends so; to_go:
+    how far ahead the mark is after it [m], None without one."""
     speed = drawn.commanded_rate / np.pi * robot.step_length
-    missed = jnp.abs(outcome.walked / period - speed) / speed
+    if to_go is None or params.mark_width is None:
+        kept = jnp.maximum(1 - jnp.abs(outcome.walked / period - speed) / speed, -1.0)
+    else:
+        kept = params.mark_width / (params.mark_width + jnp.abs(to_go))
     weight = robot.total_mass * robot.gravity
     return {
-        "reward_tracking": params.tracking_weight * period * jnp.maximum(1 - missed, -1.0),
+        "reward_tracking": params.tracking_weight * period * kept,
         "reward_slip": -params.slip_weight * outcome.slid / speed,
         "reward_energy": -params.energy_weight * outcome.energy / (weight * speed),
         "reward_fall": -params.fall_penalty * falls.astype(period.dtype),

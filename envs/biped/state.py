@@ -91,3 +91,8 @@ class BipedEnvState:
     over: Bool[Array, ""]
     drawn: Drawn
     totals: Totals
+
+    @property
+    def to_go(self) -> Float[Array, ""] | None:
+        """How far the mark is ahead of the centre of mass [m]; None without a mark."""
+        return None if self.drawn.mark is None else self.drawn.mark - self.totals.walked

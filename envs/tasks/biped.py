@@ -119,6 +119,18 @@ BIPED_TASKS = (
         fall_penalty=0.0,
     ),
     _task(
+        "BipedStop",
+        "walk from rest to a mark, stop there and stand",
+        "The mark lies 1 to 3 m ahead of the centre of mass. Each instant pays by the distance "
+        "from it, half at 0.1 m; slip and energy cost as usual. Friction limits how late braking "
+        "may begin.",
+        scene=SLIPPERY,
+        commanded_rate=5.0,
+        mark=2.0,
+        mark_width=0.1,
+        randomisation={"mark": [1.0, 3.0]},
+    ),
+    _task(
         "BipedHiddenFriction",
         "walk at commanded speeds on floors that are not seen",
         "Friction is drawn from 0.02 to 0.2 and not told; commands from 3 to 8 rad/s come anew "

@@ -34,6 +34,12 @@ BUMPS: dict[str, Plain] = {
     "pieces": 96,
     "cells": 48,
 }
+PATCHES: dict[str, Plain] = {
+    **BUMPS,
+    "grip": [0.3, 1.0],
+    "patch_length": [0.5, 1.5],
+    "patches": 16,
+}
 ROUGH: dict[str, Plain] = {"roughness": [16e-6, 1024e-6], "waves": 32, "pieces": 96, "cells": 48}
 
 
@@ -42,8 +48,9 @@ def _task(
 ) -> TaskDefinition:
     """A task of the UGV with the reference vehicle; names of CHOICES are static choices."""
     choices = CHOICES | {name: content.pop(name) for name in CHOICES if name in content}
-    parameters = NUMBERS | content
+    choices |= {name: content.pop(name) for name in ("see_friction",) if name in content}
     choices["criterion"] = criterion
+    parameters = NUMBERS | content
     return TaskDefinition(stem, title, about, "ugv", "UGVEnv", parameters, choices, unit)
 
 
@@ -104,6 +111,18 @@ UGV_TASKS = (
         "N",
         "grip",
         randomisation={"track": BUMPS, "friction": [0.3, 0.5]},
+        track=LEVEL,
+    ),
+    _task(
+        "UGVPatchyGrip",
+        "with the most grip to spare over bumps on ground that is slippery in places",
+        "Each patch, 0.5 to 1.5 m long, has a friction of its own, from 0.15 to 0.5; heights and "
+        "frictions of the next 4 m are seen. One wheel stands on ice while the other does not.",
+        "N",
+        "grip",
+        see_friction=True,
+        friction=0.5,
+        randomisation={"track": PATCHES},
         track=LEVEL,
     ),
 )

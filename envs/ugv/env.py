@@ -30,7 +30,7 @@ from stickslip.envs.ugv.plain import from_plain
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.station import Station, station_of
+from stickslip.optim.posture.station import Station, station_of, torque_left
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -75,6 +75,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     | margin of grip at the front wheel | W | +- 4, clipped | always |
     | worst value so far; 0 before the first step | `penalty_for` | +- 10, clipped | "max" |
     | height of the ground ahead over the front contact, one a point | r | +- 5, clipped | always |
+    | friction coefficient there, one a point | - | [0, 10] | `see_friction` |
 
     The `preview` (8) points lie at equal distances ahead of the front contact, along x, the last
     one `preview_length` (2 m) ahead. Each height carries an independent normal error of standard
@@ -107,10 +108,10 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     ## End
     Terminated, with the Status in info["status"]: WHEEL_SLIP (a wheel needs more than mu N),
-    ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), HOLLOW_GROUND,
-    NO_SOLUTION, NOT_CONVERGED, NON_FINITE. The state stays at the station before. An episode that
-    starts in such a station ends with its first step. Truncated: at the last waypoint before `end`
-    (the track's).
+    ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), OVERLOAD (a wheel needs
+    more than `max_torque`, where that is given), HOLLOW_GROUND, NO_SOLUTION, NOT_CONVERGED,
+    NON_FINITE. The state stays at the station before. An episode that starts in such a station ends
+    with its first step. Truncated: at the last waypoint before `end` (the track's).
 
     ## Info
     Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,
@@ -121,13 +122,14 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     episode_wheel_energy, episode_total_energy [J].
 
     Static choices: criterion (a name of CRITERIA), preview (points, 0 for none), solver (see
-    PoseSolver), autoreset. Version 0.
+    PoseSolver), autoreset, see_friction. Version 0.
     """
 
     criterion: str = "wheel_energy"
     preview: int = 8
     solver: PoseSolver = field(default=PoseSolver())
     autoreset: str = "same_step"
+    see_friction: bool = field(default=False, repr=False)
 
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
@@ -149,6 +151,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         accepted = f"an integer from 0 to {MOST_PREVIEW}"
         require_integer("preview", self.preview, low=0, high=MOST_PREVIEW, accepted=accepted)
         require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
+        require_kind("see_friction", self.see_friction, bool, "True or False")
 
     @property
     def measure(self) -> Criterion:
@@ -216,7 +219,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             drawn=drawn,
             totals=UGVTotals(*[zero] * len(UGVTotals._fields)),
         )
-        return observe(self.measure, self.preview, state, params), state
+        return self._observe(state, params), state
 
     def step_env(
         self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
@@ -252,7 +255,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         )
         info = {"status": status, **work._asdict(), **info_of(state, params)}
         return (
-            observe(self.measure, self.preview, state, params),
+            self._observe(state, params),
             state,
             reward,
             failed,
@@ -274,7 +277,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
         """See FunctionalEnv; entries as in the class docstring."""
-        return bounds(self.measure, self.preview, params)
+        return bounds(self.measure, self.preview, params, self.see_friction)
 
     def problem(self, state: UGVEnvState, params: UGVEnvParams) -> PostureProblem:
         """The optimiser's problem of an episode, from its first state (not a batch): the same
@@ -289,9 +292,13 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             friction=float(friction),
             leg_rate=float(params.leg_rate),
             min_clearance=float(params.min_clearance),
+            max_torque=None if params.max_torque is None else float(params.max_torque),
             start_angles=np.asarray(state.leg_angles, float),
             solver=self.solver,
         )
+
+    def _observe(self, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
+        return observe(self.measure, self.preview, state, params, self.see_friction)
 
     def _stand(
         self, x: Float[Array, ""], angles: Float[Array, " 2"], drawn: UGVDrawn, params: UGVEnvParams
@@ -302,7 +309,11 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         placed = stand(vehicle, odometer.track, x, angles, self.solver)
         station = station_of(vehicle, odometer, placed, angles, friction)
         low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
-        status = jnp.where(low, Status.GROUNDED, station.status).astype(jnp.int32)
+        status = jnp.where(low, Status.GROUNDED, station.status)
+        if params.max_torque is not None:
+            left = jnp.min(torque_left(station, params.max_torque), -1)
+            status = jnp.where((status == Status.OK) & (left < 0), Status.OVERLOAD, status)
+        status = status.astype(jnp.int32)
         station = station._replace(status=status)
         attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude

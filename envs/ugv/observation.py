@@ -12,11 +12,13 @@ from stickslip.envs.ugv.draw import ground
 from stickslip.envs.ugv.penalty import penalty_for
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float
 
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim.posture.criteria import Criterion
+    from stickslip.optim.posture.station import Station
 
 MAX_SLOPE = 1.6
 """Greatest slope angle and pitch that are told apart [rad]."""
@@ -28,35 +30,41 @@ MAX_HEIGHT = 5.0
 """Greatest height or depth of the ground ahead that is told apart, in wheel radii."""
 MAX_COST = 10.0
 """Greatest worst value so far that is told apart, in what `penalty_for` gives."""
+MAX_FRICTION = 10.0
+"""Greatest friction coefficient ahead that is told apart [-]."""
 MOST_PREVIEW = 256
 
 
 def observe(
-    criterion: Criterion, preview: int, state: UGVEnvState, params: UGVEnvParams
+    criterion: Criterion,
+    preview: int,
+    state: UGVEnvState,
+    params: UGVEnvParams,
+    see_friction: bool = False,
 ) -> Float[Array, " obs"]:
     """The observation of a state."""
     at, dtype = state.station, state.cost.dtype
     W, r = params.vehicle.weight, params.vehicle.wheel_radius
-    margins = [
-        at.friction * normal - jnp.abs(force)
-        for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-    ]
+    margins = [mu * normal - jnp.abs(force) for force, normal, mu in at.wheels]
     entries = [*(at.leg_angles - np.pi / 2)]
     entries += [jnp.clip(angle, -MAX_SLOPE, MAX_SLOPE) for angle in state.attitude]
     entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
     entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
     if criterion.kind == "max":
-        unit = penalty_for(criterion, params.vehicle, at.friction, params.end - params.start)
+        unit = penalty_for(criterion, params.vehicle, _usual(at), params.end - params.start)
         entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
     seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
     if preview == 0:
         return seen
     heights = _heights_ahead(preview, state, params) / r
-    return jnp.concatenate([seen, jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)])
+    ahead = [jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)]
+    if see_friction:
+        ahead += [jnp.minimum(_friction_ahead(preview, state, params), MAX_FRICTION).astype(dtype)]
+    return jnp.concatenate([seen, *ahead])
 
 
 def bounds(
-    criterion: Criterion, preview: int, params: UGVEnvParams
+    criterion: Criterion, preview: int, params: UGVEnvParams, see_friction: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of every entry."""
     low = float(np.min(np.asarray(params.vehicle.leg_angle_min))) - np.pi / 2
@@ -66,16 +74,35 @@ def bounds(
     rows += [(-MAX_TORQUE, MAX_TORQUE)] + [(-MAX_GRIP, MAX_GRIP)] * 2
     rows += [(-MAX_COST, MAX_COST)] * (criterion.kind == "max")
     rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * preview
+    rows += [(0, MAX_FRICTION)] * (preview if see_friction else 0)
     lows, highs = np.asarray(rows, np.float64).T
     return lows, highs
+
+
+def _usual(at: Station) -> Array:
+    """mu of the better wheel, where they differ."""
+    return at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)
+
+
+def _places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:
+    """Of the points, before the front contact [m]."""
+    return params.preview_length * (jnp.arange(1, preview + 1, dtype=dtype) / preview)
+
+
+def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
+    """mu at the points ahead [-]."""
+    odometer, friction = ground(state.drawn, params)
+    surface, dtype = odometer.track.surface, state.cost.dtype
+    if surface is None:
+        return jnp.full(preview, friction, dtype)
+    return friction * surface.at(state.station.x + _places_ahead(preview, params, dtype))
 
 
 def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
     """Of the points ahead over the front contact [m], with this step's noise."""
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
-    part = jnp.arange(1, preview + 1, dtype=dtype) / preview
-    heights = track.seen_from(x).height(params.preview_length * part)
+    heights = track.seen_from(x).height(_places_ahead(preview, params, dtype))
     if state.drawn.noise is None or params.preview_noise is None:
         return heights
     key = jax.random.fold_in(jax.random.wrap_key_data(state.drawn.noise), state.elapsed)

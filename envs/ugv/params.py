@@ -34,8 +34,9 @@ from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Float, Int, Real
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.criteria import Criterion
 
 
@@ -49,7 +50,8 @@ class UGVEnvParams:
     friction: mu between wheels and ground [-]. leg_rate: how far action 1 turns a leg for each
     metre that the front wheel advances [rad/m]. spacing: how far it advances in a step [m]. start,
     end: where it stands at first and at last [m]. start_angles: of the legs [2], rear and front
-    [rad]. min_clearance: body and legs must be as far above the ground [m].
+    [rad]. min_clearance: body and legs must be as far above the ground [m]. max_torque: the most
+    that each wheel's motor gives, either way [N m], or None: any.
     preview_length: how far ahead the ground is seen [m]. preview_noise: standard deviation of each
     height seen [m], or None for exact ones.
     reward_scale: factor on the whole reward; 1 leaves it in the criterion's unit. speed: of the
@@ -71,6 +73,7 @@ class UGVEnvParams:
     min_clearance: Numeric
     preview_length: Numeric
     preview_noise: Numeric | None
+    max_torque: Real[Number, "..."] | None
     reward_scale: Numeric
     speed: Numeric
     given_penalty: Numeric | None
@@ -169,8 +172,9 @@ class UGVEnvParams:
         _require_kinds(**given)
         self.vehicle.validate()
         numbers = {name: getattr(self, name) for name in NUMBERS}
-        if self.preview_noise is None:
-            del numbers["preview_noise"]
+        for name in OPTIONAL:
+            if numbers[name] is None:
+                del numbers[name]
         kind = jnp.result_type(self.odometer.start)
         require_numeric(**numbers)
         penalty = {"failure_penalty": numbers.pop("failure_penalty")}  # follows from the others
@@ -195,15 +199,18 @@ NUMBERS: dict[str, dict[str, Any]] = {
     **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
     **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
     "preview_noise": {"low": 0.0, "accepted": "None, or a finite length >= 0 [m]"},
+    "max_torque": {"low": 0.0, "strict": True, "accepted": "None, or a finite torque > 0 [N m]"},
     "start": {"accepted": "a finite place [m]"},
     "end": {"accepted": "a finite place [m]"},
 }
 """The rule of every number."""
+OPTIONAL = ("preview_noise", "max_torque")
+"""May be None."""
 
 
 def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
-    optional = ("preview_noise", "failure_penalty", "given_penalty")
+    optional = (*OPTIONAL, "failure_penalty", "given_penalty")
     kept = {name: value for name, value in given.items() if name in optional and value is None}
     angles = {"accepted": "2 finite angles, rear and front [rad]"}
     rules = NUMBERS | {"start_angles": angles, "given_penalty": NUMBERS["failure_penalty"]}
@@ -236,6 +243,7 @@ def make_params(
     min_clearance: Numeric = 0.02,
     preview_length: Numeric = 2.0,
     preview_noise: Numeric | None = None,
+    max_torque: Real[Number, "..."] | None = None,
     failure_penalty: Numeric | None = None,
     reward_scale: Numeric = 1.0,
     speed: Numeric = 1.0,
@@ -260,6 +268,7 @@ def make_params(
             "min_clearance": min_clearance,
             "preview_length": preview_length,
             "preview_noise": preview_noise,
+            "max_torque": max_torque,
             "reward_scale": reward_scale,
             "speed": speed,
             "failure_penalty": failure_penalty,

@@ -36,10 +36,9 @@ def ugv_frame(
 
     preview: how many points ahead are observed.
     """
-    placed, turned, points, seen = jax.device_get(_sampled(solver, preview, state, params))
+    placed, turned, points, seen, mu = jax.device_get(_sampled(solver, preview, state, params))
     at = jax.device_get(state.station)
     wheels = []
-    forces = ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
     hinges = placed.rear_hinge, placed.front_hinge
     for i, contact in enumerate((placed.rear, placed.front)):
         wheels.append(
@@ -50,8 +49,7 @@ def ugv_frame(
                 turned=float(turned[i]),
                 hinge=hinges[i],
                 leg_angle=float(at.leg_angles[i]),
-                friction=float(forces[i][0]),
-                normal=float(forces[i][1]),
+                **dict(zip(("friction", "normal", "mu"), map(float, at.wheels[i]), strict=True)),
             )
         )
     status = Status(int(info.get("status", at.status)))
@@ -65,16 +63,18 @@ def ugv_frame(
         pitch=float(placed.pitch),
         torque=float(at.torque),
         cost=float(state.cost),
-        mu=float(at.friction),
+        mu=float(np.min(at.friction)),
         grip=float(at.grip),
         status="ok" if status == Status.OK else status.name.lower().replace("_", " "),
+        ground_mu=mu,
     )
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams):
-    """Pose, angles of the wheels in the world, points of the ground and those observed."""
-    odometer, _ = ground(state.drawn, params)
+    """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
+    points where the ground has a surface."""
+    odometer, friction = ground(state.drawn, params)
     track, vehicle, at = odometer.track, params.vehicle, state.station
     placed = place(vehicle, track, at.x, at.leg_angles, solver)
     turned = [
@@ -86,4 +86,5 @@ def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEn
     part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
     ahead = at.x + params.preview_length * part
     points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, ahead))
-    return placed, jnp.stack(turned), points, seen
+    mu = None if track.surface is None else friction * track.surface.at(x)
+    return placed, jnp.stack(turned), points, seen, mu

@@ -23,17 +23,22 @@ from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.dynamics.ugv.roughness import rough_waves
 from stickslip.dynamics.ugv.shapes import Bump
 from stickslip.dynamics.ugv.spline import hermite_table
+from stickslip.dynamics.ugv.surface import Surface, pairs
 from stickslip.dynamics.ugv.track import track_of
 from stickslip.envs.ranges import Range, require_range
 from stickslip.envs.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array
+    from jaxtyping import Array, Real
+
+    from stickslip.dynamics.numeric import Number
 
 
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""
+RAMP = 0.05
+"""Over which a patch's friction goes over into the next one's [m]."""
 BYTES = 256
 """About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
@@ -45,9 +50,12 @@ class RandomTrack:
 
     bump_height, bump_width, bump_centre: of `Bump`, each uniform in (low, high) [m]; no bump where
     bump_height is None. roughness: G(n0) of `rough_waves` [m^3], uniform in its logarithm; class C
-    of ISO 8608 is 2.56e-4, each class 4 times the one before. waves, pieces: of the drawn spectrum
+    of ISO 8608 is 2.56e-4, each class 4 times the one before. grip: factors on the friction
+    coefficient of `patches` patches, each uniform in (low, high), as long as one length, uniform in
+    patch_length [m], and laid from a place up to one such length before the start, see Surface;
+    None: friction is the same everywhere. waves, pieces: of the drawn spectrum
     and of the table that holds the sum (see `hermite_table`), from the params' track.start to
-    track.end, straight beyond. cells: of the odometer. The last three are static.
+    track.end, straight beyond. cells: of the odometer. The last four are static.
     """
 
     bump_height: Range | None = None
@@ -57,6 +65,9 @@ class RandomTrack:
     waves: int = field(default=32, metadata={"static": True})
     pieces: int = field(default=96, metadata={"static": True})
     cells: int = field(default=48, metadata={"static": True})
+    grip: Range | None = None
+    patch_length: Range | None = None
+    patches: int = field(default=16, metadata={"static": True})
 
     __repr__ = short_repr
 
@@ -84,7 +95,14 @@ class RandomTrack:
         require_range("bump_width", self.bump_width, 0.0, strict=True, optional=False)
         require_range("bump_centre", self.bump_centre, optional=False)
         require_range("roughness", self.roughness, 0.0, strict=True)
-        for name in ("waves", "pieces", "cells"):
+        require_range("grip", self.grip, 0.0)
+        require_range("patch_length", self.patch_length, RAMP, strict=True)
+        if (self.grip is None) != (self.patch_length is None):
+            raise ValueError(
+                f"grip = {self.grip} with patch_length = {self.patch_length}; accepted: both, or "
+                "None"
+            )
+        for name in ("waves", "pieces", "cells", "patches"):
             value = require_integer(name, getattr(self, name))
             require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, BYTES)
         require_memory(
@@ -112,8 +130,20 @@ class RandomTrack:
                 return y, dy, d2y
 
             shape = hermite_table(both, start, end, self.pieces)
-        odometer = Odometer.along(Track(shape, start, end), start, end, self.cells)
+        track = Track(shape, start, end, self._surface(key, start, dtype))
+        odometer = Odometer.along(track, start, end, self.cells)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
+
+    def _surface(self, key: Array, start: Real[Number, ""], dtype: DTypeLike) -> Surface | None:
+        """Of its own key, so that the ground is the same with and without."""
+        if self.grip is None or self.patch_length is None:
+            return None
+        keys = jax.random.split(jax.random.fold_in(key, 5), 3)
+        length = uniform(keys[0], self.patch_length, dtype)
+        first = start - length * uniform(keys[1], (0.0, 1.0), dtype)
+        edges = first + length * jnp.arange(1, self.patches, dtype=dtype)
+        factors = uniform(keys[2], self.grip, dtype, (self.patches,))
+        return Surface(*pairs(edges, factors, RAMP))
 
 
 @jax.tree_util.register_dataclass

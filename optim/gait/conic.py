@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.answer import Answer, answered
 from stickslip.optim.gait.demand import least_demand
 from stickslip.optim.gait.infeasible import blamed
@@ -21,11 +22,18 @@ if TYPE_CHECKING:
 GAP = 1e-6
 """Gap between value and bound, relative to the value or to a twentieth of the objective's size, up
 to which a gait counts as proved optimal on its grid."""
+CERTIFY = ("every", "grid")
 OF_GRID = "gaits of {cells} cells a step, limits kept at the nodes"
 
 
-def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
+def solve_conic(
+    problem: GaitProblem, *, certify: str = "every", progress: bool = False
+) -> GaitResult:
     """The best gait of the grid by second-order cones (cvxpy with Clarabel), with its proofs.
+
+    certify: "every", of every gait, on the grid or off it, with a gait that keeps its limits
+    between the nodes, which takes another solve or more; "grid", of gaits of the grid alone: then
+    held and every_bound are None.
 
     The program of a structure is built once and kept; other numbers solve it again. evaluations:
     how often it was solved. Status: OPTIMAL where the bound of `certificate`, worked out apart from
@@ -33,8 +41,10 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
     limit. details: cells. What the grid leaves open: the result's `discretisation`.
     """
     began = time.perf_counter()
-    instance = problem.instance
-    answer = least_demand(instance) if instance.goal.is_friction else answered(instance)
+    require_choice("certify", certify, CERTIFY)
+    instance, whole = problem.instance, certify == "every"
+    found = least_demand if instance.goal.is_friction else answered
+    answer = found(instance, every=whole)
     if isinstance(answer, Solved):
         status, message, solves = blamed(instance, answer)
         return GaitResult.without_point(
@@ -47,7 +57,7 @@ def solve_conic(problem: GaitProblem, *, progress: bool = False) -> GaitResult:
         )
     certificate, solved = answer.certificate, answer.solved
     evaluation = problem.looked_at(answer.gait)
-    held, held_value, more = held_between(answer)
+    held, held_value, more = held_between(answer) if whole else (None, np.inf, 0)
     status, message = _judged(problem, answer, evaluation.feasible)
     proved = np.isfinite(certificate.bound)
     every = answer.every

@@ -24,12 +24,12 @@ SHORTFALLS = tuple(10.0**-k for k in range(9, 0, -1))
 HALVINGS = 4
 
 
-def least_demand(instance: Instance) -> Answer | Solved:
+def least_demand(instance: Instance, *, every: bool = True) -> Answer | Solved:
     """Dinkelbach's method: at the demand t reached so far the gait with the least excess of
     |friction| over t N has a lower one, and these fall faster than geometrically to the least.
 
     The bound is the greatest t' tried for which the last multipliers prove that no gait gets by
-    with t'.
+    with t'. every: look for one on every gait, too.
     """
     demand, best, solves = 1.0, None, 0
     solved = Solved(OptimStatus.FAILED, "nothing was solved")
@@ -50,11 +50,11 @@ def least_demand(instance: Instance) -> Answer | Solved:
         return solved
     gait, solved, at = best
     bounds = [
-        _bound(demand, lambda t, every=every: excluded(_with(instance, t), solved, every))
-        for every in (False, True)
+        _bound(demand, lambda t, whole=whole: excluded(_with(instance, t), solved, whole))
+        for whole in (False, True)[: 1 + every]
     ]
     certificate = conditions(at, gait, solved, demand, bounds[0])
-    return Answer(gait, certificate, bounds[1], solved, at, solves, FRICTION)
+    return Answer(gait, certificate, bounds[1] if every else None, solved, at, solves, FRICTION)
 
 
 def _with(instance: Instance, demand: float) -> Instance:

@@ -69,66 +69,65 @@ class Polygons:
         on_T = np.where(np.abs(on_T) < STEEP, 0.0, on_T)
         return cls(on_T, on_b, most, *_rates(on_T, on_b, most, *ends))
 
-    def torques(self, b: Float[np.ndarray, "m"]) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest T at given b."""
+    def sides(self, sign: int) -> tuple[np.ndarray, np.ndarray]:
+        """The rows that hold T from below (sign -1) or from above (1) as T = at - per b, two of
+        [rows, m]; the others hold nothing."""
+        own = sign * self.on_T > 0
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = (self.most - self.on_b * b) / self.on_T
-        low = np.max(np.where(self.on_T < 0, at, -np.inf), axis=0, initial=-np.inf)
-        high = np.min(np.where(self.on_T > 0, at, np.inf), axis=0, initial=np.inf)
-        return low, high
+            at = np.where(own, self.most / self.on_T, sign * np.inf)
+            per = np.where(own, self.on_b / self.on_T, 0.0)
+        kept = np.any(own, axis=1)
+        none = np.full((1, own.shape[1]), sign * np.inf)  # where no row does
+        return np.concatenate([at[kept], none]), np.concatenate([per[kept], np.zeros_like(none)])
 
 
 def least(polygons: Polygons, form: Lagrangian) -> Float[np.ndarray, "m"]:
     """The least value at each angle; infinite where the limits leave nothing."""
-    low, high = polygons.low.copy(), polygons.high.copy()
+    low, high = polygons.low, polygons.high
     empty = low > high
     low, high = np.where(empty, 0.0, low), np.where(empty, 0.0, high)
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left, at_right = (value(polygons, form, b) for b in (left, right))
-    found = np.minimum(value(polygons, form, low), value(polygons, form, high))
-    for _ in range(ROUNDS):
-        lower = at_left <= at_right
-        high, low = np.where(lower, right, high), np.where(lower, low, left)
-        inner = np.where(lower, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
-        new = value(polygons, form, inner)
-        left, right = np.where(lower, inner, right), np.where(lower, left, inner)
-        at_left, at_right = np.where(lower, new, at_right), np.where(lower, at_left, new)
-        found = np.minimum(found, new)
-    found = np.minimum(found, np.minimum(at_left, at_right))
+    value = Searched(polygons, form)
+    with np.errstate(over="ignore", invalid="ignore"):
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        at_left, at_right = value(left), value(right)
+        found = np.minimum(value(low), value(high))
+        for _ in range(ROUNDS):
+            lower = at_left <= at_right
+            high, low = np.where(lower, right, high), np.where(lower, low, left)
+            part = GOLDEN * (high - low)
+            inner = np.where(lower, high - part, low + part)
+            new = value(inner)
+            left, right = np.where(lower, inner, right), np.where(lower, left, inner)
+            at_left, at_right = np.where(lower, new, at_right), np.where(lower, at_left, new)
+            found = np.minimum(found, new)
     return np.where(empty, np.inf, found)
 
 
-def value(
-    polygons: Polygons, form: Lagrangian, b: Float[np.ndarray, "m"]
-) -> Float[np.ndarray, "m"]:
-    """The least over T at given b."""
-    low, high = polygons.torques(b)
-    high = np.maximum(low, high)
-    rate = np.sqrt(np.maximum(b, 0.0))
-    slow = 1 / np.maximum(rate, 1e-150)
-    curve = form.heat * slow + form.strain
-    best = np.full_like(b, np.inf)
-    for work, floor, top in (
-        (0.0, low, np.minimum(high, 0.0)),
-        (form.work, np.maximum(low, 0.0), high),
-    ):
-        slope = form.on_T + work
-        T = _vertex(curve, slope, floor, top)
-        inside = floor <= top
-        with np.errstate(over="ignore", invalid="ignore"):
-            here = curve * T**2 + slope * T
-        best = np.minimum(best, np.where(inside, here, np.inf))
-    with np.errstate(over="ignore"):
-        spent = np.where(form.inverse > 0, form.inverse * slow, 0.0)
-        return best + spent - form.root * rate + form.on_b * b + form.rest
+class Searched:
+    """The least over T at given b [m], prepared for many b.
 
+    curve T^2 + on_T T + work max(T, 0) is convex in T: without limits it is least where
+    2 curve T = max(-on_T - work, 0) - max(on_T, 0), with limits at the nearest T that they leave.
+    """
 
-def _vertex(curve: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Where curve T^2 + slope T is least on [low, high]."""
-    bent = curve > 0
-    middle = -slope / np.where(bent, 2 * curve, 1.0)
-    straight = np.where(slope > 0, low, np.where(slope < 0, high, np.clip(0.0, low, high)))
-    return np.where(bent, np.clip(middle, low, high), straight)
+    def __init__(self, polygons: Polygons, form: Lagrangian):
+        self._form = form
+        self._floors = polygons.sides(-1)
+        self._tops = polygons.sides(1)
+        self._pull = np.maximum(-form.on_T - form.work, 0.0) - np.maximum(form.on_T, 0.0)
+
+    def __call__(self, b: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
+        """The value at b >= 0."""
+        form = self._form
+        (at, per), (at_top, per_top) = self._floors, self._tops
+        floor, top = np.max(at - per * b, axis=0), np.min(at_top - per_top * b, axis=0)
+        rate = np.sqrt(np.maximum(b, 0.0))
+        slow = 1 / np.maximum(rate, 1e-150)
+        curve = form.heat * slow + form.strain
+        T = self._pull / np.maximum(2 * curve, 1e-290)
+        T = np.minimum(np.maximum(T, floor), np.maximum(floor, top))
+        found = (curve * T + form.on_T) * T + form.work * np.maximum(T, 0.0)
+        return found + form.inverse * slow - form.root * rate + form.on_b * b + form.rest
 
 
 def _rates(

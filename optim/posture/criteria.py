@@ -138,8 +138,7 @@ def _torque(a: Station) -> Array:
 
 
 def _grip_missing(a: Station) -> Array:
-    wheels = ((a.F_rear, a.N_rear), (a.F_front, a.N_front))
-    return jnp.stack([sign * F - a.friction * N for F, N in wheels for sign in (1, -1)], -1)
+    return jnp.stack([sign * F - mu * N for F, N, mu in a.wheels for sign in (1, -1)], -1)
 
 
 def _load(a: Station) -> Array:

@@ -26,6 +26,7 @@ class PostureData:
     min_normal: float = 0.0
     min_grip: float = 0.0
     min_clearance: float = 0.02
+    max_torque: float | None = None
     start_angles: Float[np.ndarray, "2"] | None = None
     end_angles: Float[np.ndarray, "2"] | None = None
     solver: PoseSolver = field(default=PoseSolver())

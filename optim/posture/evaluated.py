@@ -71,7 +71,7 @@ def _by_station(
     each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
     pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
     none = dict.fromkeys(("x", "friction", "leg_rate", "criterion"))
-    none |= dict.fromkeys(("min_normal", "min_grip", "min_clearance"))
+    none |= dict.fromkeys(("min_normal", "min_grip", "min_clearance", "max_torque"))
     found = _in_sizes(program, replace(posture, **none), *each, pairs)
     return jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[1:]), found)
 

@@ -40,11 +40,13 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
     [m], increasing, two or more. criterion: a name of CRITERIA, a Criterion or a Weighted.
-    friction: mu [-], a number or one for each waypoint. leg_rate: how far each leg may turn for
+    friction: mu [-], a number or one for each waypoint, times the factor of the track's surface
+    under each wheel where it has one. leg_rate: how far each leg may turn for
     each metre that the front wheel goes [rad/m]; None: any move. min_normal: least normal force of
     each wheel [N]. min_grip: least mu N - |F| of each wheel [N]. min_clearance: of body and legs
-    above the ground [m]. start_angles, end_angles: the first and the last pair where they are
-    given, rear and front [rad]. solver: how poses are found.
+    above the ground [m]. max_torque: of each wheel's motor, either way [N m]; None: any.
+    start_angles, end_angles: the first and the last pair where they are given, rear and front
+    [rad]. solver: how poses are found.
 
     The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
     computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
@@ -122,6 +124,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                 min_normal=_number(self.min_normal),
                 min_grip=_number(self.min_grip),
                 min_clearance=_number(self.min_clearance),
+                max_torque=None if self.max_torque is None else _number(self.max_torque),
                 criterion=jax.tree.map(_number, self.criterion),
                 solver=self.solver,
             )
@@ -232,6 +235,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         K = len(self.x)
         sizes = {"grip": 4 * K, "normal": 2 * K}
         sizes |= {"clearance": K} if self.solver.samples else {}
+        sizes |= {} if self.max_torque is None else {"torque": 2 * K}
         sizes |= {"pose": K}
         return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
 
@@ -239,7 +243,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        [m], pose: how many waypoints have no pose. Infinite where numbers are not finite.
+        [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers are not
+        finite.
         """
         return missed_by(self, self.angles(x), self.stations(x))
 

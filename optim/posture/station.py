@@ -17,11 +17,15 @@ from stickslip.dynamics.ugv import (
     UGVParams,
     balance,
 )
+from stickslip.dynamics.ugv.equilibrium import friction_under
 from stickslip.dynamics.ugv.pose import stand
 from stickslip.dynamics.ugv.rolling import wheel_lags
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jax.typing import DTypeLike
+    from jaxtyping import Array, Bool, Float, Int, Real
+
+    from stickslip.dynamics.numeric import Number
 
 PLACED = (Status.OK, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""
@@ -53,7 +57,7 @@ class Station(NamedTuple):
     F_front: Float[Array, "..."]
     N_front: Float[Array, "..."]
     friction: Float[Array, "..."]
-    """mu between wheels and ground [-]."""
+    """mu between wheels and ground [-]; [..., 2], rear and front, on a track with a surface."""
     grip: Float[Array, "..."]
     """The lesser of both wheels' mu N - |F| [N]."""
     clearance: Float[Array, "..."]
@@ -73,6 +77,13 @@ class Station(NamedTuple):
     def with_numbers(self, numbers: Iterable[Any]) -> Station:
         """The same status beside other numbers."""
         return Station(*numbers, status=self.status)
+
+    @property
+    def wheels(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
+        """Friction and normal force [N] and mu [-] of the rear and the front wheel, each [...]."""
+        each = jnp.ndim(self.friction) > jnp.ndim(self.N_rear)
+        rear, front = (self.friction[..., i] if each else self.friction for i in range(2))
+        return (self.F_rear, self.N_rear, rear), (self.F_front, self.N_front, front)
 
     @property
     def turn(self) -> Float[Array, "..."]:
@@ -106,7 +117,8 @@ def station(
 ) -> Station:
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
 
-    For use inside a trace: nothing is checked, and the status tells. friction: mu, [...]. The
+    For use inside a trace: nothing is checked, and the status tells. friction: mu, [...], where the
+    track's surface has the factor 1. The
     odometer must reach from the rearmost contact asked for to the foremost, and be the same for
     stations whose turns are compared.
     """
@@ -122,7 +134,8 @@ def station_of(
     friction: Numeric,
 ) -> Station:
     """The station of a vehicle that has its place, best one of `stand`; see `station`."""
-    held = balance(params, placed, friction)
+    mu = friction_under(odometer.track, placed, friction)
+    held = balance(params, placed, mu)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
     return Station(
@@ -136,11 +149,26 @@ def station_of(
         N_rear=held.N_rear,
         F_front=held.F_front,
         N_front=held.N_front,
-        friction=jnp.broadcast_to(jnp.asarray(friction, dtype), shape),
+        friction=_by_wheel(mu, shape, dtype),
         grip=jnp.where(held.grip_rear < held.grip_front, held.grip_rear, held.grip_front),
         clearance=held.clearance,
         status=held.status,
     )
+
+
+def _by_wheel(
+    mu: Real[Array, "..."] | float | tuple[Array, Array], shape: tuple[int, ...], dtype: DTypeLike
+) -> Array:
+    """mu of both wheels [...], or of each [..., 2]."""
+    if isinstance(mu, tuple):
+        return jnp.stack([jnp.broadcast_to(jnp.asarray(of, dtype), shape) for of in mu], -1)
+    return jnp.broadcast_to(jnp.asarray(mu, dtype), shape)
+
+
+def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... 2"]:
+    """What each wheel's motor has left, driving backwards and forwards [N m]; max_torque: the most
+    it gives, either way. Below 0 the station is beyond it."""
+    return jnp.stack([max_torque - at.torque, max_torque + at.torque], -1)
 
 
 def turned(a: Station, b: Station) -> Float[Array, "..."]:

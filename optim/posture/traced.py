@@ -13,7 +13,7 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
-from stickslip.optim.posture.station import Station, station
+from stickslip.optim.posture.station import Station, station, torque_left
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -38,6 +38,8 @@ class Posture:
     min_normal: Numeric
     min_grip: Numeric
     min_clearance: Numeric
+    max_torque: Numeric
+    """[N m], or None: any."""
     criterion: Any
     """Criterion or Weighted; None where it does not matter, so that all share one program."""
     solver: PoseSolver = field(metadata={"static": True})
@@ -84,11 +86,11 @@ class Posture:
 
         grip: mu N - |F| - min_grip, as two smooth terms for each wheel, over the weight. normal:
         N - min_normal of both wheels, over the weight. clearance: less min_clearance, over the leg
-        length (left out where the solver looks at no samples). pose: 1 where the vehicle has a
+        length (left out where the solver looks at no samples). torque: what the motors have left,
+        over weight x wheel radius (left out without a limit). pose: 1 where the vehicle has a
         place on the track, else -1. Numbers that are not finite count as -1.
         """
-        wheels = ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-        grip = jnp.stack([at.friction * N - s * F for F, N in wheels for s in (1, -1)], -1)
+        grip = jnp.stack([mu * N - s * F for F, N, mu in at.wheels for s in (1, -1)], -1)
         normal = jnp.stack([at.N_rear, at.N_front], -1)
         W = self.params.weight
         found = {
@@ -98,6 +100,8 @@ class Posture:
         if self.solver.samples:
             low = (at.clearance - self.min_clearance) / self.params.leg_length
             found["clearance"] = low[..., None]
+        if self.max_torque is not None:
+            found["torque"] = torque_left(at, self.max_torque) / (W * self.params.wheel_radius)
         one = jnp.ones_like(at.torque)
         found["pose"] = jnp.where(at.placed, one, -one)[..., None]
         return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}

@@ -87,6 +87,8 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
         if np.ndim(leaf):
             raise ValueError(f"params has a field of shape {np.shape(leaf)}; accepted: numbers")
     x = _waypoints(problem.x)
+    if isinstance(problem.track, Track) and problem.track.surface is not None:
+        problem.track.surface.validate()
     require_stations(f"x of {len(x)} waypoints", len(x))
     fields: dict[str, Any] = {"track": track_of(problem.track), "x": x}
     accepted = "a number >= 0, or one for each waypoint"
@@ -101,6 +103,9 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
         require_scalar("leg_rate", problem.leg_rate, low=0.0, strict=True, accepted=accepted)
     for name, unit in (("min_normal", "N"), ("min_grip", "N"), ("min_clearance", "m")):
         require_scalar(name, getattr(problem, name), low=0.0, accepted=f"a number >= 0 [{unit}]")
+    if problem.max_torque is not None:
+        accepted = "None, or a torque > 0 [N m]"
+        require_scalar("max_torque", problem.max_torque, low=0.0, strict=True, accepted=accepted)
     for name in ("start_angles", "end_angles"):
         given = getattr(problem, name)
         if given is not None:

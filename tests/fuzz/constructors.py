@@ -125,12 +125,14 @@ WALK_NUMBERS = dict.fromkeys(
     ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"), NOT_BELOW
 )  # fmt: skip
 WALK = WALK_NUMBERS | {
+    "mark": maybe(*ABOVE), "mark_width": maybe(*ABOVE),
     "biped": ("none",), "scene": ("none",), "randomisation": ("none",), "dtype": ("none", "type"),
 }  # fmt: skip
 DRIVE = dict.fromkeys(("leg_rate", "preview_length", "reward_scale", "speed"), ABOVE) | {
     "vehicle": ("none",), "track": ("none",), "randomisation": ("none",),
     "dtype": ("none", "type"), "friction": NOT_BELOW, "min_clearance": NOT_BELOW,
     "preview_noise": maybe(*NOT_BELOW), "failure_penalty": maybe(*NOT_BELOW),
+    "max_torque": maybe(*ABOVE),
     "spacing": ONE, "start": maybe(*ANY_ONE), "end": maybe(), "start_angles": ("pair",),
 }  # fmt: skip
 VEHICLE = dict.fromkeys(
@@ -264,7 +266,13 @@ def plans() -> dict[str, Plan]:
         ),
         "UGVEnv": Plan(
             envs.UGVEnv,
-            {"criterion": CHOICE, "preview": INTEGER, "solver": KIND, "autoreset": CHOICE},
+            {
+                "criterion": CHOICE,
+                "preview": INTEGER,
+                "solver": KIND,
+                "autoreset": CHOICE,
+                "see_friction": FLAG,
+            },
         ),
         "BipedEnv.make_params": Plan(made().make_params, WALK),
         "UGVEnv.make_params": Plan(envs.UGVEnv().make_params, DRIVE),
@@ -296,7 +304,7 @@ def plans() -> dict[str, Plan]:
         "Randomisation": Plan(
             lambda **k: envs.Randomisation(**k).validate(),
             dict.fromkeys(("friction", "mass", "payload", "commanded_rate", "crank_rate"), RANGE)
-            | {"phase": ("none",), "command_interval": ("none",)},
+            | {"phase": ("none",), "command_interval": ("none",), "mark": RANGE},
         ),
         "UGVRandomisation": Plan(
             lambda **k: envs.UGVRandomisation(**k).validate(ugv.UGVParams()),
@@ -312,6 +320,9 @@ def plans() -> dict[str, Plan]:
                 "waves": INTEGER,
                 "pieces": INTEGER,
                 "cells": INTEGER,
+                "grip": ("none",),
+                "patch_length": ("none",),
+                "patches": INTEGER,
             },
             {"roughness": (1e-4, 1e-3)},
         ),
@@ -361,6 +372,11 @@ def others() -> dict[str, Plan]:
             {"x": ("pair",), "y": ("pair",), "interpolation": CHOICE},
             {"x": [0.0, 1.0], "y": [0.0, 0.0]},
         ),
+        "Surface.patches": Plan(
+            ugv.Surface.patches,
+            {"edges": (), "factors": (), "ramp": ("half", "subnormal")},
+            {"edges": [1.0], "factors": [1.0, 0.5]},
+        ),
         "PoseSolver": Plan(
             ugv.PoseSolver,
             {
@@ -385,6 +401,7 @@ def others() -> dict[str, Plan]:
                 "min_normal": ("half", "subnormal", "overflow"),
                 "min_grip": ("half", "subnormal", "overflow"),
                 "min_clearance": ("half", "subnormal", "overflow"),
+                "max_torque": maybe("half", "subnormal", "overflow"),
                 "start_angles": maybe("pair"),
                 "end_angles": maybe("pair"),
                 "solver": KIND,

@@ -11,7 +11,7 @@ import numpy as np
 class WheelFrame:
     """One wheel. centre, contact: points (x, y) [m]. slope: of the ground under it [rad]. turned:
     its angle in the world, anticlockwise [rad]. hinge: of its leg [m]. leg_angle [rad]. friction,
-    normal: of the ground on the wheel, along it forwards and out of it [N]."""
+    normal: of the ground on the wheel, along it forwards and out of it [N]. mu: under it [-]."""
 
     centre: np.ndarray
     contact: np.ndarray
@@ -21,6 +21,7 @@ class WheelFrame:
     leg_angle: float
     friction: float
     normal: float
+    mu: float
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,9 @@ class UGVFrame:
     x: of the front contact; start: where the drive began [m]. rear, front: the wheels.
     ground: points [n, 2] of the profile about the vehicle, and preview: points [k, 2] of it that
     are observed, without noise [m]. pitch [rad]. torque: on each wheel [N m]. cost: the criterion
-    so far. mu [-]. grip: the lesser margin mu N - |F| [N]. status: "ok", or what ended the drive.
+    so far. mu: under the wheels, the lesser of them [-]. grip: the lesser margin mu N - |F| [N].
+    status: "ok", or what ended the drive. ground_mu: at the points of `ground` [n], None where it
+    is the same everywhere.
     """
 
     x: float
@@ -45,6 +48,7 @@ class UGVFrame:
     mu: float
     grip: float
     status: str = "ok"
+    ground_mu: np.ndarray | None = None
 
     @property
     def demand(self) -> float:

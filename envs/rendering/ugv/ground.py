@@ -41,10 +41,12 @@ class Ground:
         x, y = frame.ground.T
         self._surface.set_data(x, y)
         self._seen.set_data(*frame.preview.T)
-        ends = np.array([[x[-1], depth], [x[0], depth]])
-        self._fill.set_verts([np.concatenate([frame.ground, ends])])
-        self._fill.set_facecolor(theme.floor_colour(frame.mu))
-        self._label.words = f"μ {frame.mu:.3g}"
+        parts = _alike(frame)
+        self._fill.set_verts([_down_to(depth, frame.ground[a:b]) for a, b, _ in parts])
+        self._fill.set_facecolor([theme.floor_colour(mu) for *_, mu in parts])
+        ends = min(mu for *_, mu in parts), max(mu for *_, mu in parts)
+        self._label.words = " to ".join(f"{one:.3g}" for one in sorted({*ends}))
+        self._label.words = f"μ {self._label.words}"
         self._move_scale(left, right)
 
     def _move_scale(self, left: float, right: float) -> None:
@@ -66,3 +68,19 @@ class Ground:
             number.x = at
             number.words = f"{written(x, digits)} m"
             number.visible = True
+
+
+def _alike(frame: UGVFrame) -> list[tuple[int, int, float]]:
+    """Stretches of the ground's points of one friction: first, one past the last, and mu."""
+    if frame.ground_mu is None:
+        return [(0, len(frame.ground), frame.mu)]
+    mu = np.round(frame.ground_mu, 3)
+    starts = [0, *(np.flatnonzero(np.diff(mu)) + 1).tolist()]
+    ends = [*(start + 1 for start in starts[1:]), len(mu)]  # each reaches the next one
+    return [(a, b, float(mu[a])) for a, b in zip(starts, ends, strict=True)]
+
+
+def _down_to(depth: float, points: np.ndarray) -> np.ndarray:
+    """The outline of a stretch filled down to that height."""
+    ends = np.array([[points[-1, 0], depth], [points[0, 0], depth]])
+    return np.concatenate([points, ends])

@@ -91,10 +91,10 @@ class Forces:
         """Show a frame's forces; `scale` page units a metre."""
         wheels = frame.rear, frame.front
         colours = [theme.SLIDES if self._slips(frame, wheel) else theme.HOLDS for wheel in wheels]
-        half = atan(frame.mu)
         cones, arrows = [], []
         for wheel in wheels:
             up = wheel.slope + pi / 2
+            half = atan(wheel.mu)
             angles = np.linspace(up - half, up + half, 17)
             rim = CONE_LENGTH * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
             cones.append(np.concatenate([wheel.contact[None], wheel.contact + rim]))
@@ -111,6 +111,6 @@ class Forces:
     @staticmethod
     def _slips(frame: UGVFrame, wheel: WheelFrame) -> bool:
         """The wheel with the lesser margin, once the friction is used up."""
-        margins = [frame.mu * one.normal - abs(one.friction) for one in (frame.rear, frame.front)]
-        own = frame.mu * wheel.normal - abs(wheel.friction)
+        margins = [one.mu * one.normal - abs(one.friction) for one in (frame.rear, frame.front)]
+        own = wheel.mu * wheel.normal - abs(wheel.friction)
         return frame.slips and own <= min(margins)

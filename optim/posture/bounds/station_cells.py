@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.optim.intervals.interval import Interval, interval
 from stickslip.optim.posture.bounds.arc import Arc
 from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
+from stickslip.optim.posture.bounds.friction import most_friction
 from stickslip.optim.posture.bounds.ground import Ground, ground_of
 from stickslip.optim.posture.bounds.lattice import Axis
 from stickslip.optim.posture.bounds.vehicle import (
@@ -118,7 +119,7 @@ class Surveyor:
         reach = 1.01 * (self.longest + 2 * self.vehicle.radius)
         first, last = float(problem.x[0]), float(problem.x[-1])
         self.arc = Arc.along(self.ground, first - reach, last + 0.01)
-        self.friction = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)
+        self.friction = most_friction(problem)
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
         """The cells of waypoint k before any is halved."""
@@ -225,13 +226,15 @@ class Surveyor:
     def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
         """Cells in which a wheel slips or lifts in every posture, by more than is let pass.
 
-        The clearance is not looked at, nor whether the ground enters a wheel beside its contact.
+        The clearance is not looked at, nor the motors' torque, nor whether the ground enters a
+        wheel beside its contact; where friction changes along the ground, the most that the rear
+        wheel can stand on counts.
         """
-        problem, mu = self.problem, float(self.friction[k])
+        problem = self.problem
         slack = 2 * FEASIBLE * float(self.vehicle.weight.hi)
         out = np.zeros(cells.alive.shape, bool)
         F = cells.range_of("F")
-        for name in ("N_rear", "N_front"):
+        for name, mu in zip(("N_rear", "N_front"), self.friction[k].tolist(), strict=True):
             N = -cells.at_least(name, -1)
             out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.

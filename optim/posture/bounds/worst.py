@@ -9,19 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import minimum_filter
 
+from stickslip.optim.posture.bounds.friction import most_friction
 from stickslip.optim.posture.bounds.lattice import moves
 from stickslip.optim.posture.bounds.station_cells import of_corners
 from stickslip.optim.posture.criteria import LEAST_NORMAL
 
 if TYPE_CHECKING:
+    from jaxtyping import Float
+
     from stickslip.optim.posture.bounds.station_cells import StationCells
     from stickslip.optim.posture.problem import PostureProblem
 
 NAMES = ("peak_torque", "grip", "normal_force", "friction_demand")
 
 
-def at_least(name: str, of: StationCells, mu: float) -> np.ndarray:
-    """The criterion's cost of a station, a number it is not below in each cell."""
+def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndarray:
+    """The criterion's cost of a station, a number it is not below in each cell; mu: of the rear and
+    the front wheel, at most."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
         found = np.maximum(found, 0.0)
@@ -29,7 +33,11 @@ def at_least(name: str, of: StationCells, mu: float) -> np.ndarray:
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
         found = np.max(
-            [_missing(of, wheel, sign, mu) for wheel in ("N_rear", "N_front") for sign in (1, -1)],
+            [
+                _missing(of, wheel, sign, float(mu[i]))
+                for i, wheel in enumerate(("N_rear", "N_front"))
+                for sign in (1, -1)
+            ],
             axis=0,
         )
     else:
@@ -62,7 +70,7 @@ class Worst:
 
     def __init__(self, problem: PostureProblem):
         self.problem = problem
-        self.friction = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)
+        self.friction = most_friction(problem)
         name = problem.criterion.name
         if name not in NAMES:
             raise ValueError(f"criterion = {name}; accepted: {', '.join(NAMES)}, and sums")
@@ -72,7 +80,7 @@ class Worst:
     ) -> tuple[float, list[StationCells]]:
         """As Sums.bound."""
         name = self.problem.criterion.name
-        costs = [at_least(name, of, float(self.friction[k])) for k, of in enumerate(cells)]
+        costs = [at_least(name, of, self.friction[k]) for k, of in enumerate(cells)]
         reaches = [self._reach(k, a, b) for k, (a, b) in enumerate(pairwise(cells))]
         arrived, to_go = [costs[0]], [costs[-1]]
         for k, cost in enumerate(costs[1:]):

@@ -66,7 +66,7 @@ def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait, robots: int = ROBO
         zip(instants, np.interp(instants, time, angle), strict=True)
     ):
         step = min(int(turned / np.pi + 1e-9), steps - 1)
-        _draw_robot(axis, mechanism, np.pi / 2 + turned - np.pi * step, i * apart)
+        draw_robot(axis, mechanism, np.pi / 2 + turned - np.pi * step, i * apart)
         note = f"{instant:.2f} s" if steps == 1 else f"{instant:.2f} s, step {step + 1}"
         axis.annotate(
             note,
@@ -97,7 +97,7 @@ def _clock(gait: Gait, steps: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([[0.0], turned[:, 1:].ravel()]), time
 
 
-def _draw_robot(axis: Axes, mechanism: Mechanism, phase: float, at: float) -> None:
+def draw_robot(axis: Axes, mechanism: Mechanism, phase: float, at: float) -> None:
     """One robot with its supporting ankle at a place of the floor [m]."""
     pose = mechanism.pose(phase)
 

@@ -85,11 +85,9 @@ def draw_torque(axis: Axes, stations: Station) -> None:
 
 def draw_grip(axis: Axes, problem: PostureProblem, stations: Station) -> None:
     """What friction each wheel has left; below 0 it slips."""
-    for name, F, N, look in (
-        ("rear", stations.F_rear, stations.N_rear, REAR),
-        ("front", stations.F_front, stations.N_front, FRONT),
-    ):
-        axis.plot(stations.x, stations.friction * N - np.abs(F), label=name, **look)
+    looks = (("rear", REAR), ("front", FRONT))
+    for (name, look), (F, N, mu) in zip(looks, stations.wheels, strict=True):
+        axis.plot(stations.x, mu * N - np.abs(F), label=name, **look)
     drawing.mark(axis, y=problem.min_grip)
     least, most = np.min(stations.friction), np.max(stations.friction)
     mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"

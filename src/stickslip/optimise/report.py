@@ -32,6 +32,7 @@ UNITS = {
     "grip": "N",
     "normal": "N",
     "clearance": "m",
+    "torque": "N m",
     "pose": "waypoints",
 }
 """Of PostureProblem.residuals."""
@@ -180,6 +181,7 @@ def result_json(
             "min_normal": problem.min_normal,
             "min_grip": problem.min_grip,
             "min_clearance": problem.min_clearance,
+            "max_torque": problem.max_torque,
             "start_angles": problem.start_angles,
             "end_angles": problem.end_angles,
             "x": problem.x,

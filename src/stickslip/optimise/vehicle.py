@@ -8,7 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.ugv import Pose, Track, UGVParams, pose
+from stickslip.dynamics.ugv import Pose, PoseSolver, Track, UGVParams, pose
+from stickslip.dynamics.ugv.pose_solver import NEWTON
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
@@ -20,12 +21,16 @@ POINTS = 1200
 
 
 def poses(
-    params: UGVParams, track: Track, x: Float[np.ndarray, "n"], leg_angles: Float[np.ndarray, "n 2"]
+    params: UGVParams,
+    track: Track,
+    x: Float[np.ndarray, "n"],
+    leg_angles: Float[np.ndarray, "n 2"],
+    solver: PoseSolver = NEWTON,
 ) -> Pose:
     """Where the vehicle stands with its front wheel at each x [m], as NumPy float64 arrays."""
     with jax.enable_x64(True):
         vehicle, ground = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), (params, track))
-        placed = pose(vehicle, ground, jnp.asarray(x), jnp.asarray(leg_angles))
+        placed = pose(vehicle, ground, jnp.asarray(x), jnp.asarray(leg_angles), solver=solver)
         return jax.tree.map(np.asarray, placed)
 
 

@@ -116,7 +116,9 @@ def test_constant_torque_stalls_or_runs_into_a_fall():
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.long] * (name == "optimal-gait"))  # solves for gaits
+        pytest.param(  # they solve for gaits
+            name, marks=[pytest.mark.long] * (name in ("optimal-gait", "stop-at-mark"))
+        )
         for name in CONTROLLERS
     ],
 )

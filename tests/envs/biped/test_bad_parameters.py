@@ -23,10 +23,17 @@ POSITIVE = (
 )
 NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
 TREES = {"robot", "scene", "unit_payload", "randomisation"}
+MARK = {"mark", "mark_width"}
+"""Looked at in test_mark.py."""
 
 
 def test_every_number_of_the_parameters_is_checked():
-    assert {field.name for field in fields(BipedEnvParams)} == {*POSITIVE, *NON_NEGATIVE, *TREES}
+    assert {field.name for field in fields(BipedEnvParams)} == {
+        *POSITIVE,
+        *NON_NEGATIVE,
+        *TREES,
+        *MARK,
+    }
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -0.1, "fast"])

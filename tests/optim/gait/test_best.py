@@ -184,3 +184,21 @@ def test_the_zero_moment_point_stays_inside_the_foot_where_it_is_asked_to():
     assert -heel * (1 + 1e-6) <= np.min(kept.best.zmp)
     assert np.max(kept.best.zmp) <= toe * (1 + 1e-6)
     assert kept.value > free.value
+
+
+@pytest.mark.parametrize("objective", ["time", "friction"])
+def test_proofs_of_the_grid_alone_are_those_of_the_grid(objective: str):
+    rate = {"mean_rate": 4.0} if objective == "friction" else {"mu": 0.06}
+    problem = periodic(objective, steps=16, **rate)
+    whole, grid = solve(problem), solve(problem, certify="grid")
+    assert grid.evaluations < whole.evaluations
+    assert (grid.value, grid.lower_bound) == (whole.value, whole.lower_bound)
+    assert grid.status is whole.status
+    assert grid.held is None
+    assert grid.every_bound is None
+    assert whole.every_bound is not None
+
+
+def test_an_unknown_proof_is_named():
+    with pytest.raises(ValueError, match=r"certify = 'all' is unknown; accepted: 'every', 'grid'"):
+        solve(periodic(mu=0.06, steps=16), certify="all")

@@ -96,7 +96,7 @@ def test_worst_stations_are_not_below_their_cells(cells, kind, name):
     pairs, where = sample(cells[kind], random)
     at = stations(problem, pairs)
     for n, of in enumerate(cells[kind]):
-        bound = at_least(name, of, problem.friction)[where[n]]
+        bound = at_least(name, of, np.full(2, problem.friction))[where[n]]
         value = plain_cost(name, at.map(lambda v, n=n: v[:, n : n + 1]), problem.friction)
         assert np.all(value[of.alive[where[n]]] >= bound[of.alive[where[n]]] - 1e-9)
         assert np.max(bound[np.isfinite(bound)]) > np.median(value)  # and says something

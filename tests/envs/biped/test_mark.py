@@ -1,0 +1,126 @@
+"""A walk to a mark: what is drawn, seen and paid for, and what is refused."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.agents.biped.optimal_gait import GaitTable, OptimalGait
+from stickslip.agents.biped.state_map import BipedStates
+from stickslip.agents.biped.stop_at_mark import StopAtMark
+from stickslip.agents.biped.task import describe_environment, read_task
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import floor_position
+from stickslip.envs import BipedEnv, Randomisation
+
+ENV = BipedEnv(autoreset="disabled")
+MARK = {"mark": 0.5, "mark_width": 0.07}
+SERVO = StopAtMark(
+    cruise=2.0,
+    gait=OptimalGait(gaits=GaitTable(np.array([2.0]), np.zeros((1, 9)), np.full((1, 9), 4.0))),
+)
+"""Its gait is a constant crank rate, which takes no solver."""
+
+
+def params_of(**changes):
+    return ENV.make_params(**{"scene": Scene.uniform(0.5, 0.4), **MARK, **changes})
+
+
+def centre(params, biped) -> np.ndarray:
+    """Of mass, along the floor [m]."""
+
+    def one(biped):
+        ahead = params.robot.inertia.moment_at(biped.phase).X / params.robot.total_mass
+        return floor_position(params.robot, biped) + ahead
+
+    return np.asarray(jax.vmap(one)(biped))
+
+
+@pytest.fixture(scope="module")
+def walk():
+    params = params_of(randomisation=Randomisation(mark=(0.3, 0.6)))
+    return params, rollout(ENV, SERVO, params, 3, 500)
+
+
+def test_nearness_pays_and_the_way_to_the_mark_is_seen(walk):
+    params, played = walk
+    before = jax.tree.map(lambda one: one[None], played.start_state.biped)
+    walked = centre(params, played.state.biped) - centre(params, before)
+    mark = float(played.start_state.drawn.mark)
+    assert 0.3 <= mark <= 0.6
+    to_go = mark - walked
+    paid = 0.02 * 0.07 / (0.07 + np.abs(to_go))
+    np.testing.assert_allclose(played.info["reward_tracking"], paid, rtol=1e-3)
+    np.testing.assert_allclose(np.asarray(played.obs)[:, 6], to_go, atol=2e-5)
+    speed = 3.0 * float(params.robot.step_length) / np.pi
+    slip = -5.0 * np.asarray(played.info["slid"]) / speed
+    np.testing.assert_allclose(played.info["reward_slip"], slip, atol=1e-7)
+
+
+def test_the_servo_stops_at_the_mark_and_stands(walk):
+    played = walk[1]
+    assert not np.asarray(played.terminated).any()
+    late = np.asarray(played.state.to_go)[-100:]
+    assert np.abs(late).max() < 0.01
+    assert np.abs(np.asarray(played.state.biped.crank_rate))[-100:].max() < 0.1
+    assert np.abs(np.asarray(played.state.to_go)[0]) > 0.29
+
+
+def test_a_reset_draws_the_mark_and_an_option_says_where_it_lies():
+    params = params_of(randomisation=Randomisation(mark=(1.0, 3.0)))
+    marks = jax.vmap(lambda key: ENV.reset_env(key, params)[1].drawn.mark)(
+        jax.random.split(jax.random.key(0), 64)
+    )
+    assert 1.0 <= float(marks.min()) < 1.4
+    assert 2.6 < float(marks.max()) <= 3.0
+    asked = ENV.episode_params(params, {"mark": 1.75})
+    obs, state = ENV.reset_env(jax.random.key(0), asked)
+    assert float(state.to_go) == pytest.approx(1.75)
+    assert float(obs[6]) == pytest.approx(1.75)
+    assert len(ENV.observation_bounds(params)[0]) == len(obs) == 7
+
+
+def test_without_a_mark_nothing_is_added():
+    plain = ENV.make_params()
+    obs, state = ENV.reset_env(jax.random.key(0), plain)
+    assert state.to_go is None
+    assert obs.shape == (6,)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"mark_width": None}, r"mark = .* with mark_width = None; accepted: both"),
+        ({"mark": 0.0}, r"mark = 0.*accepted: None, or a finite way > 0"),
+        ({"mark": "far"}, "mark"),
+        ({"randomisation": Randomisation(mark=(0.0, 1.0))}, "mark = "),
+        (
+            {"mark": None, "mark_width": None, "randomisation": Randomisation(mark=(1.0, 2.0))},
+            "mark is drawn in a task without one",
+        ),
+    ],
+)
+def test_half_a_mark_and_bad_ones_are_refused(changes, named):
+    with pytest.raises(ValueError, match=named):
+        params_of(**changes)
+
+
+def test_a_policy_file_keeps_the_mark_and_files_without_one_are_read():
+    params = params_of(randomisation=Randomisation(mark=(0.3, 0.6)))
+    again = read_task(describe_environment(ENV, params)).params()
+    assert jax.tree.structure(again) == jax.tree.structure(params)
+    assert float(again.mark) == pytest.approx(0.5)
+    assert read_task(describe_environment(ENV, ENV.make_params())).params().mark is None
+
+
+def test_the_way_to_the_mark_is_a_coordinate_of_dynamic_programming():
+    params = params_of()
+    states = BipedStates.of(ENV, params)
+    grid = states.grid(params, 0.2)
+    assert all("to_go" in names for names in states.axes)
+    for sheet, coordinates in ((0, (2.0, 1.0, 0.3, 0.0)), (1, (2.5, -1.0, -0.1, 0.02))):
+        at = grid.place(jnp.asarray(sheet), *map(jnp.float32, coordinates))
+        back = states.place(grid, states.state(params, at))
+        assert int(back.sheet) == sheet
+        np.testing.assert_allclose(back.coordinates, at.coordinates, rtol=1e-6)
