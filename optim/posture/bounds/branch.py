@@ -106,20 +106,19 @@ def bound_every_drive(
     K = len(problem.x)
     require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
     worst = problem.criterion.kind == "max"
-    method = Worst(problem) if worst else Sums(problem, x if np.isfinite(best) else None)
+    method = Worst(problem) if worst else Sums(problem)
     surveyor = Surveyor(problem, method.fields)
     enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
     found, levels, after, note = -np.inf, [], [], "no bound yet"
     while True:
-        # A waypoint is surveyed, and in the end all are bounded together: two turns for each.
-        with Bar(f"branch, level {len(levels) + 1}", 2 * K, "turn", progress) as bar:
+        # A waypoint is surveyed, and its costs to go and of arriving bounded: three turns for each.
+        with Bar(f"branch, level {len(levels) + 1}", 3 * K, "turn", progress) as bar:
             bar.advance(0, note)
             if levels:
                 now = [surveyor.halved(k, of) for k, of in _counted(after, bar)]
             else:
                 now = _first(surveyor, cells, bar)
-            bound, after = method.bound(now, best, enough)
-            bar.advance(K)
+            bound, after = method.bound(now, best, enough, bar.advance)
         bound = _settled(problem, bound, best, surveyor.ground.missed)
         found = max(found, bound)
         alive = float(np.mean([np.mean(of.alive) for of in after]))

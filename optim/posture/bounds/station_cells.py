@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.optim.intervals.interval import Interval, interval
 from stickslip.optim.posture.bounds.arc import Arc
+from stickslip.optim.posture.bounds.boxes import Boxes, by_parts
 from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
 from stickslip.optim.posture.bounds.ground import Ground, ground_of
 from stickslip.optim.posture.bounds.lattice import Axis
@@ -146,36 +147,48 @@ class Surveyor:
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
         rows, columns = np.nonzero(alive)
-        r, f = (
+        whole = tuple(
             Interval(axis.nodes[of], axis.nodes[of + 1])
             for axis, of in ((rear, rows), (front, columns))
         )
+        if not len(rows):
+            return _nothing(self.inside, alive.shape)
+        found = by_parts(lambda angles: self._over(bracket, *angles), whole)
+
+        def spread(of: np.ndarray) -> np.ndarray:
+            cells = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
+            cells[..., rows, columns] = np.where(
+                found.known, of, False if of.dtype == bool else 0.0
+            )
+            return cells
+
+        return Inside(
+            {name: of.map(spread) for name, of in found.first.items()},
+            {name: of.map(spread) for name, of in found.second.items()},
+            spread(found.known),
+            spread(found.smooth),
+        )
+
+    def _over(self, bracket: Bracket, r: Interval, f: Interval) -> Boxes:
+        """Over boxes of angles, each as a whole."""
         rear_jet, front_jet = angle_jets(r, f)
         Q = wheelbase_squared(self.vehicle, rear_jet, front_jet)
         Q = replace(Q, value=self._narrower(Q.value, Q.first, r, f))
-        x, known, _ = bracket.where(Q.value)
-        # Where nothing is known anything may be computed: a thin place that has numbers.
-        x = Interval(np.where(known, x.lo, x.middle), np.where(known, x.hi, x.middle))
-        wheel = wheel_at(self.ground, self.vehicle.radius, x, bracket.origin)
+        x, known, (first, last) = bracket.where(Q.value)
         with np.errstate(all="ignore"):
-            behind = rear_jets(bracket, self.vehicle, Q, x, wheel)
+            behind = rear_jets(bracket, Q, first, last)
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
         parts = [(name, getattr(found, name)) for name in self.inside]
         sizes = [of for _, jet in parts for of in (jet.first.size, jet.second.size)]
         known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
         bends = np.sort(self.ground.bends)
         smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
-
-        def spread(of: np.ndarray) -> np.ndarray:
-            whole = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
-            whole[..., rows, columns] = np.where(known, of, False if of.dtype == bool else 0.0)
-            return whole
-
-        return Inside(
-            {name: jet.first.map(spread) for name, jet in parts},
-            {name: jet.second.map(spread) for name, jet in parts},
-            spread(known),
-            spread(smooth),
+        return Boxes(
+            {name: jet.value.middle for name, jet in parts},
+            {name: jet.first for name, jet in parts},
+            {name: jet.second for name, jet in parts},
+            known,
+            smooth,
         )
 
     def _narrower(self, Q: Interval, slopes: Interval, r: Interval, f: Interval) -> Interval:
@@ -244,6 +257,13 @@ class Surveyor:
         """What mu N - sign F is not above in each cell, by their common corners."""
         corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
         return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
+
+
+def _nothing(names: tuple[str, ...], shape: tuple[int, ...]) -> Inside:
+    """Where no cell is alive."""
+    none = {name: interval(np.zeros((2, *shape))) for name in names}
+    no = np.zeros(shape, bool)
+    return Inside(none, none, no, no)
 
 
 def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:

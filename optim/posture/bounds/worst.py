@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -68,7 +69,7 @@ class Worst:
             raise ValueError(f"criterion = {name}; accepted: {', '.join(NAMES)}, and sums")
 
     def bound(
-        self, cells: list[StationCells], least: float, enough: float
+        self, cells: list[StationCells], least: float, enough: float, tick: Callable[[], None]
     ) -> tuple[float, list[StationCells]]:
         """As Sums.bound."""
         name = self.problem.criterion.name
@@ -77,8 +78,10 @@ class Worst:
         arrived, to_go = [costs[0]], [costs[-1]]
         for k, cost in enumerate(costs[1:]):
             arrived.append(np.maximum(cost, carried(arrived[-1], reaches[k], cost.shape)))
+            tick()
         for k in range(len(costs) - 2, -1, -1):
             to_go.append(np.maximum(costs[k], carried(to_go[-1], reaches[k], costs[k].shape)))
+            tick()
         passed = [
             replace(of, alive=of.alive & (np.maximum(a, b) <= least))
             for of, a, b in zip(cells, arrived, to_go[::-1], strict=True)
