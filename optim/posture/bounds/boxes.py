@@ -10,11 +10,11 @@ import numpy as np
 from stickslip.optim.intervals.interval import Interval
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float, Int
+    from jaxtyping import Bool, Float
 
 FINE = 4e-3
-"""A box is cut until what its second derivatives take off its corners' interpolant, or its first ones,
-is less than this part of the field's range, or until there were CUTS turns."""
+"""A box is cut until what its second derivatives take off its corners' interpolant, or its first
+ones, is less than this part of the field's range, or until there were CUTS turns."""
 CUTS = 2
 WORST = 0.6
 """Parts that lose more than this share of what the worst part of their box does are cut in a turn."""

@@ -68,6 +68,23 @@ class StationCells:
         """Those of a cell that is alive."""
         return at_corners(self.alive, np.any)
 
+    @property
+    def size(self) -> int:
+        """How many cells lie in the least rectangle that holds those that are alive."""
+        return int(np.prod([of.stop - of.start for of in self._box()]))
+
+    def _box(self) -> tuple[slice, slice]:
+        rows, columns = np.nonzero(self.alive)
+        if not len(rows):
+            return slice(0, 1), slice(0, 1)
+        return slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+
+    def cropped(self) -> StationCells:
+        """That rectangle alone; of what is inside and at the corners nothing is kept."""
+        box = self._box()
+        rear, front = self.rear.part(box[0]), self.front.part(box[1])
+        return replace(self, rear=rear, front=front, alive=self.alive[box])
+
     def bulge(self, name: str, sign: int) -> np.ndarray:
         """By how much sign * field may lie below its values at the corners of each cell: h^2 / 8 of
         the second derivative, or h / 2 of the first, whichever is less, of each leg."""
@@ -133,7 +150,8 @@ class Surveyor:
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
-        """Every cell cut in four (a given angle's is not)."""
+        """Every cell cut in four (a given angle's is not), those beside all that are alive left out."""
+        cells = cells.cropped()
         rear, front = (
             axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()
             for axis in (cells.rear, cells.front)
