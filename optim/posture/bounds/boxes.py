@@ -17,7 +17,7 @@ FINE = 4e-3
 ones, is less than this part of the field's range, or until there were CUTS turns."""
 CUTS = 2
 WORST = 0.6
-"""Parts that lose more than this share of what the worst part of their box does are cut in a turn."""
+"""Parts that lose more than this share of what the worst part of their box does are cut."""
 PARTS = 16
 """Of all boxes on average, with ROOM besides, beyond which no more are cut."""
 ROOM = 2_000
@@ -28,7 +28,7 @@ Angles = tuple[Interval, Interval]
 
 
 class Boxes(NamedTuple):
-    """Derivatives of each field over each box [2, n], along rear and front; anything if not known."""
+    """Derivatives of each field over each box [2, n], along rear and front; anything if unknown."""
 
     middle: dict[str, Float[np.ndarray, "n"]]
     """About what a field is there, but for a constant."""

@@ -85,11 +85,10 @@ def bound_every_drive(
 
     Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
     and their derivatives inside are enclosed in interval arithmetic (ground.py, contact.py,
-    vehicle.py); with them the cost of a step between corners is lowered until it bounds every move
-    between (lowered.py), and dynamic programming over the corners bounds every drive. Worst
-    stations: the least worst of all paths of cells. Cells that no drive as good as the best known
-    can pass are dropped, the others halved, until the gap is `tolerance` or the next level has more
-    than `most_corners`.
+    vehicle.py); with them dynamic programming over pairs of cells bounds every drive (losses.py,
+    sweep.py). Worst stations: the least worst of all paths of cells. Cells that no drive as good as
+    the best known can pass are dropped, the others halved where the bound loses (where.py), until
+    the gap is `tolerance`, the next level has more than `most_corners`, or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError for ground given as a function, of which no enclosure is
@@ -118,9 +117,7 @@ def bound_every_drive(
         with Bar(f"branch, level {len(levels) + 1}", 3 * K, "turn", progress) as bar:
             bar.advance(0, note)
             if levels:
-                now = [
-                    surveyor.halved(k, of) if worth[k] else of for k, of in _counted(after, bar)
-                ]
+                now = [surveyor.halved(k, of) if worth[k] else of for k, of in _counted(after, bar)]
             else:
                 now = _first(surveyor, cells, bar)
             bound, after, worth = method.bound(now, best, enough, bar.advance)
@@ -129,7 +126,9 @@ def bound_every_drive(
         alive = float(np.mean([np.mean(of.alive) for of in after]))
         widths = [float(np.max(of.rear.widths)) for of in now]
         levels.append(Level(min(widths[1:-1] or widths), found, alive))
-        size = float(sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True)))
+        size = float(
+            sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True))
+        )
         if found >= enough or alive == 0 or size > most_corners or len(levels) == MOST_LEVELS:
             break
         note = _left(found, best, size, most_corners)

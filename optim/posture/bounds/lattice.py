@@ -85,7 +85,6 @@ def moves(problem: PostureData, step: int, a: Axis, b: Axis) -> Bool[np.ndarray,
     """Which pairs of corners, before and after a step, allowed moves lie between."""
     if problem.leg_rate is None:
         return np.ones((len(a.nodes), len(b.nodes)), bool)
-    limit = _limit(problem, float(problem.x[step + 1] - problem.x[step]))
     pairs = shapes(problem, step, a, b)
     allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)
     for i in (0, 1):

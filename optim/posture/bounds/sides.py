@@ -1,4 +1,4 @@
-"""One end of a step: its waypoint's cells in a row, with all that the costs of moves need of them."""
+"""One end of a step: its waypoint's cells in a row, with what the costs of moves need of them."""
 
 from __future__ import annotations
 

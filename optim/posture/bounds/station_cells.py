@@ -150,7 +150,7 @@ class Surveyor:
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
-        """Every cell cut in four (a given angle's is not), those beside all that are alive left out."""
+        """Every cell cut in four (a given angle's is not), without those beside all alive."""
         cells = cells.cropped()
         rear, front = (
             axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()

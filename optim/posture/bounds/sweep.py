@@ -6,9 +6,9 @@ slopes s of the terms (terms.py) give at all corners that a move lies between
 
     V_A(a) <= sum over terms of what a slope s charges of p(a, b) - kappa + V_B(b):
 
-both sides are interpolants there (losses.py), so it holds between, too. V begins from the best of the
-corners' own moves, and is lowered for each pair of cells by what the best slopes leave missing. Were
-p and V linear, nothing would be lost, wherever max(0, p) has its kink.
+both sides are interpolants there (losses.py), so it holds between, too. V begins from the best of
+the corners' own moves, and is lowered for each pair of cells by what the best slopes leave missing.
+Were p and V linear, nothing would be lost, wherever max(0, p) has its kink.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ UP, DOWN = (
 
 
 class Pairs(NamedTuple):
-    """Pairs of cells, from A and to B, and which of the 16 pairs of their corners no move lies at."""
+    """Pairs of cells, from A and to B, and at which of the 16 pairs of corners no move lies."""
 
     a: Int[np.ndarray, "n"]
     b: Int[np.ndarray, "n"]
@@ -88,7 +88,7 @@ class Step:
         return np.where(known[:, None, None], p, 0.0), np.where(known, kappa, 0.0)
 
     def moves(self) -> Iterator[tuple[tuple, tuple, tuple]]:
-        """Cells before, cells after and the shapes of their pairs, by leg; the short moves first."""
+        """Cells before, cells after and the shapes of their pairs, by leg; short moves first."""
         diagonals = [list(_diagonals(of)) for of in self.legs]
         both = [(rear, front) for rear in diagonals[0] for front in diagonals[1]]
         both.sort(key=lambda pair: sum(abs(b.start - a.start) for a, b, _ in pair))

@@ -1,4 +1,4 @@
-"""At which waypoints cells are worth halving: where the bound loses, beside the best drive known."""
+"""At which waypoints cells are worth halving: where the bound loses by the best drive known."""
 
 from __future__ import annotations
 

@@ -53,8 +53,8 @@ def _missing(of: StationCells, wheel: str, sign: int, mu: float) -> np.ndarray:
 def carried(
     costs: np.ndarray, legs: tuple[Int[np.ndarray, "n m"], Int[np.ndarray, "n m"]]
 ) -> np.ndarray:
-    """For each cell of the neighbouring waypoint the least of those that a move may lead to or from;
-    legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
+    """For each cell of the neighbouring waypoint the least of those that a move may lead to or
+    from;     legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
     for axis, shape in enumerate(legs):
         some = shape != NONE
         first = np.argmax(some, axis=1)
@@ -88,10 +88,7 @@ class Worst:
         name = self.problem.criterion.name
         costs = [at_least(name, of, float(self.friction[k])) for k, of in enumerate(cells)]
         legs = [
-            tuple(
-                shapes(self.problem, k, *axes)
-                for axes in ((a.rear, b.rear), (a.front, b.front))
-            )
+            tuple(shapes(self.problem, k, *axes) for axes in ((a.rear, b.rear), (a.front, b.front)))
             for k, (a, b) in enumerate(pairwise(cells))
         ]
         arrived, to_go = [costs[0]], [costs[-1]]

@@ -142,7 +142,8 @@ def test_steps_are_not_below_what_slopes_charge_at_their_corners(cells, kind, na
     weights = np.ones((len(value), 4, 4))
     for leg, axes in enumerate(((a.rear, b.rear), (a.front, b.front))):
         weights *= _weights(axes, pairs[alive][:, :, leg],
-                            (where[0][leg][alive], where[1][leg][alive]), kinds[leg], leg)  # fmt: skip
+                            (where[0][leg][alive], where[1][leg][alive]),
+                            kinds[leg], leg)  # fmt: skip
     np.testing.assert_allclose(weights.sum((1, 2)), 1)
     taken = Pairs(*rows, weights == 0, kinds != 1)
     parts = [
