@@ -3,8 +3,8 @@
 `python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]`
 prints what it measures; --update also writes benchmarks/results/bounds.json, row by row, the bounds
 alone into agents/ugv/proved.json, and puts the table of all rows into docs/ugv_bounds.md; --out
-writes the rows to that file instead. Rows that are not asked for keep what was measured before; naming no track measures none, so that
-`--tracks --update` puts what is there into the page.
+writes the rows to that file instead. Rows that are not asked for keep what was measured before;
+naming no track measures none, so that `--tracks --update` puts what is there into the page.
 """
 
 from __future__ import annotations

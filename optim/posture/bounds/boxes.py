@@ -57,7 +57,7 @@ def by_parts(of: Callable[[Angles], Boxes], whole: Angles) -> Boxes:
         found = of(parts)
         boxes = _both(_some(boxes, ~poor), found)
         lost = np.concatenate([lost[~poor], _lost(found, widths[:, theirs], scales)])
-        cuts = tuple(_after(one[~poor], more) for one, more in zip(cuts, parts, strict=True))
+        cuts = (_after(cuts[0][~poor], parts[0]), _after(cuts[1][~poor], parts[1]))
         owner = np.concatenate([owner[~poor], theirs])
     return _joined(boxes, owner, count)
 

@@ -165,9 +165,9 @@ class Surveyor:
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
         rows, columns = np.nonzero(alive)
-        whole = tuple(
-            Interval(axis.nodes[of], axis.nodes[of + 1])
-            for axis, of in ((rear, rows), (front, columns))
+        whole = (
+            Interval(rear.nodes[rows], rear.nodes[rows + 1]),
+            Interval(front.nodes[columns], front.nodes[columns + 1]),
         )
         if not len(rows):
             return _nothing(self.inside, alive.shape)

@@ -27,7 +27,9 @@ class Sums:
     """The bound of a sum over steps at one level after the other."""
 
     def __init__(self, problem: PostureProblem, x: np.ndarray | None):
-        self.problem, self.x = problem, x
+        self.problem = problem
+        self.x = np.zeros(0) if x is None else np.asarray(x, float)
+        """The best drive known; none, and nothing is asked of it: see `least`."""
         self.terms = terms_of(problem.criterion)
         names = {name for term in self.terms for name in (term.X, term.Y) if name}
         self.fields = tuple(sorted(names - {"rear", "front"}))
@@ -69,7 +71,7 @@ class Sums:
 
     def _worth(self, sides: list[Side], to_go: list[np.ndarray], least: float) -> np.ndarray:
         """Where the best drive known shows that costs to go are too low."""
-        angles = np.asarray(self.x, float).reshape(-1, 2)
+        angles = self.x.reshape(-1, 2)
         left = []
         for side, values, at in zip(sides, to_go, angles, strict=True):
             cell, weights = place((side.rear, side.front), at)

@@ -199,7 +199,7 @@ def best_charges(
             others = left + sum(of for n, of in enumerate(charges) if n != number)
             s = _best_slope(term, p, kappa, others, dx)
             charges[number] = term.below(s[:, None], p, kappa, dx)[0]
-    return sum(charges)
+    return np.sum(charges, axis=0)
 
 
 def _best_slope(

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Bool, Float
 
     from stickslip.optim.posture.bounds.lattice import Axis
@@ -32,7 +30,7 @@ def place(axes: tuple[Axis, Axis], angles: Float[np.ndarray, "2"]) -> tuple[list
     return cell, np.array([(1 - i) * (1 - j), (1 - i) * j, i * (1 - j), i * j])
 
 
-def lossy(left: Sequence[float], go: Sequence[float]) -> Bool[np.ndarray, "K"]:
+def lossy(left: Float[np.ndarray, "K"], go: Float[np.ndarray, "K"]) -> Bool[np.ndarray, "K"]:
     """Of sums. left: what is left to pay from each waypoint by the bound; go: by the best drive."""
     loss = np.maximum(-np.diff(np.asarray(go) - np.asarray(left)), 0.0)
     worth = np.zeros(len(left), bool)
@@ -43,9 +41,8 @@ def lossy(left: Sequence[float], go: Sequence[float]) -> Bool[np.ndarray, "K"]:
     return _beside(worth)
 
 
-def bottleneck(costs: Sequence[float], bound: float) -> Bool[np.ndarray, "K"]:
+def bottleneck(costs: Float[np.ndarray, "K"], bound: float) -> Bool[np.ndarray, "K"]:
     """Of worst stations. costs: of the best drive's, by the bound."""
-    costs = np.asarray(costs)
     return _beside(costs >= min(bound, np.max(costs)) - NEAR * np.ptp(costs))
 
 

@@ -88,12 +88,12 @@ class Worst:
         name = self.problem.criterion.name
         costs = [at_least(name, of, float(self.friction[k])) for k, of in enumerate(cells)]
         legs = [
-            tuple(shapes(self.problem, k, *axes) for axes in ((a.rear, b.rear), (a.front, b.front)))
+            (shapes(self.problem, k, a.rear, b.rear), shapes(self.problem, k, a.front, b.front))
             for k, (a, b) in enumerate(pairwise(cells))
         ]
         arrived, to_go = [costs[0]], [costs[-1]]
         for k, cost in enumerate(costs[1:]):
-            back = tuple(of.T for of in legs[k])
+            back = (legs[k][0].T, legs[k][1].T)
             arrived.append(np.maximum(cost, carried(arrived[-1], back)))
             tick()
         for k in range(len(costs) - 2, -1, -1):
