@@ -15,6 +15,7 @@ from stickslip.agents.evaluation.rollout import first_state
 from stickslip.agents.evaluation.run import Measures, evaluate_in
 from stickslip.agents.evaluation.statistics import Interval, fraction_interval, mean_interval
 from stickslip.agents.ugv.plans import Optimum
+from stickslip.agents.ugv.proved import proved
 from stickslip.dynamics.status import Status
 from stickslip.optim.posture.bounds import bound_every_drive
 
@@ -54,7 +55,7 @@ class UGVEpisodes(NamedTuple):
     drive off the grid may cost less."""
     bound: Array | np.ndarray
     """What no drive at the same waypoints can cost less than (`bound_every_drive`); NaN where it
-    was not asked for, or is not known."""
+    is not known."""
     distance: Array | np.ndarray
     """Driven [m]."""
     wheel_energy: Array | np.ndarray
@@ -95,18 +96,15 @@ def _over(what: str) -> Callable[[UGVEpisodes], Interval]:
     return interval
 
 
-def ugv_columns(unit: str, bound: bool = False) -> Columns[UGVEpisodes]:
-    """The columns of a table; unit: the criterion's. bound: those of the bound, too."""
-    of_bound: Columns[UGVEpisodes] = {
-        "bound": (Column("no drive below", unit, 2), _whole("bound")),
-        "over_bound": (Column("cost / no drive below", "-", 3), _over("bound")),
-    }
+def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
+    """The columns of a table; unit: the criterion's."""
     return {
         "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
         "cost": (Column("cost", unit, 2), _whole("cost")),
         "optimum": (Column("best over grid", unit, 2), _whole("optimum")),
         "score": (Column("cost / best over grid", "-", 3), _over("optimum")),
-        **(of_bound if bound else {}),
+        "bound": (Column("no drive below", unit, 2), _whole("bound")),
+        "over_bound": (Column("cost / no drive below", "-", 3), _over("bound")),
         "wheel_energy": (Column("wheels", "J", 1), _whole("wheel_energy")),
         "total_energy": (Column("with legs", "J", 1), _whole("total_energy")),
         "demand": (Column("friction", "-", 3), _whole("demand")),
@@ -145,11 +143,12 @@ def ugv_measures(
 
     optimum: computes the dynamic programme's value for each episode, to score against (best of all
     paths over its grid, so a continuous policy may come out slightly below 1); None for none.
-    bound: whether to compute what no drive can cost less than, too, some seconds an episode: no
-    policy scores below 1 against that, but for the rounding of its own cost (2e-4 in single
-    precision); where costs are below zero, as of grip to spare, none above 1. It holds for the
-    episode's ground, friction, start and waypoints, the criterion as the environment counts it at
-    these, and any leg angles within range and rate.
+    bound: whether to compute what no drive can cost less than, some seconds to minutes an episode;
+    else it is what was proved before (proved.py: the environment's defaults on the named tracks),
+    and not known anywhere else. No policy scores below 1 against that, but for the rounding of its
+    own cost (2e-4 in single precision); where costs are below zero, as of grip to spare, none above
+    1. It holds for the episode's ground, friction, start and waypoints, the criterion as the
+    environment counts it at these, and any leg angles within range and rate.
     """
     env = replace(env, autoreset="disabled")
     kept = None if optimum is None and not bound else optimum or CERTIFIED
@@ -160,9 +159,7 @@ def ugv_measures(
         best, least = known(env, params, seeds, kept or CERTIFIED, bound, tell)
         return lambda played: played._replace(optimum=best, bound=least)
 
-    return Measures(
-        keep_of, ugv_columns(env.measure.unit, bound), None if kept is None else complete
-    )
+    return Measures(keep_of, ugv_columns(env.measure.unit), None if kept is None else complete)
 
 
 def with_bound(
@@ -207,7 +204,8 @@ def known(
     bound: bool,
     say: Say | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same, and the bound of every drive where that is asked for, else NaN.
+    """The same, and the bound of every drive: computed where that is asked for, else what was
+    proved before, NaN where nothing was.
 
     say: called with a line before each episode.
     """
@@ -220,7 +218,7 @@ def known(
         solved = found.status.solved
         best.append(found.value if solved else np.nan)
         if not bound:
-            least.append(np.nan)
+            least.append(proved(env.problem(state, params)))
             continue
         # Off the grid a drive knows better at which steps it pays: the bound begins from that.
         drive = replace(optimum, polish=True).solve(env, params, state).x if solved else None

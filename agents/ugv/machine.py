@@ -121,7 +121,8 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         from stickslip.agents.ugv.evaluate import ugv_measures
 
         found = ugv_measures(env, optimum=None)
-        kept = {k: one for k, one in found.columns.items() if k not in ("optimum", "score")}
+        without = ("optimum", "score", "bound", "over_bound")
+        kept = {k: one for k, one in found.columns.items() if k not in without}
         return replace(found, columns=kept)
 
     def bounded(

@@ -25,6 +25,7 @@ CELLS = 42
 """Of each leg's range at the first, about."""
 CORNERS = 600_000
 """Of all waypoints together at most, at the finest level."""
+MOST_LEVELS = 8
 FIRST = 2_500
 """Bytes of a cell that is not yet halved, with its derivatives."""
 JOINTS = 100.0
@@ -84,11 +85,10 @@ def bound_every_drive(
 
     Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
     and their derivatives inside are enclosed in interval arithmetic (ground.py, contact.py,
-    vehicle.py); with them the cost of a step between corners is lowered until it bounds every move
-    between (lowered.py), and dynamic programming over the corners bounds every drive. Worst
-    stations: the least worst of all paths of cells. Cells that no drive as good as the best known
-    can pass are dropped, the others halved, until the gap is `tolerance` or the next level has more
-    than `most_corners`.
+    vehicle.py); with them dynamic programming over pairs of cells bounds every drive (losses.py,
+    sweep.py). Worst stations: the least worst of all paths of cells. Cells that no drive as good as
+    the best known can pass are dropped, the others halved where the bound loses (where.py), until
+    the gap is `tolerance`, the next level has more than `most_corners`, or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError for ground given as a function, of which no enclosure is
@@ -106,26 +106,30 @@ def bound_every_drive(
     K = len(problem.x)
     require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
     worst = problem.criterion.kind == "max"
-    method = Worst(problem) if worst else Sums(problem, x if np.isfinite(best) else None)
+    known = x if np.isfinite(best) else None
+    method = Worst(problem, known) if worst else Sums(problem, known)
     surveyor = Surveyor(problem, method.fields)
     enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
     found, levels, after, note = -np.inf, [], [], "no bound yet"
+    worth = np.ones(K, bool)
     while True:
-        # A waypoint is surveyed, and in the end all are bounded together: two turns for each.
-        with Bar(f"branch, level {len(levels) + 1}", 2 * K, "turn", progress) as bar:
+        # A waypoint is surveyed, and its costs to go and of arriving bounded: three turns for each.
+        with Bar(f"branch, level {len(levels) + 1}", 3 * K, "turn", progress) as bar:
             bar.advance(0, note)
             if levels:
-                now = [surveyor.halved(k, of) for k, of in _counted(after, bar)]
+                now = [surveyor.halved(k, of) if worth[k] else of for k, of in _counted(after, bar)]
             else:
                 now = _first(surveyor, cells, bar)
-            bound, after = method.bound(now, best, enough)
-            bar.advance(K)
+            bound, after, worth = method.bound(now, best, enough, bar.advance)
         bound = _settled(problem, bound, best, surveyor.ground.missed)
         found = max(found, bound)
         alive = float(np.mean([np.mean(of.alive) for of in after]))
-        levels.append(Level(float(np.max(now[-1].rear.widths)), found, alive))
-        size = sum(4.0 * of.alive.size for of in after)
-        if found >= enough or alive == 0 or size > most_corners:
+        widths = [float(np.max(of.rear.widths)) for of in now]
+        levels.append(Level(min(widths[1:-1] or widths), found, alive))
+        size = float(
+            sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True))
+        )
+        if found >= enough or alive == 0 or size > most_corners or len(levels) == MOST_LEVELS:
             break
         note = _left(found, best, size, most_corners)
     return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.interval import Interval, hull, interval
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Int
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
 BINS = 1024
 """Of the bracket."""
-RUN = 3
-"""Bins that may hold the contact of one posture, at most."""
+RUN = 16
+"""Bins that may hold the contact of one posture, at most: several where P hardly falls, the ground
+being nearly as hollow as the wheel."""
 STEPS = 3
 """Of Newton's method for a posture's contact."""
 
@@ -73,6 +74,54 @@ def distance(radius: float, rear: Wheel, front: Wheel) -> Distance:
     return Distance(across.square() + up.square(), s * along * 2.0, bend)
 
 
+def _by_distance(behind: Interval, wheel: Wheel, P: Distance) -> list[Interval]:
+    """The rows of Bracket.rear: along the ground, x' = 1 / P' and x'' = -P'' / P'^3."""
+    m, f2, q = wheel.slope, wheel.second, wheel.q
+    by = P.slope.reciprocal()
+    square = by.square()
+    bend = -(P.bend * square * by)
+    one, zero = interval(np.ones(by.shape)), interval(np.zeros(by.shape))
+    rows = []
+    for value, slope, second in (
+        (behind, one, zero),
+        (wheel.height, m, f2),
+        (m, f2, wheel.third),
+        (zero, q, m * f2 / q),
+    ):
+        rows += [value, slope * by, second * square + slope * bend]
+    return rows
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Hulls of intervals over runs of bins, from those of runs of 1, 2, 4, ... bins."""
+
+    tables: list[Interval]
+
+    @classmethod
+    def of(cls, rows: list[Interval]) -> Ranges:
+        """Of rows of bins; nothing is known of a bin where a row has no number."""
+        lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
+        lost = np.isnan(lo) | np.isnan(hi)
+        tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
+        while 2 ** len(tables) <= lo.shape[1]:
+            one, by = tables[-1], 2 ** (len(tables) - 1)
+            tables.append(hull(one[:, :-by], one[:, by:]))
+        return cls(tables)
+
+    def over(self, first: np.ndarray, last: np.ndarray) -> Interval:
+        """From bin `first` to `last`: [rows, n]."""
+        level = np.frexp(last - first + 1)[1] - 1
+        lo = np.empty((self.tables[0].shape[0], *first.shape))
+        found = Interval(lo, lo.copy())
+        for number, table in enumerate(self.tables):
+            here = level == number
+            begin, end = first[here], last[here] + 1 - 2**number
+            run = hull(table[:, begin], table[:, end])
+            found.lo[:, here], found.hi[:, here] = run.lo, run.hi
+        return found
+
+
 @dataclass(frozen=True)
 class Bracket:
     """All that is known of P behind one waypoint."""
@@ -91,6 +140,9 @@ class Bracket:
     """The least P of all bins up to each, lower ends."""
     from_right: np.ndarray
     """The largest P of all bins from each on, upper ends."""
+    rear: Ranges
+    """Place behind the front contact, height above it, slope and arc length of the rear wheel, each
+    with two derivatives by P, over each bin: [4, 3]."""
 
     @classmethod
     def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
@@ -101,14 +153,18 @@ class Bracket:
         first = x_front - 1.001 * (longest + 2 * radius)
         edges = np.linspace(first, x_front, BINS + 1)
         x = Interval(edges[:-1], edges[1:])
-        found = distance(radius, wheel_at(ground, radius, x, origin), front)
+        wheel = wheel_at(ground, radius, x, origin)
+        found = distance(radius, wheel, front)
         broken = np.histogram(ground.kinks, edges)[0] > 0
         bad = broken | ~(found.slope.hi < 0)
+        with np.errstate(all="ignore"):
+            ranges = Ranges.of(_by_distance(x - x_front, wheel, found))
         return cls(
             ground, radius, origin, front, edges, found.value, found.slope,
             np.concatenate([[0], np.cumsum(bad)]),
             np.minimum.accumulate(found.value.lo),
             np.maximum.accumulate(found.value.hi[::-1])[::-1],
+            ranges,
         )  # fmt: skip
 
     def where(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."], np.ndarray]:

@@ -17,13 +17,14 @@ import numpy as np
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float
+    from jaxtyping import Bool, Float, Int
 
     from stickslip.optim.posture.data import PostureData
 
 ROOM = 2.0
 """In units of FEASIBLE: by how much longer moves are let pass than a drive that counts as feasible
 may make."""
+NONE, SQUARE, AHEAD, BACK = range(4)
 MOST_CELLS = 256
 """Of a leg at the first, beyond which cells are no part of the rate."""
 
@@ -38,6 +39,10 @@ class Axis:
     def widths(self) -> Float[np.ndarray, "n-1"]:
         """Of its cells [rad]."""
         return np.diff(self.nodes)
+
+    def part(self, cells: slice) -> Axis:
+        """The corners of a run of cells."""
+        return Axis(self.nodes[cells.start : cells.stop + 1])
 
     def halved(self) -> Axis:
         """Every cell cut in two."""
@@ -80,17 +85,27 @@ def moves(problem: PostureData, step: int, a: Axis, b: Axis) -> Bool[np.ndarray,
     """Which pairs of corners, before and after a step, allowed moves lie between."""
     if problem.leg_rate is None:
         return np.ones((len(a.nodes), len(b.nodes)), bool)
+    pairs = shapes(problem, step, a, b)
+    allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)
+    for i in (0, 1):
+        for j in (0, 1):
+            corner = (pairs == SQUARE) | ((pairs == AHEAD) & ((i, j) != (0, 1)))
+            corner |= (pairs == BACK) & ((i, j) != (1, 0))
+            allowed[i : i + corner.shape[0], j : j + corner.shape[1]] |= corner
+    return allowed
+
+
+def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
+    """Of each pair of cells, before and after a step, what the allowed moves lie in: NONE are, all
+    of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
+    if problem.leg_rate is None:
+        return np.full((len(a.nodes) - 1, len(b.nodes) - 1), SQUARE)
     limit = _limit(problem, float(problem.x[step + 1] - problem.x[step]))
     ahead, ahead_half = _one_way(a.nodes, b.nodes, limit)
     back, back_half = (of[::-1, ::-1] for of in _one_way(-a.nodes[::-1], -b.nodes[::-1], limit))
     square = (ahead & back) | (ahead_half & back_half)  # cut at both sides: taken whole
-    cut_ahead, cut_back = ahead_half & back, back_half & ahead
-    allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)
-    for i in (0, 1):
-        for j in (0, 1):
-            corner = square | (cut_ahead & ((i, j) != (0, 1))) | (cut_back & ((i, j) != (1, 0)))
-            allowed[i : i + corner.shape[0], j : j + corner.shape[1]] |= corner
-    return allowed
+    cases = [square, ahead_half & back, back_half & ahead]
+    return np.select(cases, [SQUARE, AHEAD, BACK], NONE)
 
 
 def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.optim.intervals.interval import Interval, interval
 from stickslip.optim.posture.bounds.arc import Arc
+from stickslip.optim.posture.bounds.boxes import Boxes, by_parts
 from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
 from stickslip.optim.posture.bounds.friction import most_friction
 from stickslip.optim.posture.bounds.ground import Ground, ground_of
@@ -67,6 +68,23 @@ class StationCells:
     def corners(self) -> Bool[np.ndarray, "R F"]:
         """Those of a cell that is alive."""
         return at_corners(self.alive, np.any)
+
+    @property
+    def size(self) -> int:
+        """How many cells lie in the least rectangle that holds those that are alive."""
+        return int(np.prod([of.stop - of.start for of in self._box()]))
+
+    def _box(self) -> tuple[slice, slice]:
+        rows, columns = np.nonzero(self.alive)
+        if not len(rows):
+            return slice(0, 1), slice(0, 1)
+        return slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+
+    def cropped(self) -> StationCells:
+        """That rectangle alone; of what is inside and at the corners nothing is kept."""
+        box = self._box()
+        rear, front = self.rear.part(box[0]), self.front.part(box[1])
+        return replace(self, rear=rear, front=front, alive=self.alive[box])
 
     def bulge(self, name: str, sign: int) -> np.ndarray:
         """By how much sign * field may lie below its values at the corners of each cell: h^2 / 8 of
@@ -133,7 +151,8 @@ class Surveyor:
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
-        """Every cell cut in four (a given angle's is not)."""
+        """Every cell cut in four (a given angle's is not), without those beside all alive."""
+        cells = cells.cropped()
         rear, front = (
             axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()
             for axis in (cells.rear, cells.front)
@@ -147,36 +166,48 @@ class Surveyor:
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
         rows, columns = np.nonzero(alive)
-        r, f = (
-            Interval(axis.nodes[of], axis.nodes[of + 1])
-            for axis, of in ((rear, rows), (front, columns))
+        whole = (
+            Interval(rear.nodes[rows], rear.nodes[rows + 1]),
+            Interval(front.nodes[columns], front.nodes[columns + 1]),
         )
+        if not len(rows):
+            return _nothing(self.inside, alive.shape)
+        found = by_parts(lambda angles: self._over(bracket, *angles), whole)
+
+        def spread(of: np.ndarray) -> np.ndarray:
+            cells = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
+            cells[..., rows, columns] = np.where(
+                found.known, of, False if of.dtype == bool else 0.0
+            )
+            return cells
+
+        return Inside(
+            {name: of.map(spread) for name, of in found.first.items()},
+            {name: of.map(spread) for name, of in found.second.items()},
+            spread(found.known),
+            spread(found.smooth),
+        )
+
+    def _over(self, bracket: Bracket, r: Interval, f: Interval) -> Boxes:
+        """Over boxes of angles, each as a whole."""
         rear_jet, front_jet = angle_jets(r, f)
         Q = wheelbase_squared(self.vehicle, rear_jet, front_jet)
         Q = replace(Q, value=self._narrower(Q.value, Q.first, r, f))
-        x, known, _ = bracket.where(Q.value)
-        # Where nothing is known anything may be computed: a thin place that has numbers.
-        x = Interval(np.where(known, x.lo, x.middle), np.where(known, x.hi, x.middle))
-        wheel = wheel_at(self.ground, self.vehicle.radius, x, bracket.origin)
+        x, known, (first, last) = bracket.where(Q.value)
         with np.errstate(all="ignore"):
-            behind = rear_jets(bracket, self.vehicle, Q, x, wheel)
+            behind = rear_jets(bracket, Q, first, last)
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
         parts = [(name, getattr(found, name)) for name in self.inside]
         sizes = [of for _, jet in parts for of in (jet.first.size, jet.second.size)]
         known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
         bends = np.sort(self.ground.bends)
         smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
-
-        def spread(of: np.ndarray) -> np.ndarray:
-            whole = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
-            whole[..., rows, columns] = np.where(known, of, False if of.dtype == bool else 0.0)
-            return whole
-
-        return Inside(
-            {name: jet.first.map(spread) for name, jet in parts},
-            {name: jet.second.map(spread) for name, jet in parts},
-            spread(known),
-            spread(smooth),
+        return Boxes(
+            {name: jet.value.middle for name, jet in parts},
+            {name: jet.first for name, jet in parts},
+            {name: jet.second for name, jet in parts},
+            known,
+            smooth,
         )
 
     def _narrower(self, Q: Interval, slopes: Interval, r: Interval, f: Interval) -> Interval:
@@ -247,6 +278,13 @@ class Surveyor:
         """What mu N - sign F is not above in each cell, by their common corners."""
         corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
         return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
+
+
+def _nothing(names: tuple[str, ...], shape: tuple[int, ...]) -> Inside:
+    """Where no cell is alive."""
+    none = {name: interval(np.zeros((2, *shape))) for name in names}
+    no = np.zeros(shape, bool)
+    return Inside(none, none, no, no)
 
 
 def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:

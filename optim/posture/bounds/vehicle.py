@@ -143,19 +143,9 @@ def angle_jets(rear: Interval, front: Interval) -> tuple[Jet, Jet]:
     )
 
 
-def rear_jets(bracket: Bracket, v: Numbers, Q: Jet, x: Interval, rear: Wheel) -> Rear[Jet]:
-    """The rear wheel over boxes whose contacts lie in x, by the implicit function theorem:
-    x' = Q' / P', x'' = (Q'' - P'' x'^2) / P'."""
-    from stickslip.optim.posture.bounds.contact import distance
-
-    P = distance(v.radius, rear, bracket.front)
-    first = Q.first / P.slope
-    second = (Q.second - P.bend * first.square()) / P.slope
-    m, f2, f3 = rear.slope, rear.second, rear.third
-    slope = Jet(m, first * f2, first.square() * f3 + second * f2)
-    height = Jet(rear.height, first * m, first.square() * f2 + second * m)
-    bend = m * f2 / rear.q
-    rolled = Jet(
-        interval(np.zeros(x.shape)), first * rear.q, first.square() * bend + second * rear.q
-    )
-    return Rear(Jet(x - bracket.origin[0], first, second), height, slope, rolled)
+def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> Rear[Jet]:
+    """The rear wheel over boxes whose contacts lie in the bins from `first` to `last`: functions of
+    Q alone, whose derivatives by it are known of each bin."""
+    rows = bracket.rear.over(first, last)
+    jets = [Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9)]
+    return Rear(*jets)

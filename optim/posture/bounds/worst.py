@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import minimum_filter
 
 from stickslip.optim.posture.bounds.friction import most_friction
-from stickslip.optim.posture.bounds.lattice import moves
+from stickslip.optim.posture.bounds.lattice import NONE, shapes
 from stickslip.optim.posture.bounds.station_cells import of_corners
+from stickslip.optim.posture.bounds.where import bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Float, Int
 
     from stickslip.optim.posture.bounds.station_cells import StationCells
     from stickslip.optim.posture.problem import PostureProblem
@@ -55,11 +56,22 @@ def _missing(of: StationCells, wheel: str, sign: int, mu: float) -> np.ndarray:
     return corners - of.bulge("F", sign) - mu * of.bulge(wheel, -1)
 
 
-def carried(costs: np.ndarray, reach: tuple[int, int] | None, shape: tuple[int, ...]) -> np.ndarray:
-    """The least of the cells within reach, for each cell of the neighbouring waypoint."""
-    if reach is None or costs.shape != shape:
-        return np.full(shape, np.min(costs))
-    return minimum_filter(costs, tuple(2 * n + 1 for n in reach), mode="constant", cval=np.inf)
+def carried(
+    costs: np.ndarray, legs: tuple[Int[np.ndarray, "n m"], Int[np.ndarray, "n m"]]
+) -> np.ndarray:
+    """For each cell of the neighbouring waypoint the least of those that a move may lead to or
+    from;     legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
+    for axis, shape in enumerate(legs):
+        some = shape != NONE
+        first = np.argmax(some, axis=1)
+        past = some.shape[1] - np.argmax(some[:, ::-1], axis=1)
+        best = [
+            np.min(np.take(costs, range(i, j), axis), axis, initial=np.inf) if any_ else
+            np.full(costs.shape[1 - axis], np.inf)
+            for i, j, any_ in zip(first, past, np.any(some, axis=1), strict=True)
+        ]  # fmt: skip
+        costs = np.stack(best, axis)
+    return costs
 
 
 class Worst:
@@ -68,38 +80,46 @@ class Worst:
 
     fields = ("torque", "F", "N_rear", "N_front")
 
-    def __init__(self, problem: PostureProblem):
-        self.problem = problem
+    def __init__(self, problem: PostureProblem, x: np.ndarray | None):
+        self.problem, self.x = problem, x
         self.friction = most_friction(problem)
         name = problem.criterion.name
         if name not in NAMES:
             raise ValueError(f"criterion = {name}; accepted: {', '.join(NAMES)}, and sums")
 
     def bound(
-        self, cells: list[StationCells], least: float, enough: float
-    ) -> tuple[float, list[StationCells]]:
+        self, cells: list[StationCells], least: float, enough: float, tick: Callable[[], None]
+    ) -> tuple[float, list[StationCells], np.ndarray]:
         """As Sums.bound."""
         name = self.problem.criterion.name
         costs = [at_least(name, of, self.friction[k]) for k, of in enumerate(cells)]
-        reaches = [self._reach(k, a, b) for k, (a, b) in enumerate(pairwise(cells))]
+        legs = [
+            (shapes(self.problem, k, a.rear, b.rear), shapes(self.problem, k, a.front, b.front))
+            for k, (a, b) in enumerate(pairwise(cells))
+        ]
         arrived, to_go = [costs[0]], [costs[-1]]
         for k, cost in enumerate(costs[1:]):
-            arrived.append(np.maximum(cost, carried(arrived[-1], reaches[k], cost.shape)))
+            back = (legs[k][0].T, legs[k][1].T)
+            arrived.append(np.maximum(cost, carried(arrived[-1], back)))
+            tick()
         for k in range(len(costs) - 2, -1, -1):
-            to_go.append(np.maximum(costs[k], carried(to_go[-1], reaches[k], costs[k].shape)))
+            to_go.append(np.maximum(costs[k], carried(to_go[-1], legs[k])))
+            tick()
         passed = [
             replace(of, alive=of.alive & (np.maximum(a, b) <= least))
             for of, a, b in zip(cells, arrived, to_go[::-1], strict=True)
         ]
-        return float(np.min(arrived[-1])), passed
+        bound = float(np.min(arrived[-1]))
+        return bound, passed, self._worth(cells, costs, bound)
 
-    def _reach(self, k: int, a: StationCells, b: StationCells) -> tuple[int, int] | None:
-        """How many cells each leg may go in step k; None: any."""
-        if self.problem.leg_rate is None:
-            return None
-        found = []
-        for before, after in ((a.rear, b.rear), (a.front, b.front)):
-            corners = moves(self.problem, k, before, after)
-            rows, columns = np.nonzero(corners)
-            found.append(int(np.max(np.abs(rows - columns), initial=0)))
-        return found[0], found[1]
+    def _worth(
+        self, cells: list[StationCells], costs: list[np.ndarray], bound: float
+    ) -> np.ndarray:
+        if self.x is None or not np.isfinite(bound):
+            return np.ones(len(cells), bool)
+        angles = np.asarray(self.x, float).reshape(-1, 2)
+        at = [
+            cost[tuple(place((of.rear, of.front), pair)[0])]
+            for of, cost, pair in zip(cells, costs, angles, strict=True)
+        ]
+        return bottleneck(np.where(np.isfinite(at), at, bound), bound)
