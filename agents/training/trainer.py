@@ -61,14 +61,16 @@ class Trainer(ABC, Generic[Config, State, Params]):
         params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
+        devices: int | None = None,
     ):
-        """config: the machine's. env, params: of training episodes.
+        """config: the machine's. env, params: of training episodes. devices: of each process, for
+        a trainer that learns on several; default: all.
 
         report: to be called after updates. stop: to be asked after every step, or every few that
         are one program; once true, learning ends and `stopped` is set.
         """
         self.config, self.env, self.params = config, env, params
-        self.report, self.stop = report, stop
+        self.report, self.stop, self.devices = report, stop, devices
         self.timesteps = 0
         """So far; those of an update that `stop` cut short are not counted."""
         self.stopped = False

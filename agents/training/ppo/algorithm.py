@@ -16,6 +16,7 @@ and learning use the same numbers, which change between updates only.
 from __future__ import annotations
 
 import itertools
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -23,9 +24,11 @@ import jax.numpy as jnp
 import optax
 
 from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.training.devices import COPIED, SPREAD, SPREAD_STEPS, laid
 from stickslip.envs.collecting import Collected, Progress, begin, collect
 
 if TYPE_CHECKING:
+    from jax.sharding import Mesh
     from jaxtyping import Array, Bool, Float
 
     from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
@@ -130,12 +133,42 @@ def rollout(
         env,
         params,
         explore,
-        num_envs=sizes.num_envs,
+        num_envs=len(progress.obs),
         steps=sizes.rollout_steps,
         policy_params=(network(learner.actor, learner.seen), noise),
         keep=(*KEPT, *keep),
         progress=progress,
     )
+
+
+@partial(jax.jit, static_argnums=(0, 1, 3, 7))
+def rollout_over(
+    mesh: Mesh,
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: Sizes,
+    noise: Array,
+    learner: Learner,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> Collected[State]:
+    """`rollout` of the environments divided over a mesh: each device steps its own.
+
+    Every environment has its own chain of random numbers, so it does the same wherever it is.
+    """
+
+    def own(params: Params, noise: Array, learner: Learner, progress: Progress[State]):
+        return rollout(env, params, sizes, noise, learner, progress, keep)
+
+    rows = (SPREAD_STEPS,) * 4
+    divided = jax.shard_map(
+        own,
+        mesh=mesh,
+        in_specs=(COPIED, COPIED, COPIED, SPREAD),
+        out_specs=Collected(*rows, SPREAD),
+        check_vma=False,  # each device's part needs nothing of another's
+    )
+    return divided(params, noise, learner, progress)
 
 
 def advantages(
@@ -213,14 +246,20 @@ def improve(
     rates: Rates,
     now: Now,
     key: Array,
+    mesh: Mesh | None = None,
 ) -> tuple[Learner, dict[str, Array]]:
-    """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
+    """The learner after gradient steps over a rollout, and means over them by `LOSSES`.
+
+    mesh: each device has the whole rollout (one exchange an update) and takes its part of every
+    minibatch; gradients are summed. So the minibatches are the same ones on any number of devices.
+    """
     rate, noise = now
-    every = judged(learner, found, noise, rates)
+    every = laid(mesh, judged(learner, found, noise, rates), COPIED)
     samples, size = sizes.samples, sizes.batch_size
 
     def step(carry: Carry, rows: Array):
         networks, optimiser = carry
+        rows = laid(mesh, rows, SPREAD)
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
         gradient, about = jax.grad(loss_of, has_aux=True)(
             networks, learner.seen, batch, noise, rates.clip_range
@@ -240,7 +279,8 @@ def improve(
     losses = {name: values.mean() for name, values in about.items()}
     error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
     losses["explained_variance"] = 1 - error
-    return Learner(actor, critic, optimiser, widened(learner.seen, every.obs)), losses
+    after = Learner(actor, critic, optimiser, widened(learner.seen, every.obs))
+    return laid(mesh, (after, losses), COPIED)
 
 
 def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:

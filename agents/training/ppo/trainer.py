@@ -10,6 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.devices import (
+    COPIED,
+    SPREAD,
+    asked_of_all,
+    fetched,
+    is_key,
+    mesh_for,
+    put,
+)
 from stickslip.agents.training.groups import LearningConfiguration
 from stickslip.agents.training.ppo.algorithm import (
     LOSSES,
@@ -19,6 +28,7 @@ from stickslip.agents.training.ppo.algorithm import (
     improve,
     network,
     rollout,
+    rollout_over,
 )
 from stickslip.agents.training.ppo.settings import settings_of
 from stickslip.agents.training.trainer import Trainer, Update
@@ -36,12 +46,13 @@ if TYPE_CHECKING:
 
 Tree = TypeVar("Tree")
 UNFIT = "its contents do not fit the configuration"
-_improve = jax.jit(improve, static_argnums=2)
+_improve = jax.jit(improve, static_argnums=(2, 6))
 _begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
 class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
-    """JAX on whichever platform it finds. `stop` is asked twice an update."""
+    """JAX on whichever platform it finds, over several devices where `mesh_for` finds them. `stop` is
+    asked twice an update."""
 
     def __init__(
         self,
@@ -50,12 +61,16 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
+        devices: int | None = None,
     ):
-        super().__init__(config, same_step(env), params, report, stop)
+        super().__init__(config, same_step(env), params, report, asked_of_all(stop), devices)
         self._sizes, self._rates = settings_of(config)
+        self._mesh = mesh_for(devices, self._sizes.num_envs, self._sizes.batch_size)
         inputs, self._infos = shapes_of(self.env, params)
         first = jax.random.key(config.seed)
-        self._learner = _begin_learning(inputs, len(env.action_names), self._sizes, first)
+        learner = _begin_learning(inputs, len(env.action_names), self._sizes, first)
+        self._learner = put(self._mesh, learner, COPIED)
+        self._shared = put(self._mesh, params, COPIED)
         self._start: Start | None = None
 
     @property
@@ -72,7 +87,8 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         """Where the episodes are: at their beginning, if nothing else was said."""
         if self._start is not None:
             return self._start
-        return begin_episodes(self.env, self.params, self._sizes, self.config.seed)
+        begun = begin_episodes(self.env, self.params, self._sizes, self.config.seed)
+        return begun._replace(progress=put(self._mesh, begun.progress, SPREAD))
 
     def advance(self, goal: int) -> None:
         """See Trainer."""
@@ -84,13 +100,15 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         """One rollout and what is learnt from it; neither, where it is stopped."""
         progress, key = self._begun()
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
-        given = self.env, self.params, self._sizes, now.noise, self._learner
-        found = rollout(*given, progress, self._infos)
+        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
+        now, own = put(self._mesh, (now, own), COPIED)
+        given = self.env, self._shared, self._sizes, now.noise, self._learner, progress, self._infos
+        found = rollout(*given) if self._mesh is None else rollout_over(self._mesh, *given)
         if self.stop():
             self.stopped = True
             return
-        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
-        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, own)
+        given = self._learner, found, self._sizes, self._rates, now, own, self._mesh
+        learner, losses = _improve(*given)
         ended = ended_in(found, self._infos)
         jax.block_until_ready(learner)
         if self.stop():
@@ -118,15 +136,19 @@ class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
         learner = _filled("learner", self._learner, state.get("learner"))
         start = self._begun()
         progress = _filled("episodes", start.progress, state.get("episodes"))
-        self._learner, self._start = learner, start._replace(progress=progress)
+        self._learner = put(self._mesh, learner, COPIED)
+        self._start = start._replace(progress=put(self._mesh, progress, SPREAD))
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""
-        return network(self._learner.actor, self._learner.seen).validate()
+        actor, seen = self._learner.actor, self._learner.seen
+        if self._mesh is not None:  # of this process alone: others do not ask
+            actor, seen = jax.tree.map(jnp.asarray, fetched((actor, seen)))
+        return network(actor, seen).validate()
 
     def is_finite(self) -> bool:
         """See Trainer."""
-        return all(bool(jnp.isfinite(leaf).all()) for leaf in jax.tree.leaves(self._learner))
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(fetched(self._learner)))
 
     def close(self) -> None:
         """See Trainer."""
@@ -152,16 +174,18 @@ def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, t
 
 def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """What the last infos of the episodes that ended in a rollout held; {} without any."""
-    over = np.asarray(found.terminated | found.truncated)
+    terminated, truncated = fetched((found.terminated, found.truncated))
+    over = terminated | truncated
     if not over.any():
         return {}
-    return {name: np.asarray(found.kept[name])[over] for name in names}
+    kept = fetched({name: found.kept[name] for name in names})
+    return {name: values[over] for name, values in kept.items()}
 
 
 def _named(tree: object) -> dict[str, np.ndarray]:
     """A tree's arrays by the way to each; random keys as plain numbers."""
-    leaves = jax.tree.leaves_with_path(tree)
-    return {jax.tree_util.keystr(path): np.asarray(_plain(leaf)) for path, leaf in leaves}
+    leaves = jax.tree.leaves_with_path(fetched(tree))
+    return {jax.tree_util.keystr(path): leaf for path, leaf in leaves}
 
 
 def _filled(what: str, tree: Tree, given: object) -> Tree:
@@ -178,17 +202,9 @@ def _filled(what: str, tree: Tree, given: object) -> Tree:
     return jax.tree.unflatten(jax.tree.structure(tree), arrays)
 
 
-def _is_key(leaf: Array) -> bool:
-    return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
-
-
-def _plain(leaf: Array) -> Array:
-    return jax.random.key_data(leaf) if _is_key(leaf) else leaf
-
-
 def _like(leaf: Array, array: np.ndarray) -> Array:
     numbers = jnp.asarray(array)
-    return jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers
+    return jax.random.wrap_key_data(numbers) if is_key(leaf) else numbers
 
 
 def _kind(value: object) -> str:
