@@ -29,8 +29,9 @@ LARGEST = 2**34
 
 
 def join(coordinator: str | None, process: int | None, processes: int | None) -> None:
-    """Begin JAX's runtime over several processes, before anything else of JAX is used; nothing where
-    nothing is asked for.
+    """Begin JAX's runtime over several processes, before anything else of JAX is used.
+
+    Where nothing is asked for, nothing begins.
 
     coordinator: HOST:PORT of the first process, or "auto" where JAX finds all by itself (Slurm,
     Open MPI, Kubernetes, TPUs, or its own environment variables). ValueError for numbers that do

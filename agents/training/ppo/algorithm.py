@@ -15,7 +15,6 @@ and learning use the same numbers, which change between updates only.
 
 from __future__ import annotations
 
-import itertools
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,9 +22,17 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.training.devices import COPIED, SPREAD, SPREAD_STEPS, laid
-from stickslip.envs.collecting import Collected, Progress, begin, collect
+from stickslip.agents.training.learner import (
+    Layers,
+    Moments,
+    explore,
+    layers_of,
+    network,
+    nothing_seen,
+    widened,
+)
+from stickslip.envs.collecting import Collected, Progress, collect
 
 if TYPE_CHECKING:
     from jax.sharding import Mesh
@@ -40,23 +47,11 @@ VALUE_WEIGHT = 0.5
 """Of the value's squared error in the loss."""
 STEEPEST = 0.5
 """Length to which a gradient is shortened."""
-LEAST_SPREAD, FARTHEST = 1e-2, 10.0
-"""Of an observation's entry: the least scale, and the limit of what it is scaled to."""
 
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 
-Layers = tuple[tuple["Array", "Array"], ...]
-"""Weights [inputs, outputs] and biases [outputs] of each layer."""
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
 """What a gradient step changes: actor and critic, and the optimiser's state."""
-
-
-class Moments(NamedTuple):
-    """Mean, mean squared distance from it, and number of all observations so far."""
-
-    mean: Float[Array, " obs"]
-    variance: Float[Array, " obs"]
-    number: Float[Array, ""]
 
 
 class Learner(NamedTuple):
@@ -85,38 +80,8 @@ def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learn
     """A fresh learner for so many numbers in an observation and in an action."""
     actor, critic = jax.random.split(key)
     inner = (inputs, *[sizes.hidden] * sizes.layers)
-    networks = _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
-    zero = jnp.zeros(inputs, jnp.float32)
-    seen = Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
-    return Learner(*networks, OPTIMISER.init(networks), seen)
-
-
-def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
-    """Orthogonal weights, longer by sqrt(2) but for the last layer's; no biases."""
-    gains = [*[2**0.5] * (len(widths) - 2), last]
-    keys = jax.random.split(key, len(gains))
-    shapes = itertools.pairwise(widths)
-    return tuple(
-        (
-            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
-            jnp.zeros(shape[1], jnp.float32),
-        )
-        for gain, key, shape in zip(gains, keys, shapes, strict=True)
-    )
-
-
-def network(layers: Layers, seen: Moments) -> MLPPolicy:
-    """The perceptron of these layers, observations normalised; of the actor, what is shipped."""
-    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SPREAD)
-    weights, biases = zip(*layers, strict=True)
-    return MLPPolicy(weights, biases, seen.mean, scale, observation_clip=FARTHEST)
-
-
-def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Array):
-    """An action drawn around the policy's; given: the policy and the noise."""
-    policy, noise = given
-    mean = policy.unlimited(obs)
-    return mean + noise * jax.random.normal(key, mean.shape, mean.dtype)
+    networks = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    return Learner(*networks, OPTIMISER.init(networks), nothing_seen(inputs))
 
 
 def rollout(
@@ -281,29 +246,3 @@ def improve(
     losses["explained_variance"] = 1 - error
     after = Learner(actor, critic, optimiser, widened(learner.seen, every.obs))
     return laid(mesh, (after, losses), COPIED)
-
-
-def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
-    """Mean and variance of what was seen and these."""
-    number = seen.number + len(obs)
-    share = len(obs) / number
-    mean, variance = obs.mean(0), obs.var(0)
-    apart = mean - seen.mean
-    spread = (1 - share) * seen.variance + share * variance + share * (1 - share) * apart**2
-    return Moments(seen.mean + share * apart, spread, number)
-
-
-class Start(NamedTuple):
-    """What a training begins with, beside its learner."""
-
-    progress: Progress
-    key: Array
-    """Of its updates; that of the one i is fold_in(key, i)."""
-
-
-def begin_episodes(
-    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
-) -> Start:
-    """Fresh episodes and random numbers."""
-    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
-    return Start(begin(env, sizes.num_envs, params, episodes), updates)
