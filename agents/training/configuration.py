@@ -49,6 +49,13 @@ def group(kind: type[S], **defaults: Any) -> S:
     return field(default_factory=partial(kind, **defaults), metadata=about)
 
 
+def later_group(kind: type[S], **defaults: Any) -> S:
+    """A group of the algorithm of its name that came later: it is written with this algorithm only,
+    so that files and digests of all others stay as they were."""
+    about = {"group": kind, "defaults": defaults, "later": True}
+    return field(default_factory=partial(kind, **defaults), metadata=about)
+
+
 class Field(NamedTuple):
     """A field of a configuration, in whichever group; like those of `dataclasses.fields`."""
 
@@ -192,7 +199,7 @@ class Configuration(Settings):
 
     def _written(self) -> dict[str, Json]:
         content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
-        left = () if self.task is None else self.FIXED
+        left = (*(() if self.task is None else self.FIXED), *_unused(type(self), self.algorithm))
         return {name: value for name, value in content.items() if name not in left}
 
     def _json(self, version: int, content: dict[str, Any]) -> str:
@@ -209,6 +216,12 @@ class Configuration(Settings):
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         flat = {name: BEFORE[name] for name in BEFORE if name in rules} | _flat(content, cls)
+        unused = _unused(cls, flat.get("algorithm"))
+        flat |= {
+            one.name: one.default
+            for one in every_field(cls)
+            if one.group in unused and one.name not in flat
+        }
         decided = () if flat.get("task") is None else cls.FIXED
         rules = {name: rules[name] for name in rules if name in flat or name not in decided}
         return cls._grouped(require_entries(flat, rules))
@@ -288,6 +301,12 @@ def _flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, J
             raise RefusedError(f"it has {', '.join(twice)} twice")
         found |= entries
     return found
+
+
+def _unused(kind: type[Configuration], algorithm: object) -> list[str]:
+    """The groups that came later and are another algorithm's."""
+    later = (one.name for one in _fields(kind) if one.metadata.get("later"))
+    return [name for name in later if name != algorithm]
 
 
 def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:

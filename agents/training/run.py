@@ -129,7 +129,7 @@ class _Training:
         at = run.state.timesteps if run.state else 0
         kind = trainer_of(run.config)
         given = run.config, self.task.env, self.task.training, self._report, stop
-        self.trainer = kind(*given, devices)
+        self.trainer = kind(*given) if devices is None else kind(*given, devices)
         stack.callback(self.trainer.close)
         if run.latest is not None and model is not None:
             _take_up(self.trainer, run.latest, model)

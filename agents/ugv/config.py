@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import entry, group
+from stickslip.agents.training.configuration import entry, group, later_group
 from stickslip.agents.training.groups import (
     MOST_STEPS,
     LearningConfiguration,
     PPOSettings,
+    SHACSettings,
     require_room,
     require_whole_batches,
     shared,
@@ -28,7 +29,7 @@ SB3: dict[str, Json] = {"discount": 0.99}
 
 @dataclass(frozen=True)
 class UGVTrainConfig(LearningConfiguration):
-    """How a policy of the UGV is trained, with PPO. The defaults take a minute on two cores, most
+    """How a policy of the UGV is trained. The defaults take a minute on two cores, most
     of it to compile.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
@@ -89,6 +90,7 @@ class UGVTrainConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
+    shac: SHACSettings = later_group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)
@@ -116,6 +118,7 @@ class UGVTrainConfig(LearningConfiguration):
         "reward_scale": "training reward",
         "num_envs": "learning",
         "rollout_steps": "PPO",
+        "horizon": "SHAC",
         "checkpoint_interval": "checkpoints and evaluations",
     }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}

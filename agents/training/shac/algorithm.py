@@ -1,0 +1,250 @@
+"""Short-horizon actor-critic (Xu et al. 2022, SHAC) as pure functions of JAX.
+
+One update: the environments are stepped over a short window, and the actor follows the derivative,
+through the simulator, of the rewards in it and of a critic's value at its end. The critic learns
+the TD(lambda) values of the window's observations; a slowly following copy of it is what the actor
+sees. Where PPO learns from what chance found, this learns from slopes: `docs/short_horizon.md` says
+where they mislead.
+
+An action is tanh(mean(obs)) + noise * normal numbers, clipped to [-1, 1]; the normal numbers are
+drawn beforehand, so the action has a derivative by the mean wherever it is not clipped.
+
+What carries no derivative: a reset, the reward of a step that terminates, and any step of one
+environment whose derivatives are not all finite (at a grazing onset there is no bound on them).
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from stickslip.agents.training.devices import COPIED, SPREAD, laid
+from stickslip.agents.training.learner import (
+    Layers,
+    Moments,
+    layers_of,
+    network,
+    nothing_seen,
+    widened,
+)
+from stickslip.agents.training.ppo.algorithm import advantages
+from stickslip.dynamics.lanes import where_needed
+from stickslip.envs.collecting import Collected, Progress
+
+if TYPE_CHECKING:
+    from jax.sharding import Mesh
+    from jaxtyping import Array
+
+    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.ppo.settings import Now
+    from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
+    from stickslip.envs.functional import FunctionalEnv, Params, State
+
+STEEPEST = 1.0
+"""Length to which a gradient is shortened, the actor's and the critic's."""
+LONGEST = 1e3
+"""Length to which what a step hands back to the step before it is shortened."""
+MOMENTUM = {"b1": 0.7, "b2": 0.95, "eps": 1e-8}
+"""Of Adam: short, as the problem changes with every update."""
+OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(**MOMENTUM))
+LOSSES = ("actor_loss", "value_loss", "gradient_length", "explained_variance")
+
+
+class ShortLearner(NamedTuple):
+    """All that learning goes on from."""
+
+    actor: Layers
+    critic: Layers
+    target: Layers
+    """Follows the critic."""
+    optimisers: tuple[optax.OptState, optax.OptState]
+    """States of `OPTIMISER` over the actor and over the critic."""
+    seen: Moments
+
+
+def begin_learning(inputs: int, outputs: int, sizes: ShortSizes, key: Array) -> ShortLearner:
+    """A fresh learner for so many numbers in an observation and in an action."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    acting, judging = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    optimisers = OPTIMISER.init(acting), OPTIMISER.init(judging)
+    return ShortLearner(acting, judging, judging, optimisers, nothing_seen(inputs))
+
+
+def acting(learner: ShortLearner) -> MLPPolicy:
+    """What is shipped of a learner."""
+    return network(learner.actor, learner.seen, squash="tanh")
+
+
+@partial(jax.custom_vjp, nondiff_argnums=(0,))
+def slope_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+    """`env.step_env` with the derivative by state and action alone, made fit for long chains.
+
+    A derivative that is not finite is 0, so the chain ends there for this environment alone.
+    """
+    return env.step_env(state, action, params)
+
+
+def _there(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+    return jax.vjp(lambda state, action: env.step_env(state, action, params), state, action)
+
+
+def _back(env: FunctionalEnv[State, Params], pull: Any, given: Any):
+    del env
+    found = pull(given)
+    leaves = [leaf for leaf in jax.tree.leaves(found) if leaf.dtype != jax.dtypes.float0]
+    length = jnp.sqrt(sum(jnp.sum(leaf.astype(jnp.float32) ** 2) for leaf in leaves))
+    factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
+
+    def kept(leaf: Array) -> Array:
+        if leaf.dtype == jax.dtypes.float0:
+            return leaf
+        return jnp.where(jnp.isfinite(length), leaf * factor.astype(leaf.dtype), 0.0)
+
+    return *jax.tree.map(kept, found), None
+
+
+slope_step.defvjp(_there, _back)
+
+
+def window(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    noise: Array,
+    policy: MLPPolicy,
+    critic: MLPPolicy,
+    discount: Array | float,
+    progress: Progress[State],
+    keep: tuple[str, ...],
+) -> tuple[Array, Collected[State]]:
+    """One environment's window: what it earns, discounted from its start or from the episode's that
+    begins in it, with the critic's value where it is cut off; and what happened, unbatched."""
+
+    def step(carry: tuple[Progress[State], Array], last: Array):
+        now, weight = carry
+        draws = jax.random.split(jax.random.wrap_key_data(now.keys), 3)
+        mean = policy(now.obs)
+        action = mean + noise * jax.random.normal(draws[1], mean.shape, mean.dtype)
+        obs, state, reward, terminated, truncated, info = slope_step(
+            env, now.state, jnp.clip(action, -1.0, 1.0), params
+        )
+        over = terminated | truncated
+        worth = jnp.where(terminated, jax.lax.stop_gradient(reward), reward)
+        later = jnp.where(terminated, 0.0, critic.unlimited(obs)[0])
+        earned = weight * (worth + jnp.where(over | last, discount * later, 0.0))
+        kept = {"obs": now.obs, "next_obs": obs, **{name: info[name] for name in keep}}
+        old = jax.lax.stop_gradient((obs, state))
+        fresh = where_needed(over, env.reset_env, (draws[2], params), old)
+        obs, state = jax.tree.map(partial(jnp.where, over), fresh, (obs, state))
+        after = Progress(state, obs, jax.random.key_data(draws[0]))
+        weight = jnp.where(over, 1.0, weight * discount)
+        return (after, weight), (earned, (reward, terminated, truncated, kept))
+
+    last = jnp.arange(sizes.rollout_steps) == sizes.rollout_steps - 1
+    (after, _), (earned, rows) = jax.lax.scan(step, (progress, jnp.ones(())), last)
+    return earned.sum(), Collected(*rows, after)
+
+
+def actor_loss(
+    actor: Layers,
+    learner: ShortLearner,
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    noise: Array,
+    discount: Array | float,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> tuple[Array, Collected[State]]:
+    """Minus what a step earns in the mean over all windows, and what happened in them."""
+    policy = network(actor, learner.seen, squash="tanh")
+    critic = network(learner.target, learner.seen)
+    one = partial(window, env, params, sizes, noise, policy, critic, discount, keep=keep)
+    rows = Collected(1, 1, 1, 1, 0)  # where the environments stand in what comes back
+    earned, found = jax.vmap(one, out_axes=(0, rows))(progress)
+    return -earned.mean() / sizes.rollout_steps, found
+
+
+def improve(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    rates: ShortRates,
+    now: Now,
+    learner: ShortLearner,
+    progress: Progress[State],
+    key: Array,
+    keep: tuple[str, ...] = (),
+    mesh: Mesh | None = None,
+) -> tuple[ShortLearner, Collected[State], dict[str, Array]]:
+    """One update: the learner after it, what happened in the windows, and values by `LOSSES`."""
+    progress = laid(mesh, progress, SPREAD)
+    (loss, found), gradient = jax.value_and_grad(actor_loss, has_aux=True)(
+        learner.actor, learner, env, params, sizes, now.noise, rates.discount, progress, keep
+    )
+    length = optax.global_norm(gradient)
+    gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
+    actor, own = _stepped(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
+    obs, values, surprise = laid(mesh, _judged(learner, found, rates), COPIED)
+    pace = now.learning_rate * rates.critic_pace
+    critic, theirs, error = _criticised(learner, obs, values, sizes, pace, key, mesh)
+    target = jax.tree.map(
+        lambda old, new: rates.target_memory * old + (1 - rates.target_memory) * new,
+        learner.target,
+        critic,
+    )
+    unexplained = jnp.var(surprise) / jnp.maximum(jnp.var(values), 1e-12)
+    losses = dict(zip(LOSSES, (loss, error, length, 1 - unexplained), strict=True))
+    after = ShortLearner(actor, critic, target, (own, theirs), widened(learner.seen, obs))
+    after, losses = laid(mesh, (after, losses), COPIED)
+    return after, found, losses
+
+
+def _stepped(layers: Layers, gradient: Layers, state: optax.OptState, rate: Array):
+    change, state = OPTIMISER.update(gradient, state)
+    return jax.tree.map(lambda one, by: one - rate * by, layers, change), state
+
+
+def _judged(
+    learner: ShortLearner, found: Collected[State], rates: ShortRates
+) -> tuple[Array, Array, Array]:
+    """Observations [samples, obs], what they are worth, and how far the target is from that."""
+    obs, critic = found.kept["obs"], network(learner.target, learner.seen)
+    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    flat = (leaf.reshape(-1, *leaf.shape[2:]) for leaf in (obs, value + gain, gain))
+    return jax.lax.stop_gradient(tuple(flat))
+
+
+def _criticised(
+    learner: ShortLearner,
+    obs: Array,
+    values: Array,
+    sizes: ShortSizes,
+    rate: Array,
+    key: Array,
+    mesh: Mesh | None,
+) -> tuple[Layers, optax.OptState, Array]:
+    """The critic after passes over the samples in minibatches, and its mean squared error."""
+
+    def error_of(layers: Layers, rows: Array) -> Array:
+        said = network(layers, learner.seen).unlimited(obs[rows])[..., 0]
+        return ((said - values[rows]) ** 2).mean()
+
+    def step(carry: tuple[Layers, optax.OptState], rows: Array):
+        error, gradient = jax.value_and_grad(error_of)(carry[0], laid(mesh, rows, SPREAD))
+        return _stepped(carry[0], gradient, carry[1], rate), error
+
+    def epoch(carry: tuple[Layers, optax.OptState], key: Array):
+        order = jnp.argsort(jax.random.bits(key, (sizes.samples,)))
+        return jax.lax.scan(step, carry, order.reshape(-1, sizes.batch_size))
+
+    start = learner.critic, learner.optimisers[1]
+    (critic, state), errors = jax.lax.scan(epoch, start, jax.random.split(key, sizes.epochs))
+    return critic, state, errors.mean()
