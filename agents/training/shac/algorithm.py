@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optax
 
 from stickslip.agents.training.devices import COPIED, SPREAD, laid
@@ -32,6 +33,7 @@ from stickslip.agents.training.learner import (
     widened,
 )
 from stickslip.agents.training.ppo.algorithm import advantages
+from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
 from stickslip.envs.collecting import Collected, Progress
 
@@ -48,6 +50,8 @@ STEEPEST = 1.0
 """Length to which a gradient is shortened, the actor's and the critic's."""
 LONGEST = 1e3
 """Length to which what a step hands back to the step before it is shortened."""
+KEY = jax.eval_shape(lambda: jax.random.key(0))
+"""The shape of a random key."""
 MOMENTUM = {"b1": 0.7, "b2": 0.95, "eps": 1e-8}
 """Of Adam: short, as the problem changes with every update."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(**MOMENTUM))
@@ -82,30 +86,73 @@ def acting(learner: ShortLearner) -> MLPPolicy:
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def slope_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
-    """`env.step_env` with the derivative by state and action alone, made fit for long chains.
+    """`env.step_env` with the derivative of observation, state and reward by state and action alone,
+    made fit for long chains.
 
-    A derivative that is not finite is 0, so the chain ends there for this environment alone.
+    Back through a step is one kernel, too, which computes the step again. A derivative that is not
+    finite is 0, so the chain ends there for this environment alone.
     """
+    return fused_step(env, state, action, params)
+
+
+@partial(fused, fixed=1)
+def fused_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+    """`env.step_env` as one kernel."""
     return env.step_env(state, action, params)
 
 
 def _there(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
-    return jax.vjp(lambda state, action: env.step_env(state, action, params), state, action)
+    return fused_step(env, state, action, params), (state, action, params)
 
 
-def _back(env: FunctionalEnv[State, Params], pull: Any, given: Any):
-    del env
-    found = pull(given)
-    leaves = [leaf for leaf in jax.tree.leaves(found) if leaf.dtype != jax.dtypes.float0]
-    length = jnp.sqrt(sum(jnp.sum(leaf.astype(jnp.float32) ** 2) for leaf in leaves))
+def _back(env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params], given: Any):
+    state, action, params = saved
+    numbers, whole = _apart(state)
+    pushed = given[0], _apart(given[1])[0], given[2]
+    slopes, by_action = _pulled(env, numbers, whole, action, params, pushed)
+    none = [None if leaf is None else np.zeros(leaf.shape, jax.dtypes.float0) for leaf in whole]
+    every = [rest if slope is None else slope for slope, rest in zip(slopes, none, strict=True)]
+    return jax.tree.unflatten(jax.tree.structure(state), every), by_action, None
+
+
+@partial(fused, fixed=1)
+def _pulled(
+    env: FunctionalEnv[State, Params],
+    numbers: list[Array | None],
+    whole: list[Array | None],
+    action: Array,
+    params: Params,
+    given: Any,
+) -> tuple[list[Array | None], Array]:
+    """What is handed back to a step's state and action, finite and of bounded length.
+
+    numbers, whole: the state's leaves that have derivatives, and the others.
+    """
+    structure = jax.tree.structure(jax.eval_shape(lambda key: env.reset_env(key, params)[1], KEY))
+
+    def step(numbers: list[Array | None], action: Array):
+        leaves = [rest if one is None else one for one, rest in zip(numbers, whole, strict=True)]
+        state = jax.tree.unflatten(structure, leaves)
+        obs, after, reward = env.step_env(state, action, params)[:3]
+        return obs, _apart(after)[0], reward
+
+    found = jax.vjp(step, numbers, action)[1](given)
+    length = jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(found)))
     factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
+    return jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found)
 
-    def kept(leaf: Array) -> Array:
-        if leaf.dtype == jax.dtypes.float0:
-            return leaf
-        return jnp.where(jnp.isfinite(length), leaf * factor.astype(leaf.dtype), 0.0)
 
-    return *jax.tree.map(kept, found), None
+def _apart(tree: Any) -> tuple[list[Any], list[Any]]:
+    """The leaves that have derivatives, and the others, with None in the places of the rest."""
+    leaves = jax.tree.leaves(tree)
+    is_number = [
+        leaf.dtype != jax.dtypes.float0 and jnp.issubdtype(leaf.dtype, jnp.floating)
+        for leaf in leaves
+    ]
+    pairs = list(zip(leaves, is_number, strict=True))
+    return [one if number else None for one, number in pairs], [
+        None if number else one for one, number in pairs
+    ]
 
 
 slope_step.defvjp(_there, _back)
