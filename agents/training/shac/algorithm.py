@@ -86,7 +86,7 @@ def acting(learner: ShortLearner) -> MLPPolicy:
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def slope_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
-    """`env.step_env` with the derivative of observation, state and reward by state and action alone,
+    """`env.step_env` with the derivative of observation, state and reward by state and action,
     made fit for long chains.
 
     Back through a step is one kernel, too, which computes the step again. A derivative that is not
@@ -137,9 +137,13 @@ def _pulled(
         return obs, _apart(after)[0], reward
 
     found = jax.vjp(step, numbers, action)[1](given)
-    length = jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(found)))
+    length = _length(found)
     factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
     return jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found)
+
+
+def _length(tree: Any) -> Array:
+    return jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(tree)))
 
 
 def _apart(tree: Any) -> tuple[list[Any], list[Any]]:
@@ -234,7 +238,7 @@ def improve(
     (loss, found), gradient = jax.value_and_grad(actor_loss, has_aux=True)(
         learner.actor, learner, env, params, sizes, now.noise, rates.discount, progress, keep
     )
-    length = optax.global_norm(gradient)
+    length = _length(gradient)
     gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
     actor, own = _stepped(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
     obs, values, surprise = laid(mesh, _judged(learner, found, rates), COPIED)
