@@ -109,7 +109,12 @@ def _back(env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params],
     state, action, params = saved
     numbers, whole = _apart(state)
     pushed = given[0], _apart(given[1])[0], given[2]
-    slopes, by_action = _pulled(env, numbers, whole, action, params, pushed)
+    found = _pulled(env, numbers, whole, action, params, pushed)
+    length = _length(found)
+    factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
+    slopes, by_action = jax.tree.map(
+        lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found
+    )
     none = [None if leaf is None else np.zeros(leaf.shape, jax.dtypes.float0) for leaf in whole]
     every = [rest if slope is None else slope for slope, rest in zip(slopes, none, strict=True)]
     return jax.tree.unflatten(jax.tree.structure(state), every), by_action, None
@@ -124,7 +129,7 @@ def _pulled(
     params: Params,
     given: Any,
 ) -> tuple[list[Array | None], Array]:
-    """What is handed back to a step's state and action, finite and of bounded length.
+    """What is handed back to a step's state and action.
 
     numbers, whole: the state's leaves that have derivatives, and the others.
     """
@@ -136,10 +141,7 @@ def _pulled(
         obs, after, reward = env.step_env(state, action, params)[:3]
         return obs, _apart(after)[0], reward
 
-    found = jax.vjp(step, numbers, action)[1](given)
-    length = _length(found)
-    factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
-    return jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found)
+    return jax.vjp(step, numbers, action)[1](given)
 
 
 def _length(tree: Any) -> Array:
