@@ -51,10 +51,12 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "checkpoint_interval": 25_000,
     },
     "shac": {
-        "timesteps": 500_000,
+        "timesteps": 1_500_000,
         "num_envs": 128,
         "batch_size": 512,
-        "checkpoint_interval": 32_768,
+        "learning_rate": 1e-2,
+        "action_noise": 0.3,
+        "checkpoint_interval": 65_536,
     },
 }
 """Where an algorithm's do."""

@@ -69,8 +69,10 @@ def redraw(content: dict[str, Any]) -> None:
     """Write the page's tables and its picture."""
     from benchmarks.short_horizon.picture import draw
 
-    put_between(PAGE, tables.curves_body(content), CURVES)
-    put_between(PAGE, tables.slopes_body(content), SLOPES)
+    bodies = {"curves": (tables.curves_body, CURVES), "slopes": (tables.slopes_body, SLOPES)}
+    for part, (body, marks) in bodies.items():
+        if part in content:
+            put_between(PAGE, body(content), marks)
     draw(content, PICTURE)
 
 

@@ -21,20 +21,22 @@ def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG."""
     plt = pyplot()
     figure, axes = plt.subplots(2, 3, figsize=(11, 6), layout="constrained")
-    for axis, (name, entries) in zip(axes[0], content["curves"].items(), strict=False):
+    for axis in axes[0, len(content.get("curves", {})) :]:
+        axis.set_axis_off()
+    for axis, (name, entries) in zip(axes[0], content.get("curves", {}).items(), strict=False):
         _curves(axis, name, entries)
     axes[0, 0].set_ylabel("score")
     titles = ("all walks", "walks without a fall")
     for axis, which, title in zip(axes[1], ("all", "upright"), titles, strict=False):
-        for colour, name in zip(FLOORS, content["slopes"], strict=False):
-            rows = compared(content["slopes"], name, which)
+        for colour, name in zip(FLOORS, content.get("slopes", {}), strict=False):
+            rows = compared(content.get("slopes", {}), name, which)
             values = [row.cosine for row in rows]
             axis.plot(HORIZONS, values, "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         axis.axhline(0, color="black", linewidth=0.5)
         axis.set_ylim(-1.05, 1.05)
         _steps(axis, f"cosine to the differences, {title}")
-    for colour, name in zip(FLOORS, content["slopes"], strict=False):
-        values = [row.spread for row in compared(content["slopes"], name, "all")]
+    for colour, name in zip(FLOORS, content.get("slopes", {}), strict=False):
+        values = [row.spread for row in compared(content.get("slopes", {}), name, "all")]
         axes[1, 2].plot(HORIZONS, values, "o-", color=colour, markersize=3, linewidth=1.2)
     axes[1, 2].set_yscale("log")
     _steps(axes[1, 2], "spread of single walks, in lengths of the gradient")

@@ -68,7 +68,7 @@ def scores(entry: dict[str, Any], name: str) -> np.ndarray:
 def curves_body(content: dict[str, Any]) -> str:
     """A row a task and algorithm."""
     rows = []
-    for name, entries in content["curves"].items():
+    for name, entries in content.get("curves", {}).items():
         for algorithm, entry in entries.items():
             found = scores(entry, name)
             middle, end = (
