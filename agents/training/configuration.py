@@ -49,11 +49,10 @@ def group(kind: type[S], **defaults: Any) -> S:
     return field(default_factory=partial(kind, **defaults), metadata=about)
 
 
-def later_group(kind: type[S], **defaults: Any) -> S:
+def later_group(kind: type[S]) -> S:
     """A group of the algorithm of its name that came later: it is written with this algorithm only,
     so that files and digests of all others stay as they were."""
-    about = {"group": kind, "defaults": defaults, "later": True}
-    return field(default_factory=partial(kind, **defaults), metadata=about)
+    return field(default_factory=kind, metadata={"group": kind, "defaults": {}, "later": True})
 
 
 class Field(NamedTuple):

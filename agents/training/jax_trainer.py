@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import is_dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -33,23 +33,25 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
     from stickslip.agents.training.state_file import ModelState
-    from stickslip.envs.collecting import Collected
+    from stickslip.envs.collecting import Collected, Progress
     from stickslip.envs.functional import FunctionalEnv
 
 Tree = TypeVar("Tree")
+Learner = TypeVar("Learner")
+"""All that learning goes on from: a tree of arrays."""
 UNFIT = "its contents do not fit the configuration"
 
 
-class Learnt(NamedTuple):
+class Learnt(NamedTuple, Generic[Learner, State]):
     """What came of an update."""
 
-    learner: Any
-    found: Collected
+    learner: Learner
+    found: Collected[State]
     """What was done in it; of what it kept, the infos are read."""
     losses: Mapping[str, Array]
 
 
-class JAXTrainer(Trainer[LearningConfiguration, State, Params]):
+class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner, State, Params]):
     """JAX on whichever platform it finds, over several devices where `mesh_for` finds them.
 
     A subclass says what a learner is and what an update does to it.
@@ -78,16 +80,17 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params]):
         """What a training configuration says."""
 
     @abstractmethod
-    def first_learner(self, inputs: int, outputs: int) -> Any:
-        """A fresh learner for so many numbers in an observation and in an action: a named tuple
-        with a field "actor" among its own."""
+    def first_learner(self, inputs: int, outputs: int) -> Learner:
+        """A fresh learner for so many numbers in an observation and in an action."""
 
     @abstractmethod
-    def learnt(self, now: Now, key: Array, progress: Any) -> Learnt | None:
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[Learner, State] | None:
         """One update of the learner; None where it is stopped on the way."""
 
     @abstractmethod
-    def network_of(self, learner: Any) -> MLPPolicy:
+    def network_of(self, learner: Learner) -> MLPPolicy:
         """What is shipped of a learner."""
 
     def begin_stretch(self, timesteps: int) -> None:

@@ -7,7 +7,8 @@ nor its flags.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import json
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,15 @@ if TYPE_CHECKING:
 AUTO = "auto"
 LARGEST = 2**34
 """Bytes that the lead may tell."""
+
+
+class Told(NamedTuple):
+    """What the lead says; error: why it could not begin, else ""."""
+
+    error: str
+    config: str = ""
+    timesteps: int = 0
+    model: ModelState | None = None
 
 
 def join(coordinator: str | None, process: int | None, processes: int | None) -> None:
@@ -89,10 +99,10 @@ def leading(begin: Callable[[], tuple[Run, ModelState | None]]) -> tuple[Run, Mo
     try:
         run, model = begin()
     except BaseException as error:
-        _tell({"error": f"{error}"})
+        _tell(Told(f"{error}" or type(error).__name__))
         raise
     at = 0 if run.state is None else run.state.timesteps
-    _tell({"error": None, "config": run.config.to_json(), "timesteps": at, "model": model})
+    _tell(Told("", run.config.to_json(), at, model))
     return run, model
 
 
@@ -105,33 +115,36 @@ def require_together(config: Configuration) -> None:
         )
 
 
-def _tell(message: ModelState) -> None:
-    raw = np.frombuffer(pack(message), np.uint8)
-    _from_lead(np.asarray(len(raw)))
-    _from_lead(raw)
+def _tell(message: Told) -> None:
+    head = json.dumps(message._replace(model=None)).encode()
+    for raw in (head, pack(message.model or {})):
+        _from_lead(np.asarray(len(raw)))
+        _from_lead(np.frombuffer(raw, np.uint8))
 
 
-def _listen() -> ModelState:
+def _listen() -> Told:
     """What the lead tells. ValueError in its words where it could not begin."""
-    size = int(_from_lead(np.asarray(0)))
-    found = unpack(_from_lead(np.zeros(size, np.uint8)).tobytes(), LARGEST)
-    if found["error"] is not None:
-        raise ValueError(f"the first process: {found['error']}")
-    return found
+    head, model = (
+        _from_lead(np.zeros(int(_from_lead(np.asarray(0))), np.uint8)).tobytes() for _ in range(2)
+    )
+    told = Told(*json.loads(head))
+    if told.error:
+        raise ValueError(f"the first process: {told.error}")
+    return told._replace(model=unpack(model, LARGEST) or None)
 
 
-def follow(stop: Callable[[], bool], devices: int | None) -> tuple[Any, int, bool]:
+def follow(stop: Callable[[], bool], devices: int | None) -> tuple[Configuration, int, bool]:
     """Train with the lead, whatever it trains, and write nothing: the configuration, the steps made
     in all, and whether they are all that were asked for."""
-    told: Any = _listen()
-    config: Any = read_configuration(told["config"])
+    told = _listen()
+    config = read_configuration(told.config)
     task = machine_of_config(config).training_task(config)
     kind = trainer_of(config)
     trainer = kind(config, task.env, task.training, _nothing, stop, devices)
     try:
-        if told["model"] is not None:
-            trainer.put_state(told["model"])
-        trainer.timesteps = told["timesteps"]
+        if told.model is not None:
+            trainer.put_state(told.model)
+        trainer.timesteps = told.timesteps
         total, interval = config.timesteps, config.checkpoint_interval
         while (at := trainer.timesteps) < total and not trainer.stopped:
             trainer.begin_stretch(at)

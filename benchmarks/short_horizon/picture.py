@@ -26,20 +26,21 @@ def draw(content: dict[str, Any], path: Path) -> None:
     for axis, (name, entries) in zip(axes[0], content.get("curves", {}).items(), strict=False):
         _curves(axis, name, entries)
     axes[0, 0].set_ylabel("score")
-    titles = ("all walks", "walks without a fall")
-    for axis, which, title in zip(axes[1], ("all", "upright"), titles, strict=False):
+    panels = (
+        ("all", "cosine", "cosine to the differences, all walks"),
+        ("upright", "length", "length in theirs, walks without a fall"),
+        ("all", "spread", "spread of single walks, in lengths of the gradient"),
+    )
+    for axis, (which, entry, title) in zip(axes[1], panels, strict=True):
         for colour, name in zip(FLOORS, content.get("slopes", {}), strict=False):
-            rows = compared(content.get("slopes", {}), name, which)
-            values = [row.cosine for row in rows]
+            rows = compared(content["slopes"], name, which)
+            values = [getattr(row, entry) for row in rows]
             axis.plot(HORIZONS, values, "o-", color=colour, markersize=3, linewidth=1.2, label=name)
-        axis.axhline(0, color="black", linewidth=0.5)
-        axis.set_ylim(-1.05, 1.05)
-        _steps(axis, f"cosine to the differences, {title}")
-    for colour, name in zip(FLOORS, content.get("slopes", {}), strict=False):
-        values = [row.spread for row in compared(content.get("slopes", {}), name, "all")]
-        axes[1, 2].plot(HORIZONS, values, "o-", color=colour, markersize=3, linewidth=1.2)
+        _steps(axis, title)
+    axes[1, 0].axhline(0, color="black", linewidth=0.5)
+    axes[1, 0].set_ylim(-1.05, 1.05)
+    axes[1, 1].set_ylim(0.75, 1.1)
     axes[1, 2].set_yscale("log")
-    _steps(axes[1, 2], "spread of single walks, in lengths of the gradient")
     axes[1, 0].legend(fontsize=7, frameon=False)
     figure.savefig(path, dpi=100)
     plt.close(figure)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
+    from stickslip.envs.collecting import Progress
 
 _improve = jax.jit(improve, static_argnums=(2, 6))
 _begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
-class PPOTrainer(JAXTrainer[State, Params]):
+class PPOTrainer(JAXTrainer[Learner, State, Params]):
     """Learns from rollouts. `stop` is asked twice an update."""
 
     @property
@@ -46,7 +47,9 @@ class PPOTrainer(JAXTrainer[State, Params]):
         """See JAXTrainer."""
         return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
 
-    def learnt(self, now: Now, key: Array, progress: Any) -> Learnt | None:
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[Learner, State] | None:
         """See JAXTrainer."""
         given = self.env, self._shared, self._sizes, now.noise, self._learner, progress, self._infos
         found = rollout(*given) if self._mesh is None else rollout_over(self._mesh, *given)

@@ -16,7 +16,7 @@ environment whose derivatives are not all finite (at a grazing onset there is no
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -45,6 +45,9 @@ if TYPE_CHECKING:
     from stickslip.agents.training.ppo.settings import Now
     from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
     from stickslip.envs.functional import FunctionalEnv, Params, State
+
+    Leaves = list[Array | None]
+    Stepped = tuple[Array, State, Array, Array, Array, dict[str, Array]]
 
 STEEPEST = 1.0
 """Length to which a gradient is shortened, the actor's and the critic's."""
@@ -105,7 +108,9 @@ def _there(env: FunctionalEnv[State, Params], state: State, action: Array, param
     return fused_step(env, state, action, params), (state, action, params)
 
 
-def _back(env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params], given: Any):
+def _back(
+    env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params], given: Stepped[State]
+):
     state, action, params = saved
     numbers, whole = _apart(state)
     pushed = given[0], _apart(given[1])[0], given[2]
@@ -123,19 +128,19 @@ def _back(env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params],
 @partial(fused, fixed=1)
 def _pulled(
     env: FunctionalEnv[State, Params],
-    numbers: list[Array | None],
-    whole: list[Array | None],
+    numbers: Leaves,
+    whole: Leaves,
     action: Array,
     params: Params,
-    given: Any,
-) -> tuple[list[Array | None], Array]:
+    given: tuple[Array, Leaves, Array],
+) -> tuple[Leaves, Array]:
     """What is handed back to a step's state and action.
 
     numbers, whole: the state's leaves that have derivatives, and the others.
     """
     structure = jax.tree.structure(jax.eval_shape(lambda key: env.reset_env(key, params)[1], KEY))
 
-    def step(numbers: list[Array | None], action: Array):
+    def step(numbers: Leaves, action: Array):
         leaves = [rest if one is None else one for one, rest in zip(numbers, whole, strict=True)]
         state = jax.tree.unflatten(structure, leaves)
         obs, after, reward = env.step_env(state, action, params)[:3]
@@ -144,11 +149,11 @@ def _pulled(
     return jax.vjp(step, numbers, action)[1](given)
 
 
-def _length(tree: Any) -> Array:
+def _length(tree: object) -> Array:
     return jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(tree)))
 
 
-def _apart(tree: Any) -> tuple[list[Any], list[Any]]:
+def _apart(tree: object) -> tuple[Leaves, Leaves]:
     """The leaves that have derivatives, and the others, with None in the places of the rest."""
     leaves = jax.tree.leaves(tree)
     is_number = [

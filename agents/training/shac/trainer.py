@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 
@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.ppo.settings import Now
     from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
+    from stickslip.envs.collecting import Progress
 
 _improve = jax.jit(improve, static_argnums=(0, 2, 8, 9))
 _begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
-class SHACTrainer(JAXTrainer[State, Params]):
+class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
     """Learns from derivatives through the environment's step, which has to have them. `stop` is
     asked after every update."""
 
@@ -46,7 +47,9 @@ class SHACTrainer(JAXTrainer[State, Params]):
         """See JAXTrainer."""
         return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
 
-    def learnt(self, now: Now, key: Array, progress: Any) -> Learnt | None:
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[ShortLearner, State] | None:
         """See JAXTrainer."""
         given = self.env, self._shared, self._sizes, self._rates, now, self._learner, progress, key
         return Learnt(*_improve(*given, self._infos, self._mesh))
