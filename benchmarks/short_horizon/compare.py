@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 TASKS = ("BipedSteady-v0", "BipedSlippery-v0", "UGVRandomBumps-v0")
 ALGORITHMS = ("ppo", "shac", "sac")
-SECONDS = {"biped": 12.0, "ugv": 4.0}
+SECONDS = {"biped": 16.0, "ugv": 5.0}
 """Of learning, each seed."""
 SEEDS = (0, 1, 2)
 POINTS = 8
