@@ -191,7 +191,7 @@ def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     if not over.any():
         return {}
     kept = fetched({name: found.kept[name] for name in names})
-    return {name: values[over] for name, values in kept.items()}
+    return {name: np.asarray(values)[over] for name, values in kept.items()}
 
 
 def _named(tree: object) -> dict[str, np.ndarray]:

@@ -8,17 +8,21 @@ nor its flags.
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.agents.registry import machine_of_config, read_configuration
+from stickslip.agents.training.checkpoint import POLICY
 from stickslip.agents.training.state_file import pack, unpack
+from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import Update, trainer_of
 from stickslip.dynamics.checks import require_integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.directory import Run
@@ -133,9 +137,10 @@ def _listen() -> Told:
     return told._replace(model=unpack(model, LARGEST) or None)
 
 
-def follow(stop: Callable[[], bool], devices: int | None) -> tuple[Configuration, int, bool]:
-    """Train with the lead, whatever it trains, and write nothing: the configuration, the steps made
-    in all, and whether they are all that were asked for."""
+def follow(
+    directory: Path, stop: Callable[[], bool], devices: int | None
+) -> Trained[Configuration]:
+    """Train with the lead, whatever it trains, and write nothing. directory: the lead's."""
     told = _listen()
     config = read_configuration(told.config)
     task = machine_of_config(config).training_task(config)
@@ -152,7 +157,8 @@ def follow(stop: Callable[[], bool], devices: int | None) -> tuple[Configuration
             if trainer.timesteps > at:
                 trainer.is_finite()
                 trainer.take_state()
-        return config, trainer.timesteps, trainer.timesteps >= total
+        done = trainer.timesteps >= total
+        return Trained(directory, directory / POLICY, config, trainer.timesteps, math.nan, done)
     finally:
         trainer.close()
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.training.configuration import Config
+    from stickslip.agents.training.configuration import Config, Configuration
     from stickslip.agents.training.state_file import ModelState
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
@@ -78,8 +78,7 @@ def train(
     """
     directory = Path(directory)
     if not processes.is_lead():
-        config, timesteps, finished = processes.follow(stop, devices)
-        return Trained(directory, directory / POLICY, config, timesteps, math.nan, finished)
+        return processes.follow(directory, stop, devices)
     with ExitStack() as stack:
 
         def begin() -> tuple[Run, ModelState | None]:
@@ -90,7 +89,12 @@ def train(
 
 
 def _opened(
-    config: Config | None, directory: Path, stack: ExitStack, *, resume: bool, overwrite: bool
+    config: Configuration | None,
+    directory: Path,
+    stack: ExitStack,
+    *,
+    resume: bool,
+    overwrite: bool,
 ) -> tuple[Run, ModelState | None]:
     """The run to write to, its lock held until the stack is left, and what it goes on from."""
     for package in PACKAGES:

@@ -25,6 +25,8 @@ OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
 SB3: dict[str, Json] = {"discount": 0.99}
 """Where the defaults of Stable-Baselines3 differ from the fields' own."""
+SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
+"""Where those of short-horizon actor-critic do."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ class UGVTrainConfig(LearningConfiguration):
 
     @classmethod
     def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
-        return SB3 if trainer == "sb3" else {}
+        return SHAC if algorithm == "shac" else SB3 if trainer == "sb3" else {}
 
     def _check_together(self) -> None:
         self._require_inside("friction", "random_friction")

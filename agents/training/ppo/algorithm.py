@@ -123,17 +123,16 @@ def rollout_over(
     """
 
     def own(params: Params, noise: Array, learner: Learner, progress: Progress[State]):
-        return rollout(env, params, sizes, noise, learner, progress, keep)
+        return tuple(rollout(env, params, sizes, noise, learner, progress, keep))
 
-    rows = (SPREAD_STEPS,) * 4
     divided = jax.shard_map(
         own,
         mesh=mesh,
         in_specs=(COPIED, COPIED, COPIED, SPREAD),
-        out_specs=Collected(*rows, SPREAD),
+        out_specs=(SPREAD_STEPS, SPREAD_STEPS, SPREAD_STEPS, SPREAD_STEPS, SPREAD),
         check_vma=False,  # each device's part needs nothing of another's
     )
-    return divided(params, noise, learner, progress)
+    return Collected(*divided(params, noise, learner, progress))
 
 
 def advantages(

@@ -55,9 +55,8 @@ LONGEST = 1e3
 """Length to which what a step hands back to the step before it is shortened."""
 KEY = jax.eval_shape(lambda: jax.random.key(0))
 """The shape of a random key."""
-MOMENTUM = {"b1": 0.7, "b2": 0.95, "eps": 1e-8}
-"""Of Adam: short, as the problem changes with every update."""
-OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(**MOMENTUM))
+OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(b1=0.7, b2=0.95))
+"""Of short memory, as the problem changes with every update."""
 LOSSES = ("actor_loss", "value_loss", "gradient_length", "explained_variance")
 
 
@@ -179,9 +178,10 @@ def window(
     discount: Array | float,
     progress: Progress[State],
     keep: tuple[str, ...],
-) -> tuple[Array, Collected[State]]:
+) -> tuple[Array, tuple[Array, Array, Array, dict[str, Array]], Progress[State]]:
     """One environment's window: what it earns, discounted from its start or from the episode's that
-    begins in it, with the critic's value where it is cut off; and what happened, unbatched."""
+    begins in it, with the critic's value where it is cut off; what happened, as in Collected; and
+    where it stands."""
 
     def step(carry: tuple[Progress[State], Array], last: Array):
         now, weight = carry
@@ -205,7 +205,7 @@ def window(
 
     last = jnp.arange(sizes.rollout_steps) == sizes.rollout_steps - 1
     (after, _), (earned, rows) = jax.lax.scan(step, (progress, jnp.ones(())), last)
-    return earned.sum(), Collected(*rows, after)
+    return earned.sum(), rows, after
 
 
 def actor_loss(
@@ -223,9 +223,9 @@ def actor_loss(
     policy = network(actor, learner.seen, squash="tanh")
     critic = network(learner.target, learner.seen)
     one = partial(window, env, params, sizes, noise, policy, critic, discount, keep=keep)
-    rows = Collected(1, 1, 1, 1, 0)  # where the environments stand in what comes back
-    earned, found = jax.vmap(one, out_axes=(0, rows))(progress)
-    return -earned.mean() / sizes.rollout_steps, found
+    # the axis of the environments in what comes back: behind the steps, and first in what goes on
+    earned, rows, after = jax.vmap(one, out_axes=(0, 1, 0))(progress)
+    return -earned.mean() / sizes.rollout_steps, Collected(*rows, after)
 
 
 def improve(
@@ -257,7 +257,8 @@ def improve(
         critic,
     )
     unexplained = jnp.var(surprise) / jnp.maximum(jnp.var(values), 1e-12)
-    losses = dict(zip(LOSSES, (loss, error, length, 1 - unexplained), strict=True))
+    values_of = loss, error, length, 1 - unexplained
+    losses: dict[str, Array] = dict(zip(map(str, LOSSES), values_of, strict=True))
     after = ShortLearner(actor, critic, target, (own, theirs), widened(learner.seen, obs))
     after, losses = laid(mesh, (after, losses), COPIED)
     return after, found, losses
@@ -276,8 +277,10 @@ def _judged(
     value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
     ends = found.terminated, found.truncated
     gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
-    flat = (leaf.reshape(-1, *leaf.shape[2:]) for leaf in (obs, value + gain, gain))
-    return jax.lax.stop_gradient(tuple(flat))
+    obs, values, gain = jax.tree.map(
+        lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), (obs, value + gain, gain)
+    )
+    return obs, values, gain
 
 
 def _criticised(
