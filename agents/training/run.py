@@ -16,7 +16,7 @@ import time
 from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def train(
     """
     directory = Path(directory)
     if not processes.is_lead():
-        return processes.follow(directory, stop, devices)
+        return cast("Trained[Config]", processes.follow(directory, stop, devices))
     with ExitStack() as stack:
 
         def begin() -> tuple[Run, ModelState | None]:

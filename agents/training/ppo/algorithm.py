@@ -123,16 +123,18 @@ def rollout_over(
     """
 
     def own(params: Params, noise: Array, learner: Learner, progress: Progress[State]):
-        return tuple(rollout(env, params, sizes, noise, learner, progress, keep))
+        found = rollout(env, params, sizes, noise, learner, progress, keep)
+        return found[:4], found.progress
 
     divided = jax.shard_map(
         own,
         mesh=mesh,
         in_specs=(COPIED, COPIED, COPIED, SPREAD),
-        out_specs=(SPREAD_STEPS, SPREAD_STEPS, SPREAD_STEPS, SPREAD_STEPS, SPREAD),
+        out_specs=(SPREAD_STEPS, SPREAD),
         check_vma=False,  # each device's part needs nothing of another's
     )
-    return Collected(*divided(params, noise, learner, progress))
+    rows, after = divided(params, noise, learner, progress)
+    return Collected(*rows, after)
 
 
 def advantages(

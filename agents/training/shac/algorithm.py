@@ -87,7 +87,9 @@ def acting(learner: ShortLearner) -> MLPPolicy:
 
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
-def slope_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+def slope_step(
+    env: FunctionalEnv[State, Params], state: State, action: Array, params: Params
+) -> Stepped[State]:
     """`env.step_env` with the derivative of observation, state and reward by state and action,
     made fit for long chains.
 
@@ -188,9 +190,8 @@ def window(
         draws = jax.random.split(jax.random.wrap_key_data(now.keys), 3)
         mean = policy(now.obs)
         action = mean + noise * jax.random.normal(draws[1], mean.shape, mean.dtype)
-        obs, state, reward, terminated, truncated, info = slope_step(
-            env, now.state, jnp.clip(action, -1.0, 1.0), params
-        )
+        stepped: Stepped[State] = slope_step(env, now.state, jnp.clip(action, -1.0, 1.0), params)
+        obs, state, reward, terminated, truncated, info = stepped
         over = terminated | truncated
         worth = jnp.where(terminated, jax.lax.stop_gradient(reward), reward)
         later = jnp.where(terminated, 0.0, critic.unlimited(obs)[0])
