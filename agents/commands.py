@@ -62,16 +62,26 @@ def train_command(given: Options) -> bool:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
+    from stickslip.agents.training import processes
     from stickslip.agents.training.run import best_evaluation, train
 
+    processes.join(given["coordinator"], given["process"], given["processes"])
     config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
     whose = machine.name if config is None or config.task is None else config.task
     directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
-            config, directory, resume=given["resume"], overwrite=given["overwrite"], stop=stop
+            config,
+            directory,
+            resume=given["resume"],
+            overwrite=given["overwrite"],
+            stop=stop,
+            devices=given["devices"],
         )
+    if not processes.is_lead():
+        print(f"Trained {trained.timesteps:,} steps in all with the first process", file=sys.stderr)
+        return trained.finished
     machine = machine_of_config(trained.config)
     if not trained.finished:
         again = f"stickslip train {machine.name} --out {shlex.quote(str(directory))} --resume"

@@ -80,8 +80,9 @@ def test_flags_of_training_stand_in_groups_with_the_defaults_of_each_algorithm(c
     for first, title in kind.GROUPS.items():
         assert f" {title}: --{first.replace('_', '-')} " in shown
     if kind is TrainConfig:
-        usual, sac, sb3 = TrainConfig().timesteps, DEFAULTS["sac"], SB3
-        assert f"(default: {usual}; sac: {sac['timesteps']}; sb3: {sb3['timesteps']})" in shown
+        others = {**{name: DEFAULTS[name] for name in ("sac", "shac")}, "sb3": SB3}
+        told = "".join(f"; {name}: {one['timesteps']}" for name, one in others.items())
+        assert f"(default: {TrainConfig().timesteps}{told})" in shown
 
 
 def scenes_and_who(*words: str) -> tuple[list[str] | None, list[str]]:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.scenes import SCENE, SCENES
-from stickslip.agents.training.configuration import entry, group
+from stickslip.agents.training.configuration import entry, group, later_group
 from stickslip.agents.training.groups import (
     LearningConfiguration,
     PPOSettings,
     SACSettings,
+    SHACSettings,
     require_room,
     require_whole_batches,
     shared,
@@ -19,7 +20,7 @@ from stickslip.agents.training.groups import (
 if TYPE_CHECKING:
     from stickslip.agents.foreign.reading import Json
 
-ALGORITHMS = ("ppo", "sac")
+ALGORITHMS = ("ppo", "sac", "shac")
 
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
@@ -48,6 +49,14 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "final_learning_rate": 3e-4,
         "discount": 0.98,
         "checkpoint_interval": 25_000,
+    },
+    "shac": {
+        "timesteps": 1_500_000,
+        "num_envs": 128,
+        "batch_size": 512,
+        "learning_rate": 1e-2,
+        "action_noise": 0.3,
+        "checkpoint_interval": 65_536,
     },
 }
 """Where an algorithm's do."""
@@ -126,6 +135,7 @@ class TrainConfig(LearningConfiguration):
 
     ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
     sac: SACSettings = group(SACSettings)
+    shac: SHACSettings = later_group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
     keep_checkpoints: int = shared("keep_checkpoints", 2)
@@ -160,6 +170,7 @@ class TrainConfig(LearningConfiguration):
         "num_envs": "learning",
         "rollout_steps": "PPO",
         "buffer_size": "SAC",
+        "horizon": "SHAC",
         "checkpoint_interval": "checkpoints and evaluations",
     }
     EXCLUSIVE: ClassVar = {
@@ -174,7 +185,7 @@ class TrainConfig(LearningConfiguration):
 
     def _check_together(self) -> None:
         require_room(self, BIPED_OBSERVATION)
-        if self.algorithm == "ppo":
+        if self.algorithm != "sac":
             require_whole_batches(self)
         self._require_inside("commanded_rate", "random_commanded_rate")
         if self.mu_static is not None and self.scene != SCENE:

@@ -60,7 +60,7 @@ def plot_learning(directory: Path, config: TrainConfig, params: BipedEnvParams) 
     panels = list(PANELS)
     if config.task is not None:
         panels[0] = SCORE
-    if config.algorithm == "ppo":
+    if config.algorithm != "sac":
         panels[-1] = panels[-1]._replace(share=float(params.torque_limit))
     else:
         panels[-1] = Panel("entropy weight [-]", "entropy_weight", None, log=True)

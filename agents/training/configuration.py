@@ -49,6 +49,12 @@ def group(kind: type[S], **defaults: Any) -> S:
     return field(default_factory=partial(kind, **defaults), metadata=about)
 
 
+def later_group(kind: type[S]) -> S:
+    """A group of the algorithm of its name that came later: it is written with this algorithm only,
+    so that files and digests of all others stay as they were."""
+    return field(default_factory=kind, metadata={"group": kind, "defaults": {}, "later": True})
+
+
 class Field(NamedTuple):
     """A field of a configuration, in whichever group; like those of `dataclasses.fields`."""
 
@@ -199,7 +205,8 @@ class Configuration(Settings):
 
     def _written(self) -> dict[str, Json]:
         content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
-        left = set() if self.task is None else {*self.FIXED, *self._own()}
+        left = set(_unused(type(self), self.algorithm))
+        left |= set() if self.task is None else {*self.FIXED, *self._own()}
         return {name: value for name, value in content.items() if name not in left}
 
     def _own(self) -> list[str]:
@@ -221,10 +228,17 @@ class Configuration(Settings):
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         flat = {name: BEFORE[name] for name in BEFORE if name in rules} | _flat(content, cls)
+        decided: set[str] = set()
         if flat.get("task") is not None:
             flat = _without(BEFORE, cls.USUALLY, of=rules) | _flat(content, cls)
             decided = {*cls.FIXED, *cls.USUALLY}
-            rules = {name: rules[name] for name in rules if name in flat or name not in decided}
+        unused = _unused(cls, flat.get("algorithm"))
+        flat |= {
+            one.name: one.default
+            for one in every_field(cls)
+            if one.group in unused and one.name not in flat
+        }
+        rules = {name: rules[name] for name in rules if name in flat or name not in decided}
         return cls._grouped(require_entries(flat, rules))
 
     @property
@@ -315,6 +329,12 @@ def _flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, J
             raise RefusedError(f"it has {', '.join(twice)} twice")
         found |= entries
     return found
+
+
+def _unused(kind: type[Configuration], algorithm: object) -> list[str]:
+    """The groups that came later and are another algorithm's."""
+    later = (one.name for one in _fields(kind) if one.metadata.get("later"))
+    return [name for name in later if name != algorithm]
 
 
 def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:

@@ -14,8 +14,10 @@ from stickslip.dynamics.plain_checks import require_memory
 T = TypeVar("T")
 MOST_STEPS = 10**12 - 1
 """What the name of a checkpoint has room for."""
+RESIDUALS = 20_000
+"""About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
 SHARED = {
-    "algorithm": Rule(str, "learning algorithm", choices=("ppo",)),
+    "algorithm": Rule(str, "learning algorithm", choices=("ppo", "shac")),
     "trainer": Rule(str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")),
     "task": Rule(str, "of `stickslip tasks`; it says all of what is trained on", optional=True),
     "timesteps": Rule(int, "control steps in all", low=1, high=MOST_STEPS),
@@ -68,6 +70,23 @@ class SACSettings(Settings):
     soft_update: float = entry(0.005, float, "tau of the target network", low=0, high=1)
 
 
+@dataclass(frozen=True)
+class SHACSettings(Settings):
+    """Of short-horizon actor-critic, whose gradients go through the simulator."""
+
+    horizon: int = entry(16, int, "steps of a window that derivatives go through", low=2, high=4096)
+    critic_passes: int = entry(4, int, "of the critic over a window", low=1)
+    critic_pace: float = entry(1.0, float, "the critic's learning rate, in the actor's", low=0)
+    td_lambda: float = entry(0.95, float, "of the critic's targets", low=0, high=1)
+    target_memory: float = entry(0.2, float, "what the target keeps an update", low=0, high=1)
+    action_noise: float = entry(0.2, float, "standard deviation of exploration", low=0, strict=True)
+    final_action_noise: float = entry(0.05, float, "the same at the end", low=0, strict=True)
+
+
+ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
+"""By trainer."""
+
+
 class LearningConfiguration(Configuration):
     """A configuration of what the trainers here train; its dataclasses give each its default."""
 
@@ -83,23 +102,35 @@ class LearningConfiguration(Configuration):
     ppo: PPOSettings
     sac: SACSettings
     """Where "sac" is among the algorithms."""
+    shac: SHACSettings
+    """Where "shac" is."""
 
     def __post_init__(self):
         super().__post_init__()
-        if self.trainer == "jax" and self.algorithm != "ppo":
+        if self.algorithm not in ALGORITHMS_OF[self.trainer]:
+            (other,) = (name for name in ALGORITHMS_OF if name != self.trainer)
+            own = " or ".join(map(repr, ALGORITHMS_OF[self.trainer]))
             raise ValueError(
-                f"trainer = 'jax' with algorithm = {self.algorithm!r}; accepted: 'sb3', or "
-                "algorithm = 'ppo'"
+                f"trainer = {self.trainer!r} with algorithm = {self.algorithm!r}; accepted: "
+                f"{other!r}, or algorithm = {own}"
             )
 
 
+def steps_an_update(config: LearningConfiguration) -> tuple[str, int]:
+    """How many steps each environment makes, and which setting says so."""
+    if config.algorithm == "shac":
+        return "horizon", config.shac.horizon
+    return "rollout_steps", config.ppo.rollout_steps
+
+
 def require_whole_batches(config: LearningConfiguration) -> None:
-    """Raise ValueError unless PPO's batches divide a rollout of the configuration."""
-    rollout = config.num_envs * config.ppo.rollout_steps
+    """Raise ValueError unless batches divide a rollout of the configuration."""
+    name, steps = steps_an_update(config)
+    rollout = config.num_envs * steps
     if config.batch_size > rollout or rollout % config.batch_size:
         raise ValueError(
             f"batch_size = {config.batch_size} is not accepted; accepted: a divisor of "
-            f"num_envs x rollout_steps = {rollout}"
+            f"num_envs x {name} = {rollout}"
         )
 
 
@@ -120,7 +151,8 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
     if config.algorithm == "sac":
         given, samples = f"buffer_size = {config.sac.buffer_size}", config.sac.buffer_size
     else:
-        steps = config.ppo.rollout_steps
-        given = f"num_envs = {config.num_envs} with rollout_steps = {steps}"
+        name, steps = steps_an_update(config)
+        given = f"num_envs = {config.num_envs} with {name} = {steps}"
         samples = config.num_envs * steps
-    require_memory(given, "samples", samples, 8 * (observation + 8))
+    each = 8 * (observation + 8) + (RESIDUALS if config.algorithm == "shac" else 0)
+    require_memory(given, "samples", samples, each)

@@ -16,13 +16,14 @@ import time
 from contextlib import ExitStack
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from stickslip.agents.policy.file import save_policy
 from stickslip.agents.registry import machine_of_config
 from stickslip.agents.shipped.definition import named_task_entry
+from stickslip.agents.training import processes
 from stickslip.agents.training.checkpoint import (
     POLICY,
     TrainState,
@@ -45,7 +46,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.training.configuration import Config
+    from stickslip.agents.training.configuration import Config, Configuration
+    from stickslip.agents.training.state_file import ModelState
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed whatever learns."""
@@ -62,15 +64,41 @@ def train(
     bar: bool | None = None,
     stop: Callable[[], bool] = lambda: False,
     after: float = 0.0,
+    devices: int | None = None,
 ) -> Trained[Config]:
     """Train in a directory and return what came of it. Needs the extra `train`.
 
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
     evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
     for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
-    and Trained.finished is false. ValueError for a directory in use and for anything damaged in it.
+    and Trained.finished is false. devices: of each process, that the environments are divided
+    among; default: all that divide them evenly. ValueError for a directory in use and for anything
+    damaged in it.
+
+    Where jax.distributed has several processes, all of them call this, and the first one alone
+    reads and writes the directory and reads config.
     """
     directory = Path(directory)
+    if not processes.is_lead():
+        return cast("Trained[Config]", processes.follow(directory, stop, devices))
+    with ExitStack() as stack:
+
+        def begin() -> tuple[Run, ModelState | None]:
+            return _opened(config, directory, stack, resume=resume, overwrite=overwrite)
+
+        run, model = processes.leading(begin)
+        return _Training(run, model, bar, stop, stack, after, devices).train()
+
+
+def _opened(
+    config: Configuration | None,
+    directory: Path,
+    stack: ExitStack,
+    *,
+    resume: bool,
+    overwrite: bool,
+) -> tuple[Run, ModelState | None]:
+    """The run to write to, its lock held until the stack is left, and what it goes on from."""
     for package in PACKAGES:
         import_module(package)  # before anything is written
     if config is not None:
@@ -78,9 +106,10 @@ def train(
         machine_of_config(config).training_task(config)  # for its ValueError
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
-    with only_writer(directory), ExitStack() as stack:
-        run = open_run(directory, config, resume=resume, overwrite=overwrite)
-        return _Training(run, bar, stop, stack, after).train()
+    stack.enter_context(only_writer(directory))
+    run = open_run(directory, config, resume=resume, overwrite=overwrite)
+    processes.require_together(run.config)
+    return run, None if run.latest is None else read_model(run.latest)
 
 
 class _Training:
@@ -89,10 +118,12 @@ class _Training:
     def __init__(
         self,
         run: Run,
+        model: ModelState | None,
         bar: bool | None,
         stop: Callable[[], bool],
         stack: ExitStack,
         after: float,
+        devices: int | None,
     ):
         from stickslip.agents.training.tensorboard import TensorBoard
 
@@ -105,10 +136,11 @@ class _Training:
         self.period = float(np.asarray(self.task.training.control_period))
         at = run.state.timesteps if run.state else 0
         kind = trainer_of(run.config)
-        self.trainer = kind(run.config, self.task.env, self.task.training, self._report, stop)
+        given = run.config, self.task.env, self.task.training, self._report, stop
+        self.trainer = kind(*given) if devices is None else kind(*given, devices)
         stack.callback(self.trainer.close)
-        if run.latest is not None:
-            _take_up(self.trainer, run.latest)
+        if run.latest is not None and model is not None:
+            _take_up(self.trainer, run.latest, model)
         self.trainer.timesteps = at
         self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
         self.metrics = MetricsFile(
@@ -225,9 +257,8 @@ def metric_columns(machine: AnyMachine, trainer: AnyTrainer) -> tuple[str, ...]:
     return (*COLUMNS, *machine.episode, *trainer.losses)
 
 
-def _take_up(trainer: AnyTrainer, checkpoint: Path) -> None:
+def _take_up(trainer: AnyTrainer, checkpoint: Path, state: ModelState) -> None:
     """Go on from a checkpoint. ValueError naming it where it is of something else."""
-    state = read_model(checkpoint)
     try:
         trainer.put_state(state)
     except ValueError as error:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from stickslip.agents.training.configuration import group
+from stickslip.agents.training.configuration import group, later_group
 from stickslip.agents.training.groups import (
     LearningConfiguration,
     PPOSettings,
+    SHACSettings,
     require_whole_batches,
     shared,
 )
@@ -16,8 +17,8 @@ from stickslip.agents.training.groups import (
 
 @dataclass(frozen=True)
 class StandardConfig(LearningConfiguration):
-    """Training with PPO. A machine's own configuration is a frozen dataclass on top, which says
-    `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
+    """Training with PPO or SHAC. A machine's own configuration is a frozen dataclass on top, which
+    says `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
     """
 
     algorithm: str = shared("algorithm", "ppo")
@@ -34,6 +35,7 @@ class StandardConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings)
+    shac: SHACSettings = later_group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)
@@ -43,6 +45,7 @@ class StandardConfig(LearningConfiguration):
         "algorithm": "run",
         "num_envs": "learning",
         "rollout_steps": "PPO",
+        "horizon": "SHAC",
         "checkpoint_interval": "checkpoints and evaluations",
     }
 

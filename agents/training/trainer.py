@@ -26,9 +26,11 @@ if TYPE_CHECKING:
 
 TRAINERS = {
     "jax": "stickslip.agents.training.ppo.trainer:PPOTrainer",
+    "jax, shac": "stickslip.agents.training.shac.trainer:SHACTrainer",
     "sb3": "stickslip.agents.training.sb3.trainer:SB3Trainer",
 }
-"""Module and class by name; what they import is needed only where they are used."""
+"""Module and class by name, or by name and algorithm where it has several; what they import is
+needed only where they are used."""
 TEST_SEEDS = 2**31
 """Evaluations during training use the seeds from here on, so that none is seen in training."""
 
@@ -61,14 +63,16 @@ class Trainer(ABC, Generic[Config, State, Params]):
         params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
+        devices: int | None = None,
     ):
-        """config: the machine's. env, params: of training episodes.
+        """config: the machine's. env, params: of training episodes. devices: of each process, for
+        a trainer that learns on several; default: all.
 
         report: to be called after updates. stop: to be asked after every step, or every few that
         are one program; once true, learning ends and `stopped` is set.
         """
         self.config, self.env, self.params = config, env, params
-        self.report, self.stop = report, stop
+        self.report, self.stop, self.devices = report, stop, devices
         self.timesteps = 0
         """So far; those of an update that `stop` cut short are not counted."""
         self.stopped = False
@@ -115,7 +119,9 @@ AnyTrainer: TypeAlias = Trainer[Any, Any, Any]
 
 def trainer_of(config: Configuration) -> type[AnyTrainer]:
     """The trainer that a configuration asks for. ModuleNotFoundError where a package is missing."""
-    module, _, name = TRAINERS[getattr(config, "trainer", "sb3")].partition(":")
+    trainer = getattr(config, "trainer", "sb3")
+    where = TRAINERS.get(f"{trainer}, {config.algorithm}", TRAINERS[trainer])
+    module, _, name = where.partition(":")
     kind = getattr(import_module(module), name)
     if not issubclass(kind, Trainer):
         raise TypeError(f"{kind} is no Trainer")

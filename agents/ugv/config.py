@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import entry, group
+from stickslip.agents.training.configuration import entry, group, later_group
 from stickslip.agents.training.groups import (
     MOST_STEPS,
     LearningConfiguration,
     PPOSettings,
+    SHACSettings,
     require_room,
     require_whole_batches,
     shared,
@@ -24,11 +25,13 @@ OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
 SB3: dict[str, Json] = {"discount": 0.99}
 """Where the defaults of Stable-Baselines3 differ from the fields' own."""
+SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
+"""Where those of short-horizon actor-critic do."""
 
 
 @dataclass(frozen=True)
 class UGVTrainConfig(LearningConfiguration):
-    """How a policy of the UGV is trained, with PPO. The defaults take a minute on two cores, most
+    """How a policy of the UGV is trained. The defaults take a minute on two cores, most
     of it to compile.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
@@ -91,6 +94,7 @@ class UGVTrainConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
+    shac: SHACSettings = later_group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)
@@ -117,13 +121,14 @@ class UGVTrainConfig(LearningConfiguration):
         "reward_scale": "training reward",
         "num_envs": "learning",
         "rollout_steps": "PPO",
+        "horizon": "SHAC",
         "checkpoint_interval": "checkpoints and evaluations",
     }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     @classmethod
     def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
-        return SB3 if trainer == "sb3" else {}
+        return SHAC if algorithm == "shac" else SB3 if trainer == "sb3" else {}
 
     def _check_together(self) -> None:
         self._require_inside("friction", "random_friction")

@@ -15,17 +15,27 @@ and learning use the same numbers, which change between updates only.
 
 from __future__ import annotations
 
-import itertools
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import optax
 
-from stickslip.agents.policy.mlp import MLPPolicy
-from stickslip.envs.collecting import Collected, Progress, begin, collect
+from stickslip.agents.training.devices import COPIED, SPREAD, SPREAD_STEPS, laid
+from stickslip.agents.training.learner import (
+    Layers,
+    Moments,
+    explore,
+    layers_of,
+    network,
+    nothing_seen,
+    widened,
+)
+from stickslip.envs.collecting import Collected, Progress, collect
 
 if TYPE_CHECKING:
+    from jax.sharding import Mesh
     from jaxtyping import Array, Bool, Float
 
     from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
@@ -37,23 +47,11 @@ VALUE_WEIGHT = 0.5
 """Of the value's squared error in the loss."""
 STEEPEST = 0.5
 """Length to which a gradient is shortened."""
-LEAST_SPREAD, FARTHEST = 1e-2, 10.0
-"""Of an observation's entry: the least scale, and the limit of what it is scaled to."""
 
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 
-Layers = tuple[tuple["Array", "Array"], ...]
-"""Weights [inputs, outputs] and biases [outputs] of each layer."""
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
 """What a gradient step changes: actor and critic, and the optimiser's state."""
-
-
-class Moments(NamedTuple):
-    """Mean, mean squared distance from it, and number of all observations so far."""
-
-    mean: Float[Array, " obs"]
-    variance: Float[Array, " obs"]
-    number: Float[Array, ""]
 
 
 class Learner(NamedTuple):
@@ -82,38 +80,8 @@ def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learn
     """A fresh learner for so many numbers in an observation and in an action."""
     actor, critic = jax.random.split(key)
     inner = (inputs, *[sizes.hidden] * sizes.layers)
-    networks = _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
-    zero = jnp.zeros(inputs, jnp.float32)
-    seen = Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
-    return Learner(*networks, OPTIMISER.init(networks), seen)
-
-
-def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
-    """Orthogonal weights, longer by sqrt(2) but for the last layer's; no biases."""
-    gains = [*[2**0.5] * (len(widths) - 2), last]
-    keys = jax.random.split(key, len(gains))
-    shapes = itertools.pairwise(widths)
-    return tuple(
-        (
-            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
-            jnp.zeros(shape[1], jnp.float32),
-        )
-        for gain, key, shape in zip(gains, keys, shapes, strict=True)
-    )
-
-
-def network(layers: Layers, seen: Moments) -> MLPPolicy:
-    """The perceptron of these layers, observations normalised; of the actor, what is shipped."""
-    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SPREAD)
-    weights, biases = zip(*layers, strict=True)
-    return MLPPolicy(weights, biases, seen.mean, scale, observation_clip=FARTHEST)
-
-
-def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Array):
-    """An action drawn around the policy's; given: the policy and the noise."""
-    policy, noise = given
-    mean = policy.unlimited(obs)
-    return mean + noise * jax.random.normal(key, mean.shape, mean.dtype)
+    networks = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    return Learner(*networks, OPTIMISER.init(networks), nothing_seen(inputs))
 
 
 def rollout(
@@ -130,12 +98,43 @@ def rollout(
         env,
         params,
         explore,
-        num_envs=sizes.num_envs,
+        num_envs=len(progress.obs),
         steps=sizes.rollout_steps,
         policy_params=(network(learner.actor, learner.seen), noise),
         keep=(*KEPT, *keep),
         progress=progress,
     )
+
+
+@partial(jax.jit, static_argnums=(0, 1, 3, 7))
+def rollout_over(
+    mesh: Mesh,
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: Sizes,
+    noise: Array,
+    learner: Learner,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> Collected[State]:
+    """`rollout` of the environments divided over a mesh: each device steps its own.
+
+    Every environment has its own chain of random numbers, so it does the same wherever it is.
+    """
+
+    def own(params: Params, noise: Array, learner: Learner, progress: Progress[State]):
+        found = rollout(env, params, sizes, noise, learner, progress, keep)
+        return found[:4], found.progress
+
+    divided = jax.shard_map(
+        own,
+        mesh=mesh,
+        in_specs=(COPIED, COPIED, COPIED, SPREAD),
+        out_specs=(SPREAD_STEPS, SPREAD),
+        check_vma=False,  # each device's part needs nothing of another's
+    )
+    rows, after = divided(params, noise, learner, progress)
+    return Collected(*rows, after)
 
 
 def advantages(
@@ -213,14 +212,20 @@ def improve(
     rates: Rates,
     now: Now,
     key: Array,
+    mesh: Mesh | None = None,
 ) -> tuple[Learner, dict[str, Array]]:
-    """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
+    """The learner after gradient steps over a rollout, and means over them by `LOSSES`.
+
+    mesh: each device has the whole rollout (one exchange an update) and takes its part of every
+    minibatch; gradients are summed. So the minibatches are the same ones on any number of devices.
+    """
     rate, noise = now
-    every = judged(learner, found, noise, rates)
+    every = laid(mesh, judged(learner, found, noise, rates), COPIED)
     samples, size = sizes.samples, sizes.batch_size
 
     def step(carry: Carry, rows: Array):
         networks, optimiser = carry
+        rows = laid(mesh, rows, SPREAD)
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
         gradient, about = jax.grad(loss_of, has_aux=True)(
             networks, learner.seen, batch, noise, rates.clip_range
@@ -240,30 +245,5 @@ def improve(
     losses = {name: values.mean() for name, values in about.items()}
     error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
     losses["explained_variance"] = 1 - error
-    return Learner(actor, critic, optimiser, widened(learner.seen, every.obs)), losses
-
-
-def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
-    """Mean and variance of what was seen and these."""
-    number = seen.number + len(obs)
-    share = len(obs) / number
-    mean, variance = obs.mean(0), obs.var(0)
-    apart = mean - seen.mean
-    spread = (1 - share) * seen.variance + share * variance + share * (1 - share) * apart**2
-    return Moments(seen.mean + share * apart, spread, number)
-
-
-class Start(NamedTuple):
-    """What a training begins with, beside its learner."""
-
-    progress: Progress
-    key: Array
-    """Of its updates; that of the one i is fold_in(key, i)."""
-
-
-def begin_episodes(
-    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
-) -> Start:
-    """Fresh episodes and random numbers."""
-    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
-    return Start(begin(env, sizes.num_envs, params, episodes), updates)
+    after = Learner(actor, critic, optimiser, widened(learner.seen, every.obs))
+    return laid(mesh, (after, losses), COPIED)

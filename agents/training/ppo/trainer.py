@@ -2,194 +2,63 @@
 
 from __future__ import annotations
 
-from dataclasses import is_dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import jax
-import jax.numpy as jnp
-import numpy as np
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.groups import LearningConfiguration
+from stickslip.agents.training.jax_trainer import JAXTrainer, Learnt
+from stickslip.agents.training.learner import network
 from stickslip.agents.training.ppo.algorithm import (
     LOSSES,
-    Start,
-    begin_episodes,
+    Learner,
     begin_learning,
     improve,
-    network,
     rollout,
+    rollout_over,
 )
 from stickslip.agents.training.ppo.settings import settings_of
-from stickslip.agents.training.trainer import Trainer, Update
-from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.training.state_file import ModelState
-    from stickslip.envs.collecting import Collected
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
+    from stickslip.envs.collecting import Progress
 
-Tree = TypeVar("Tree")
-UNFIT = "its contents do not fit the configuration"
-_improve = jax.jit(improve, static_argnums=2)
+_improve = jax.jit(improve, static_argnums=(2, 6))
 _begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
-class PPOTrainer(Trainer[LearningConfiguration, State, Params]):
-    """JAX on whichever platform it finds. `stop` is asked twice an update."""
-
-    def __init__(
-        self,
-        config: LearningConfiguration,
-        env: FunctionalEnv[State, Params],
-        params: Params,
-        report: Callable[[Update], None],
-        stop: Callable[[], bool],
-    ):
-        super().__init__(config, same_step(env), params, report, stop)
-        self._sizes, self._rates = settings_of(config)
-        inputs, self._infos = shapes_of(self.env, params)
-        first = jax.random.key(config.seed)
-        self._learner = _begin_learning(inputs, len(env.action_names), self._sizes, first)
-        self._start: Start | None = None
+class PPOTrainer(JAXTrainer[Learner, State, Params]):
+    """Learns from rollouts. `stop` is asked twice an update."""
 
     @property
     def losses(self) -> tuple[str, ...]:
         """See Trainer."""
         return LOSSES
 
-    def begin_stretch(self, timesteps: int) -> None:
-        """See Trainer. Episodes and random numbers are in the state, so they go on."""
-        self.timesteps = timesteps
-        self._start = self._begun()
+    def settings(self, config: LearningConfiguration) -> tuple[Sizes, Rates]:
+        """See JAXTrainer."""
+        return settings_of(config)
 
-    def _begun(self) -> Start:
-        """Where the episodes are: at their beginning, if nothing else was said."""
-        if self._start is not None:
-            return self._start
-        return begin_episodes(self.env, self.params, self._sizes, self.config.seed)
+    def first_learner(self, inputs: int, outputs: int) -> Learner:
+        """See JAXTrainer."""
+        return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
 
-    def advance(self, goal: int) -> None:
-        """See Trainer."""
-        self._start = self._begun()
-        while self.timesteps < goal and not self.stopped:
-            self._update()
-
-    def _update(self) -> None:
-        """One rollout and what is learnt from it; neither, where it is stopped."""
-        progress, key = self._begun()
-        now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
-        given = self.env, self.params, self._sizes, now.noise, self._learner
-        found = rollout(*given, progress, self._infos)
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[Learner, State] | None:
+        """See JAXTrainer."""
+        given = self.env, self._shared, self._sizes, now.noise, self._learner, progress, self._infos
+        found = rollout(*given) if self._mesh is None else rollout_over(self._mesh, *given)
         if self.stop():
-            self.stopped = True
-            return
-        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
-        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, own)
-        ended = ended_in(found, self._infos)
-        jax.block_until_ready(learner)
-        if self.stop():
-            self.stopped = True
-            return
-        self._learner, self._start = learner, Start(found.progress, key)
-        self.timesteps += self._sizes.samples
-        self.report(
-            Update(
-                timesteps=self.timesteps,
-                learning_rate=float(now.learning_rate),
-                noise=float(now.noise),
-                ended=ended,
-                losses={name: float(losses[name]) for name in LOSSES},
-            )
-        )
+            return None
+        given = self._learner, found, self._sizes, self._rates, now, key, self._mesh
+        learner, losses = _improve(*given)
+        return Learnt(learner, found, losses)
 
-    def take_state(self) -> ModelState:
-        """See Trainer."""
-        episodes = _named(self._begun().progress)
-        return {"learner": {**_named(self._learner)}, "episodes": {**episodes}}
-
-    def put_state(self, state: ModelState) -> None:
-        """See Trainer."""
-        learner = _filled("learner", self._learner, state.get("learner"))
-        start = self._begun()
-        progress = _filled("episodes", start.progress, state.get("episodes"))
-        self._learner, self._start = learner, start._replace(progress=progress)
-
-    def policy(self) -> MLPPolicy:
-        """See Trainer."""
-        return network(self._learner.actor, self._learner.seen).validate()
-
-    def is_finite(self) -> bool:
-        """See Trainer."""
-        return all(bool(jnp.isfinite(leaf).all()) for leaf in jax.tree.leaves(self._learner))
-
-    def close(self) -> None:
-        """See Trainer."""
-        self._start = None
-
-
-def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]:
-    """The environment as rollouts need it: every step is one of an episode."""
-    return replace(env, autoreset="same_step") if is_dataclass(env) else env
-
-
-def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
-    """How many numbers an observation has, and the names of those in info."""
-
-    def first(key: Array) -> tuple[Array, dict[str, Array]]:
-        obs, state = env.reset_env(key, params)
-        info = env.step_env(state, jnp.zeros(len(env.action_names)), params)[5]
-        return obs, {name: value for name, value in info.items() if jnp.ndim(value) == 0}
-
-    obs, info = jax.eval_shape(first, jax.random.key(0))
-    return obs.shape[-1], tuple(info)
-
-
-def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """What the last infos of the episodes that ended in a rollout held; {} without any."""
-    over = np.asarray(found.terminated | found.truncated)
-    if not over.any():
-        return {}
-    return {name: np.asarray(found.kept[name])[over] for name in names}
-
-
-def _named(tree: object) -> dict[str, np.ndarray]:
-    """A tree's arrays by the way to each; random keys as plain numbers."""
-    leaves = jax.tree.leaves_with_path(tree)
-    return {jax.tree_util.keystr(path): np.asarray(_plain(leaf)) for path, leaf in leaves}
-
-
-def _filled(what: str, tree: Tree, given: object) -> Tree:
-    """The tree with the arrays that `_named` gave. ValueError for those of another tree."""
-    mine, leaves = _named(tree), jax.tree.leaves(tree)
-    if not isinstance(given, dict) or given.keys() != mine.keys():
-        raise ValueError(f"{UNFIT} (its {what} holds other arrays)")
-    arrays = []
-    for leaf, (name, own) in zip(leaves, mine.items(), strict=True):
-        array = given[name]
-        if not isinstance(array, np.ndarray) or _kind(array) != _kind(own):
-            raise ValueError(f"{UNFIT} ({what}{name} is {_kind(array)}, not {_kind(own)})")
-        arrays.append(_like(leaf, array))
-    return jax.tree.unflatten(jax.tree.structure(tree), arrays)
-
-
-def _is_key(leaf: Array) -> bool:
-    return jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
-
-
-def _plain(leaf: Array) -> Array:
-    return jax.random.key_data(leaf) if _is_key(leaf) else leaf
-
-
-def _like(leaf: Array, array: np.ndarray) -> Array:
-    numbers = jnp.asarray(array)
-    return jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers
-
-
-def _kind(value: object) -> str:
-    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else shown(value)
+    def network_of(self, learner: Learner) -> MLPPolicy:
+        """See JAXTrainer."""
+        return network(learner.actor, learner.seen)

@@ -31,8 +31,11 @@ class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
         params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
+        devices: int | None = None,
     ):
-        super().__init__(config, env, params, report, stop)
+        super().__init__(config, env, params, report, stop, devices)
+        if devices is not None:
+            raise ValueError(f"devices = {devices} with trainer = 'sb3'; accepted: 'jax'")
         self._envs = SB3VecEnv(env, params, config.num_envs, config.seed)
         self._course = algorithm.Course()
         self._model = algorithm.make_model(config, self._envs, self._course)

@@ -174,7 +174,7 @@ def test_every_field_has_a_flag():
     for one in every_field(TrainConfig):
         rule = rule_of(one)
         drawn = ("random_payload", "random_commanded_rate", "scene", "task")
-        if one.name in drawn or rule.about.startswith(("sac: ", "sb3: ")):
+        if one.name in drawn or rule.about.startswith(("sac: ", "shac: ", "sb3: ")):
             continue  # not beside payload, commanded_rate, mu_static, all of these, PPO in JAX
         value: Any = 0.05 if one.default is None else one.default
         value = {bool: True, "range": (0.5, 0.75)}.get(rule.kind, value)

@@ -8,17 +8,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.training.ppo.algorithm import (
+from stickslip.agents.training.learner import (
     Moments,
-    advantages,
     begin_episodes,
-    begin_learning,
     explore,
+    network,
+    widened,
+)
+from stickslip.agents.training.ppo.algorithm import (
+    advantages,
+    begin_learning,
     improve,
     log_probability,
-    network,
     rollout,
-    widened,
 )
 from stickslip.agents.training.ppo.settings import Rates, Sizes
 from tests.agents.training.ppo.corridor import Corridor, CorridorParams, value

@@ -1,0 +1,312 @@
+"""Short-horizon actor-critic (Xu et al. 2022, SHAC) as pure functions of JAX.
+
+One update: the environments are stepped over a short window, and the actor follows the derivative,
+through the simulator, of the rewards in it and of a critic's value at its end. The critic learns
+the TD(lambda) values of the window's observations; a slowly following copy of it is what the actor
+sees. Where PPO learns from what chance found, this learns from slopes: `docs/short_horizon.md` says
+where they mislead.
+
+An action is tanh(mean(obs)) + noise * normal numbers, clipped to [-1, 1]; the normal numbers are
+drawn beforehand, so the action has a derivative by the mean wherever it is not clipped.
+
+What carries no derivative: a reset, the reward of a step that terminates, and any step of one
+environment whose derivatives are not all finite (at a grazing onset there is no bound on them).
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+
+from stickslip.agents.training.devices import COPIED, SPREAD, laid
+from stickslip.agents.training.learner import (
+    Layers,
+    Moments,
+    layers_of,
+    network,
+    nothing_seen,
+    widened,
+)
+from stickslip.agents.training.ppo.algorithm import advantages
+from stickslip.dynamics.fused import fused
+from stickslip.dynamics.lanes import where_needed
+from stickslip.envs.collecting import Collected, Progress
+
+if TYPE_CHECKING:
+    from jax.sharding import Mesh
+    from jaxtyping import Array
+
+    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.ppo.settings import Now
+    from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
+    from stickslip.envs.functional import FunctionalEnv, Params, State
+
+    Leaves = list[Array | None]
+    Stepped = tuple[Array, State, Array, Array, Array, dict[str, Array]]
+
+STEEPEST = 1.0
+"""Length to which a gradient is shortened, the actor's and the critic's."""
+LONGEST = 1e3
+"""Length to which what a step hands back to the step before it is shortened."""
+KEY = jax.eval_shape(lambda: jax.random.key(0))
+"""The shape of a random key."""
+OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(b1=0.7, b2=0.95))
+"""Of short memory, as the problem changes with every update."""
+LOSSES = ("actor_loss", "value_loss", "gradient_length", "explained_variance")
+
+
+class ShortLearner(NamedTuple):
+    """All that learning goes on from."""
+
+    actor: Layers
+    critic: Layers
+    target: Layers
+    """Follows the critic."""
+    optimisers: tuple[optax.OptState, optax.OptState]
+    """States of `OPTIMISER` over the actor and over the critic."""
+    seen: Moments
+
+
+def begin_learning(inputs: int, outputs: int, sizes: ShortSizes, key: Array) -> ShortLearner:
+    """A fresh learner for so many numbers in an observation and in an action."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    acting, judging = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    optimisers = OPTIMISER.init(acting), OPTIMISER.init(judging)
+    return ShortLearner(acting, judging, judging, optimisers, nothing_seen(inputs))
+
+
+def acting(learner: ShortLearner) -> MLPPolicy:
+    """What is shipped of a learner."""
+    return network(learner.actor, learner.seen, squash="tanh")
+
+
+@partial(jax.custom_vjp, nondiff_argnums=(0,))
+def slope_step(
+    env: FunctionalEnv[State, Params], state: State, action: Array, params: Params
+) -> Stepped[State]:
+    """`env.step_env` with the derivative of observation, state and reward by state and action,
+    made fit for long chains.
+
+    Back through a step is one kernel, too, which computes the step again. A derivative that is not
+    finite is 0, so the chain ends there for this environment alone.
+    """
+    return fused_step(env, state, action, params)
+
+
+@partial(fused, fixed=1)
+def fused_step(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+    """`env.step_env` as one kernel."""
+    return env.step_env(state, action, params)
+
+
+def _there(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+    return fused_step(env, state, action, params), (state, action, params)
+
+
+def _back(
+    env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params], given: Stepped[State]
+):
+    state, action, params = saved
+    numbers, whole = _apart(state)
+    pushed = given[0], _apart(given[1])[0], given[2]
+    found = _pulled(env, numbers, whole, action, params, pushed)
+    length = _length(found)
+    factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
+    slopes, by_action = jax.tree.map(
+        lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found
+    )
+    none = [None if leaf is None else np.zeros(leaf.shape, jax.dtypes.float0) for leaf in whole]
+    every = [rest if slope is None else slope for slope, rest in zip(slopes, none, strict=True)]
+    return jax.tree.unflatten(jax.tree.structure(state), every), by_action, None
+
+
+@partial(fused, fixed=1)
+def _pulled(
+    env: FunctionalEnv[State, Params],
+    numbers: Leaves,
+    whole: Leaves,
+    action: Array,
+    params: Params,
+    given: tuple[Array, Leaves, Array],
+) -> tuple[Leaves, Array]:
+    """What is handed back to a step's state and action.
+
+    numbers, whole: the state's leaves that have derivatives, and the others.
+    """
+    structure = jax.tree.structure(jax.eval_shape(lambda key: env.reset_env(key, params)[1], KEY))
+
+    def step(numbers: Leaves, action: Array):
+        leaves = [rest if one is None else one for one, rest in zip(numbers, whole, strict=True)]
+        state = jax.tree.unflatten(structure, leaves)
+        obs, after, reward = env.step_env(state, action, params)[:3]
+        return obs, _apart(after)[0], reward
+
+    return jax.vjp(step, numbers, action)[1](given)
+
+
+def _length(tree: object) -> Array:
+    return jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(tree)))
+
+
+def _apart(tree: object) -> tuple[Leaves, Leaves]:
+    """The leaves that have derivatives, and the others, with None in the places of the rest."""
+    leaves = jax.tree.leaves(tree)
+    is_number = [
+        leaf.dtype != jax.dtypes.float0 and jnp.issubdtype(leaf.dtype, jnp.floating)
+        for leaf in leaves
+    ]
+    pairs = list(zip(leaves, is_number, strict=True))
+    return [one if number else None for one, number in pairs], [
+        None if number else one for one, number in pairs
+    ]
+
+
+slope_step.defvjp(_there, _back)
+
+
+def window(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    noise: Array,
+    policy: MLPPolicy,
+    critic: MLPPolicy,
+    discount: Array | float,
+    progress: Progress[State],
+    keep: tuple[str, ...],
+) -> tuple[Array, tuple[Array, Array, Array, dict[str, Array]], Progress[State]]:
+    """One environment's window: what it earns, discounted from its start or from the episode's that
+    begins in it, with the critic's value where it is cut off; what happened, as in Collected; and
+    where it stands."""
+
+    def step(carry: tuple[Progress[State], Array], last: Array):
+        now, weight = carry
+        draws = jax.random.split(jax.random.wrap_key_data(now.keys), 3)
+        mean = policy(now.obs)
+        action = mean + noise * jax.random.normal(draws[1], mean.shape, mean.dtype)
+        stepped: Stepped[State] = slope_step(env, now.state, jnp.clip(action, -1.0, 1.0), params)
+        obs, state, reward, terminated, truncated, info = stepped
+        over = terminated | truncated
+        worth = jnp.where(terminated, jax.lax.stop_gradient(reward), reward)
+        later = jnp.where(terminated, 0.0, critic.unlimited(obs)[0])
+        earned = weight * (worth + jnp.where(over | last, discount * later, 0.0))
+        kept = {"obs": now.obs, "next_obs": obs, **{name: info[name] for name in keep}}
+        old = jax.lax.stop_gradient((obs, state))
+        fresh = where_needed(over, env.reset_env, (draws[2], params), old)
+        obs, state = jax.tree.map(partial(jnp.where, over), fresh, (obs, state))
+        after = Progress(state, obs, jax.random.key_data(draws[0]))
+        weight = jnp.where(over, 1.0, weight * discount)
+        return (after, weight), (earned, (reward, terminated, truncated, kept))
+
+    last = jnp.arange(sizes.rollout_steps) == sizes.rollout_steps - 1
+    (after, _), (earned, rows) = jax.lax.scan(step, (progress, jnp.ones(())), last)
+    return earned.sum(), rows, after
+
+
+def actor_loss(
+    actor: Layers,
+    learner: ShortLearner,
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    noise: Array,
+    discount: Array | float,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> tuple[Array, Collected[State]]:
+    """Minus what a step earns in the mean over all windows, and what happened in them."""
+    policy = network(actor, learner.seen, squash="tanh")
+    critic = network(learner.target, learner.seen)
+    one = partial(window, env, params, sizes, noise, policy, critic, discount, keep=keep)
+    # the axis of the environments in what comes back: behind the steps, and first in what goes on
+    earned, rows, after = jax.vmap(one, out_axes=(0, 1, 0))(progress)
+    return -earned.mean() / sizes.rollout_steps, Collected(*rows, after)
+
+
+def improve(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: ShortSizes,
+    rates: ShortRates,
+    now: Now,
+    learner: ShortLearner,
+    progress: Progress[State],
+    key: Array,
+    keep: tuple[str, ...] = (),
+    mesh: Mesh | None = None,
+) -> tuple[ShortLearner, Collected[State], dict[str, Array]]:
+    """One update: the learner after it, what happened in the windows, and values by `LOSSES`."""
+    progress = laid(mesh, progress, SPREAD)
+    (loss, found), gradient = jax.value_and_grad(actor_loss, has_aux=True)(
+        learner.actor, learner, env, params, sizes, now.noise, rates.discount, progress, keep
+    )
+    length = _length(gradient)
+    gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
+    actor, own = _stepped(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
+    obs, values, surprise = laid(mesh, _judged(learner, found, rates), COPIED)
+    pace = now.learning_rate * rates.critic_pace
+    critic, theirs, error = _criticised(learner, obs, values, sizes, pace, key, mesh)
+    target = jax.tree.map(
+        lambda old, new: rates.target_memory * old + (1 - rates.target_memory) * new,
+        learner.target,
+        critic,
+    )
+    unexplained = jnp.var(surprise) / jnp.maximum(jnp.var(values), 1e-12)
+    values_of = loss, error, length, 1 - unexplained
+    losses: dict[str, Array] = dict(zip(map(str, LOSSES), values_of, strict=True))
+    after = ShortLearner(actor, critic, target, (own, theirs), widened(learner.seen, obs))
+    after, losses = laid(mesh, (after, losses), COPIED)
+    return after, found, losses
+
+
+def _stepped(layers: Layers, gradient: Layers, state: optax.OptState, rate: Array):
+    change, state = OPTIMISER.update(gradient, state)
+    return jax.tree.map(lambda one, by: one - rate * by, layers, change), state
+
+
+def _judged(
+    learner: ShortLearner, found: Collected[State], rates: ShortRates
+) -> tuple[Array, Array, Array]:
+    """Observations [samples, obs], what they are worth, and how far the target is from that."""
+    obs, critic = found.kept["obs"], network(learner.target, learner.seen)
+    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    obs, values, gain = jax.tree.map(
+        lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), (obs, value + gain, gain)
+    )
+    return obs, values, gain
+
+
+def _criticised(
+    learner: ShortLearner,
+    obs: Array,
+    values: Array,
+    sizes: ShortSizes,
+    rate: Array,
+    key: Array,
+    mesh: Mesh | None,
+) -> tuple[Layers, optax.OptState, Array]:
+    """The critic after passes over the samples in minibatches, and its mean squared error."""
+
+    def error_of(layers: Layers, rows: Array) -> Array:
+        said = network(layers, learner.seen).unlimited(obs[rows])[..., 0]
+        return ((said - values[rows]) ** 2).mean()
+
+    def step(carry: tuple[Layers, optax.OptState], rows: Array):
+        error, gradient = jax.value_and_grad(error_of)(carry[0], laid(mesh, rows, SPREAD))
+        return _stepped(carry[0], gradient, carry[1], rate), error
+
+    def epoch(carry: tuple[Layers, optax.OptState], key: Array):
+        order = jnp.argsort(jax.random.bits(key, (sizes.samples,)))
+        return jax.lax.scan(step, carry, order.reshape(-1, sizes.batch_size))
+
+    start = learner.critic, learner.optimisers[1]
+    (critic, state), errors = jax.lax.scan(epoch, start, jax.random.split(key, sizes.epochs))
+    return critic, state, errors.mean()

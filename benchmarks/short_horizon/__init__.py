@@ -1,0 +1,1 @@
+"""Policy gradients through the simulator: what they learn, and where they mislead."""
