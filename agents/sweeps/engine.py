@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import numpy as np
+    from jaxtyping import PyTree
 
     from stickslip.agents.sweeps.plan import Plan
 
@@ -45,7 +46,7 @@ def threads_of(cores: int | None) -> int:
     return len(devices_here()) or cores_here()
 
 
-def devices_here() -> list[jax.Device]:
+def devices_here() -> list[PyTree]:
     """The devices that chunks are laid on in turn; none where the one processor's cores do it."""
     found = jax.local_devices()
     return found if len(found) > 1 or jax.default_backend() != "cpu" else []
