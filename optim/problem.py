@@ -20,6 +20,9 @@ from stickslip.optim.options import as_floats
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import cvxpy as cp
     from jaxtyping import Bool, Float
 
 R = TypeVar("R", bound=Result)
@@ -106,6 +109,11 @@ class Problem(ABC, Generic[R]):
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
+
+    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
+        """A cvxpy problem, to be solved by any of its solvers, and what gives the decision vector
+        then; NotImplementedError for a problem that is not convex."""
+        raise NotImplementedError(f"{type(self).__name__} is not written in cvxpy")
 
     def sample(
         self, X: Float[np.ndarray, "B n"]

@@ -24,7 +24,8 @@ from benchmarks.optimisers.find import found_for, front_for
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim import Instance, suite
-from stickslip.optim.suite.known import Known, keep, verified
+from stickslip.optim.suite.instance import verified
+from stickslip.optim.suite.known import Known, keep
 
 MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 

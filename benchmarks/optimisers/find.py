@@ -7,18 +7,22 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
+from stickslip.dynamics.biped import BipedState, simulate
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import GaitProblem, Instance, solve
+from stickslip.optim import FunctionProblem, GaitProblem, Instance, Objective, PostureProblem, solve
 from stickslip.optim.posture.pareto import pareto_front
+from stickslip.optim.suite.biped.shooting import DT, HELD, TORQUE_LIMIT, Shooting
 from stickslip.optim.suite.exports import as_cvxpy, as_scipy
-from stickslip.optim.suite.families.split import drive_family
+from stickslip.optim.suite.ugv.split import drive_family
 from stickslip.optim.torque_split import TorqueSplit
 
 SEEDS = 3
 EVALUATIONS = 6000
+WIDTHS = (0.01, 0.05, 0.2)
 SHARES = np.linspace(0.02, 0.98, 13)
 
 
@@ -37,9 +41,9 @@ def found_for(instance: Instance) -> Iterator[Found]:
         "posture": _posture,
         "split": _split,
         "gait": _gait,
-        "shooting": _searched,
+        "shooting": _shooting,
         "gains": _drawn,
-        "design": _searched,
+        "design": _design,
     }[instance.family](instance)
 
 
@@ -52,7 +56,9 @@ def front_for(instance: Instance) -> tuple[np.ndarray, str]:
             weights = {"time": float(share), "energy": float(1 - share)}
             rows.append(solve(replace(problem, objective_asked=weights)).x)
         return problem.free.reduce(np.array(rows)), "conic, 13 weights"
-    first, second = (one.criterion.name for one in instance.problems)
+    if not isinstance(problem, PostureProblem):
+        raise TypeError(f"{instance.id} is of no kind that fronts are found for")
+    first, second = (goal.split()[0] for goal in instance.goals)
     front = pareto_front(problem, first, second, points=21)
     return problem.free.reduce(front.x), "dp over its usual grid, 21 points"
 
@@ -93,39 +99,67 @@ def _gait(instance: Instance) -> Iterator[Found]:
     yield Found(result.x, "conic", result.lower_bound, f"dual, of {result.bound_of}")
 
 
-def _searched(instance: Instance) -> Iterator[Found]:
-    """Evolution from several seeds, and SLSQP from what it found and from the middle."""
+def _shooting(instance: Instance) -> Iterator[Found]:
+    """From the torques of simple feedbacks: the best of them, evolved and polished."""
+    problem = instance.problem
+    if not isinstance(problem, FunctionProblem) or not isinstance(problem.function, Shooting):
+        raise TypeError(f"{instance.id} is no shooting")
+    model, scene, state = problem.data
+    rate, best = problem.function.crank_rate, (np.inf, np.zeros(problem.n))
+    for gain in (0.1, 0.3, 1.0, 2.0):
+        for rest in (0.0, 0.1, 0.2, 0.4):
+
+            def torque(at: BipedState, gain: float = gain, rest: float = rest) -> jax.Array:
+                return jnp.clip(gain * (rate - at.crank_rate) + rest, -TORQUE_LIMIT, TORQUE_LIMIT)
+
+            with jax.enable_x64(True):
+                walk = simulate(model, scene, state, torque, problem.n * HELD * DT, DT)
+            x = np.asarray(walk.torques, float).reshape(-1, HELD).mean(axis=1)
+            best = min(best, (problem.objective(x), x), key=lambda one: one[0])
+    yield from _evolved(instance, best[1], "the best of 16 feedbacks")
+
+
+def _design(instance: Instance) -> Iterator[Found]:
+    """From the reference, and from a little beside it."""
+    middle = instance.objective().middle
+    yield from _evolved(instance, middle, "the reference")
+    rng = np.random.default_rng(0)
+    for _ in range(SEEDS):
+        beside = middle * (1 + 0.002 * rng.standard_normal(instance.n))
+        if (better := _slsqp(instance, beside)) is not None:
+            yield Found(better, "SLSQP from beside the reference")
+
+
+def _evolved(instance: Instance, start: np.ndarray, words: str) -> Iterator[Found]:
+    """Evolution from there with several widths, each followed by SLSQP."""
     import cma
 
-    def slsqp(x: np.ndarray) -> np.ndarray | None:
-        polish = instance.objective(budget=600)
-        polish.minimise(
-            lambda it: minimize(**as_scipy(it, x), method="SLSQP", options={"maxiter": 200})
-        )
-        return polish.record.best_x
-
-    first = slsqp(instance.objective().middle)
-    if first is not None:
-        yield Found(first, "SLSQP from the middle")
-    for seed in range(1, SEEDS + 1):
+    if instance.objective().violation(start) <= 0:
+        yield Found(start, words)
+    for seed, sigma in enumerate(WIDTHS, start=1):
         search = instance.objective(budget=EVALUATIONS)
 
-        def evolve(it=search, seed=seed) -> None:
-            strategy = cma.CMAEvolutionStrategy(
-                np.full(it.n, 0.5),
-                0.25,
-                {"bounds": [0, 1], "seed": seed, "verbose": -9, "popsize": 32},
-            )
+        def evolve(it: Objective, seed: int = seed, sigma: float = sigma) -> None:
+            settings = {"bounds": [0, 1], "seed": seed, "verbose": -9, "popsize": 32}
+            strategy = cma.CMAEvolutionStrategy(it.to_unit(start), sigma, settings)
             while not strategy.stop():
                 asked = strategy.ask()
                 strategy.tell(asked, it.penalised_batch(it.from_unit(np.array(asked))).tolist())
 
-        search.minimise(lambda _, run=evolve: run())
-        if (best := search.record.best_x) is None:
+        best = search.minimise(evolve).best_x
+        if best is None:
             continue
-        yield Found(best, f"cma, seed {seed}")
-        if (better := slsqp(best)) is not None:
-            yield Found(better, f"cma, seed {seed}, then SLSQP")
+        yield Found(best, f"{words}, cma")
+        if (better := _slsqp(instance, best)) is not None:
+            yield Found(better, f"{words}, cma, SLSQP")
+
+
+def _slsqp(instance: Instance, x: np.ndarray) -> np.ndarray | None:
+    """The best feasible point on SLSQP's way from there."""
+    polish = instance.objective(budget=600)
+    return polish.minimise(
+        lambda it: minimize(**as_scipy(it, x), method="SLSQP", options={"maxiter": 200})
+    ).best_x
 
 
 def _drawn(instance: Instance) -> Iterator[Found]:
@@ -133,6 +167,8 @@ def _drawn(instance: Instance) -> Iterator[Found]:
     import cma
 
     problem = instance.problem
+    if not isinstance(problem, FunctionProblem):
+        raise TypeError(f"{instance.id} draws nothing")
     objective = instance.objective()
     draws = np.arange(16)
 

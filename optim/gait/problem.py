@@ -195,8 +195,7 @@ class GaitProblem(Problem[GaitResult]):
         return np.concatenate([[low], -most]), np.concatenate([[high], most])
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        """A cvxpy problem, to be solved by any of its solvers, and what gives the decision vector
-        then. ValueError for the objective "friction", which is no convex program."""
+        """See Problem. ValueError for the objective "friction", which is no convex program."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
         from stickslip.optim.gait.program import Program, Solved

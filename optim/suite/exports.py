@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.optim.suite.families.split import cvxpy_split
 from stickslip.optim.suite.objective import Objective
 
 if TYPE_CHECKING:
@@ -158,8 +157,6 @@ def as_cvxpy(instance: Instance) -> tuple[Foreign, Callable[[], Float[np.ndarray
     """
     if not instance.flags.convex or len(instance.goals) > 1:
         raise ValueError(f"{instance.id} is not convex with one goal; accepted: one that is")
-    if instance.family == "split":
-        return cvxpy_split(instance.problem)
     return instance.problem.in_cvxpy()
 
 
@@ -174,5 +171,6 @@ def _library(module: str, name: str) -> Foreign:
         return import_module(module)
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
-            f"{name} is not there ({error}): pip install 'stickslip[optimisers]'"
+            f"{name} is not there ({error}); the extra stickslip[optimisers] has all of these "
+            "libraries but ioh and cyipopt"
         ) from error

@@ -22,9 +22,13 @@ if TYPE_CHECKING:
     from stickslip.optim.problem import AnyProblem
     from stickslip.optim.suite.known import Known
 
+    Built = AnyProblem | tuple[AnyProblem, ...]
+
 QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 
+SAME = 1e-6
+"""How far a value may be off the recorded one, in parts of it: roundings of another machine."""
 DIGITS = 7
 """Of numbers that a digest is about."""
 
@@ -112,6 +116,37 @@ class Instance:
         return found.hexdigest()
 
 
+def made(name: str, build: Callable[[], Built], version: int = 1, **rest: Any) -> Instance:
+    """An instance under a name without its version. build: makes a problem, or one a goal; rest:
+    the other fields."""
+
+    def problems() -> tuple[AnyProblem, ...]:
+        found = build()
+        return found if isinstance(found, tuple) else (found,)
+
+    return Instance(id=f"{name}-v{version}", build=problems, **rest)
+
+
+def verified(instance: Instance) -> str:
+    """ "as recorded", with what is, or what differs: the instance, its value, its feasibility."""
+    known = instance.known
+    if known is None:
+        return "nothing is recorded"
+    if instance.digest() != known.digest:
+        return "another instance than the recorded one: its numbers differ"
+    if known.x is None:
+        return "no point is recorded"
+    found = [instance.value(one) for one in np.atleast_2d(known.x)]
+    values = np.array([at[0] for at in found])
+    wanted = known.value if known.front is None else known.front
+    if not all(at[1] for at in found):
+        return "the recorded point is not feasible"
+    if not np.allclose(values, wanted, rtol=SAME, atol=SAME):
+        return f"{values} at the recorded point, recorded {wanted}"
+    bound = known.bound
+    return "as recorded" + ("" if bound is None else f", {bound:.8g} at least: {known.bound_how}")
+
+
 def parts_of(value: object) -> list[bytes]:
     """A tree of dataclasses, tuples, mappings and arrays as bytes, field by field.
 
@@ -141,4 +176,4 @@ def parts_of(value: object) -> list[bytes]:
     name = getattr(value, "__qualname__", None)
     if name is None:
         raise TypeError(f"an instance holds a {type(value).__name__}, which has no digest")
-    return [f"{value.__module__}.{name}".encode()]
+    return [name.encode()]

@@ -7,21 +7,16 @@ import json
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 
-if TYPE_CHECKING:
-    from stickslip.optim.suite.instance import Instance
-
 HERE = Path(__file__).parent
 VALUES, POINTS = "known.json", "best.npz"
 FORMAT = "stickslip known optima"
-SAME = 1e-6
-"""How far a value may be off the recorded one, in parts of it: roundings of another machine."""
 
 
 @dataclass(frozen=True)
@@ -55,31 +50,6 @@ def known_of(name: str) -> Known | None:
     value = np.nan if entry["value"] is None else entry["value"]
     rest = {key: given for key, given in entry.items() if key != "value"}
     return Known(value, **rest, x=x, front=front)
-
-
-def verified(instance: Instance) -> str:
-    """ "as recorded", with what is, or what differs: the instance, its value, its feasibility."""
-    known = instance.known
-    if known is None:
-        return "nothing is recorded"
-    if instance.digest() != known.digest:
-        return "another instance than the recorded one: its numbers differ"
-    if known.x is None:
-        return "no point is recorded"
-    wanted: np.ndarray | float
-    if known.front is not None:
-        found = [instance.value(one) for one in known.x]
-        values, feasible = np.array([at[0] for at in found]), all(at[1] for at in found)
-        wanted = known.front
-    else:
-        values, feasible = instance.value(known.x)
-        wanted = known.value
-    if not feasible:
-        return "the recorded point is not feasible"
-    if not np.allclose(values, wanted, rtol=SAME, atol=SAME):
-        return f"{values} at the recorded point, recorded {wanted}"
-    bound = known.bound
-    return "as recorded" + ("" if bound is None else f", {bound:.8g} at least: {known.bound_how}")
 
 
 def keep(name: str, known: Known, here: Path = HERE) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, BipedState, prepare, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.suite.families.shooting import (
+from stickslip.optim.suite.biped.shooting import (
     DT,
     SLIDE_WEIGHT,
     TORQUE_LIMIT,
@@ -51,7 +51,7 @@ class Gains:
     def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:
         """The cost of one walk."""
         low, high = np.log(FRICTION)
-        of_floor, of_phase, of_rate = jax.random.uniform(key, 3, x.dtype)
+        of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
         mu = jnp.exp(low + (high - low) * of_floor)
         state = BipedState(
             phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.ugv import UGVParams, equilibrium
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.problem import Structure
-from stickslip.optim.suite.families.posture import STRAIGHT, track_named
+from stickslip.optim.suite.ugv.posture import STRAIGHT, track_named
 from stickslip.optim.torque_split.family import Family
 
 if TYPE_CHECKING:
@@ -32,7 +32,28 @@ class Drive(NamedTuple):
     torque: Float[Array | np.ndarray, ""]
 
 
-def split_problem(track: str, criterion: str, stations: int) -> FunctionProblem:
+class SplitProblem(FunctionProblem):
+    """The split of a drive; data: a Drive."""
+
+    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "K"]]]:
+        """See Problem."""
+        import cvxpy as cp
+
+        drive = jax.tree.map(np.asarray, self.data)
+        x = cp.Variable(self.n)
+        forces = [drive.equal[:, i] + cp.multiply(drive.per_newton[:, i], x) for i in range(4)]
+        limits: list[cp.Constraint] = [x >= self.low, x <= self.high]
+        for F, N in (forces[:2], forces[2:]):
+            limits += [cp.abs(F) <= FRICTION * N, N >= 0]
+        along = [forces[0], forces[2]]
+        if self.function is _squared:
+            goal = sum(cp.sum_squares(F) for F in along) * float(drive.torque) ** 2
+        else:
+            goal = cp.max(cp.abs(cp.hstack(along))) * float(drive.torque)
+        return cp.Problem(cp.Minimize(goal), limits), lambda: np.asarray(x.value, float)
+
+
+def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
     """F_front - F_rear at every station, in weights, that keeps grip at both wheels.
 
     criterion: "squared_torque": the sum of both motors' torques squared, over the stations
@@ -46,27 +67,7 @@ def split_problem(track: str, criterion: str, stations: int) -> FunctionProblem:
     function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
     kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
     most = np.full(stations, 1.0)
-    return FunctionProblem(function, drive, -most, most, kind=kinds)
-
-
-def cvxpy_split(
-    problem: FunctionProblem,
-) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "K"]]]:
-    """The same program in cvxpy, and what gives its numbers once it is solved."""
-    import cvxpy as cp
-
-    drive = jax.tree.map(np.asarray, problem.data)
-    x = cp.Variable(problem.n)
-    forces = [drive.equal[:, i] + cp.multiply(drive.per_newton[:, i], x) for i in range(4)]
-    limits: list[cp.Constraint] = [x >= problem.low, x <= problem.high]
-    for F, N in (forces[:2], forces[2:]):
-        limits += [cp.abs(F) <= FRICTION * N, N >= 0]
-    along = [forces[0], forces[2]]
-    if problem.function is _squared:
-        goal = sum(cp.sum_squares(F) for F in along) * float(drive.torque) ** 2
-    else:
-        goal = cp.max(cp.abs(cp.hstack(along))) * float(drive.torque)
-    return cp.Problem(cp.Minimize(goal), limits), lambda: np.asarray(x.value, float)
+    return SplitProblem(function, drive, -most, most, kind=kinds)
 
 
 def drive_family(track: str, stations: int) -> Family:
@@ -80,7 +81,7 @@ def drive_family(track: str, stations: int) -> Family:
 
 def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:
     """F [K, 2], N [K, 2] in weights, and what is left of grip and of normal force [6 K]."""
-    forces = drive.equal + x[:, None] * drive.per_newton
+    forces = jnp.asarray(drive.equal) + x[:, None] * drive.per_newton
     F, N = forces[:, ::2], forces[:, 1::2]
     margins = [FRICTION * N - F, FRICTION * N + F, N]
     return F, N, jnp.concatenate([jnp.ravel(one) for one in margins])

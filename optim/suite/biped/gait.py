@@ -12,13 +12,14 @@ TORQUE_LIMIT = 4.0
 
 def gait_problem(objective: str, numbers: int, **limits: float) -> GaitProblem:
     """The best periodic step of the reference robot in so many numbers, with a motor of
-    TORQUE_LIMIT."""
+    TORQUE_LIMIT. limits: mu, mean_rate."""
     return GaitProblem.periodic(
         BipedParams.from_bars(dtype=np.float32),
         objective,
+        mu=limits.get("mu"),
+        mean_rate=limits.get("mean_rate"),
         torque_limit=TORQUE_LIMIT,
         steps=numbers - 2,
-        **limits,
     )
 
 
