@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.optim.function_problem import FunctionProblem
     from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.replay import Replay, replay
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
     from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
     from stickslip.optim.result import Evaluation, OptimStatus, Result
     from stickslip.optim.solve import methods_of, solve
+    from stickslip.optim.suite.catalogue import FAMILIES, instance, suite
+    from stickslip.optim.suite.instance import Instance
+    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.suite.record import BudgetSpent, Record
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -41,25 +46,36 @@ else:
             "problem": ("FreeProblem", "Method", "Problem", "Structure"),
             "result": ("Evaluation", "OptimStatus", "Result"),
             "solve": ("methods_of", "solve"),
+            "function_problem": ("FunctionProblem",),
+            "suite.catalogue": ("FAMILIES", "instance", "suite"),
+            "suite.instance": ("Instance",),
+            "suite.objective": ("Objective",),
+            "suite.record": ("BudgetSpent", "Record"),
         },
     )
 
 __all__ = [
     "CRITERIA",
+    "FAMILIES",
     "METHODS",
+    "BudgetSpent",
     "Certificate",
     "Criterion",
     "DriveBound",
     "Evaluation",
     "FreeProblem",
+    "FunctionProblem",
     "Gait",
     "GaitProblem",
     "GaitResult",
+    "Instance",
     "Method",
+    "Objective",
     "OptimStatus",
     "PostureProblem",
     "PostureResult",
     "Problem",
+    "Record",
     "Replay",
     "Result",
     "Station",
@@ -67,8 +83,10 @@ __all__ = [
     "Weighted",
     "bound_every_drive",
     "criterion_by_name",
+    "instance",
     "methods_of",
     "replay",
     "solve",
     "station",
+    "suite",
 ]

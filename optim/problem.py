@@ -20,6 +20,9 @@ from stickslip.optim.options import as_floats
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import cvxpy as cp
     from jaxtyping import Bool, Float
 
 R = TypeVar("R", bound=Result)
@@ -95,6 +98,10 @@ class Problem(ABC, Generic[R]):
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
         return self.evaluate(x).margins
 
+    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
+        """`constraints` of a batch."""
+        return np.array([self.constraints(x) for x in self.batch(X)], dtype=float)
+
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The objective's slope; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
@@ -102,6 +109,11 @@ class Problem(ABC, Generic[R]):
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
+
+    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
+        """A cvxpy problem, to be solved by any of its solvers, and what gives the decision vector
+        then; NotImplementedError for a problem that is not convex."""
+        raise NotImplementedError(f"{type(self).__name__} is not written in cvxpy")
 
     def sample(
         self, X: Float[np.ndarray, "B n"]
@@ -150,6 +162,10 @@ class Problem(ABC, Generic[R]):
         x, kind = np.array(x, dtype=float).reshape(-1), self.result_kind
         at = self.evaluate(x)
         return cast("R", kind.of(x, at, method=method, status=status, began=began, **others))
+
+
+AnyProblem = Problem[Any]
+"""A problem, whatever its results are."""
 
 
 @dataclass(frozen=True)
@@ -221,6 +237,10 @@ class FreeProblem(Problem[Result]):
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """See Problem."""
         return self.problem.constraints(self.expand(x))
+
+    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
+        """See Problem."""
+        return self.problem.constraints_all(self.expand(X))
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem."""

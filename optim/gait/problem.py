@@ -22,9 +22,12 @@ from stickslip.optim.gait.result import GaitResult
 from stickslip.optim.gait.units import lift_off_rate, swing_torque
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure
-from stickslip.optim.result import Evaluation
+from stickslip.optim.result import Evaluation, OptimStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import cvxpy as cp
     from jaxtyping import Float
 
     from stickslip.dynamics.numeric import Lists, Number
@@ -190,6 +193,22 @@ class GaitProblem(Problem[GaitResult]):
         most = np.ravel(needed / nodes.M)
         low, high = at.first
         return np.concatenate([[low], -most]), np.concatenate([[high], most])
+
+    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
+        """See Problem. ValueError for the objective "friction", which is no convex program."""
+        if self.goal.is_friction:
+            raise ValueError('objective = "friction" is no convex program; accepted: another')
+        from stickslip.optim.gait.program import Program, Solved
+
+        at = self.instance
+        program = Program(at.structure)
+        problem = program.filled(at.numbers())
+
+        def found() -> Float[np.ndarray, "n"]:
+            gait = at.gait_of(Solved(OptimStatus.FEASIBLE, "", *program.read()))
+            return np.concatenate([[gait.b[0, 0]], np.ravel(gait.a)])
+
+        return problem, found
 
     def gait(self, x: Float[np.ndarray, "n"]) -> Gait:
         """The gait of a decision vector."""

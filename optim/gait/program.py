@@ -195,6 +195,18 @@ class Program:
                 return Solved(ended.status, ended.words)
             return self._read(ended.status, ended.words)
 
+    def filled(self, numbers: Numbers) -> cp.Problem:
+        """The problem with these numbers, to be solved by whoever likes; `read` tells what came of
+        it."""
+        self._set(numbers)
+        return self.problem
+
+    def read(self) -> tuple[np.ndarray, np.ndarray]:
+        """a and b at the nodes of a problem that was solved [n, K+1]."""
+        shape = self.kind.steps, self.kind.cells + 1
+        a, b = (np.asarray(one.value).reshape(shape) for one in (self._a, self._b))
+        return a, b
+
     def _set(self, given: Numbers) -> None:
         names = ("A", "B", "C", "R", "on_a", "on_b", "rest", "trapezoid")
         for name in names:
@@ -209,9 +221,8 @@ class Program:
         self._ends.value = np.array([given.first[0], given.last[0]])
 
     def _read(self, status: OptimStatus, words: str) -> Solved:
-        shape = self.kind.steps, self.kind.cells + 1
-        a, b = (np.asarray(one.value).reshape(shape) for one in (self._a, self._b))
-        motion = np.reshape(self._motion.dual_value, (shape[0], shape[1] - 1))
+        a, b = self.read()
+        motion = np.reshape(self._motion.dual_value, (a.shape[0], a.shape[1] - 1))
         exchange = np.zeros(0)
         if self._exchange is not None:
             exchange = np.ravel(np.asarray(self._exchange.dual_value))

@@ -183,6 +183,14 @@ def constraints(
 
 
 @jax.jit
+def constraints_all(
+    posture: Posture, at: Station, angles: Float[Array, "B K 2"]
+) -> dict[str, Float[Array, "B ..."]]:
+    """The same of a batch of drives, stations [B, K]."""
+    return jax.vmap(posture.constraints)(at, angles)
+
+
+@jax.jit
 def margin_slopes(
     posture: Posture, at: Station, slopes: Station
 ) -> dict[str, Float[Array, "K m 2"]]:

@@ -34,7 +34,8 @@ NO_CONSTRUCTORS = {
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
     "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
     "Certificate", "Gait", "GaitResult", "Replay", "replay", "TaskDefinition", "known_of",
-    "task_by_name", "bound_every_drive",
+    "task_by_name", "bound_every_drive", "BudgetSpent", "FunctionProblem", "Instance", "Objective",
+    "Record", "instance", "suite",
 }  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MOST = {
     "dynamics": (244, 74),
-    "optim": (101, 15),
+    "optim": (113, 15),
     "envs": (182, 4),
     "agents": (83, 0),
     "src": (61, 0),

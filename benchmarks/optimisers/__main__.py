@@ -1,0 +1,129 @@
+"""The suite for optimisers: what is known of its instances.
+
+    python -m benchmarks.optimisers --verify [--only ID ...]
+    python -m benchmarks.optimisers --find [--only ID ...]
+    python -m benchmarks.optimisers --costs [--only ID ...]
+    python -m benchmarks.optimisers --docs docs/suite.md
+
+--verify: whether each instance is the one that was recorded, and whether the recorded point is
+feasible and has the recorded value; leaves with 1 where not. --find: looks for better points by
+what suits each family and keeps what is better. --costs: measures an evaluation's cost. --docs:
+puts the table of instances into a page.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.optimisers.cost import cost_of
+from benchmarks.optimisers.find import found_for, front_for
+from benchmarks.report import markdown, options, put_between
+from stickslip.dynamics.checks import require_choice
+from stickslip.optim import Instance, suite
+from stickslip.optim.problem import FEASIBLE
+from stickslip.optim.suite.instance import verified
+from stickslip.optim.suite.known import Known, keep
+
+MARKS = ("<!-- suite -->", "<!-- end of suite -->")
+
+
+def find(instance: Instance) -> None:
+    """Keep the best of what is found and what was known."""
+    digest, known = instance.digest(), instance.known
+    cost = {} if known is None else known.cost
+    if len(instance.goals) > 1:
+        x, how = front_for(instance)
+        values = np.array([instance.value(one)[0] for one in x])
+        keep(instance.id, Known(np.nan, how, None, "", digest, cost, x=x, front=values))
+        print(f"{instance.id}: {len(x)} points of a front", flush=True)
+        return
+    best = known if known is not None and known.digest == digest else None
+    for one in found_for(instance):
+        value, _ = instance.value(one.x)
+        feasible = instance.problem.free.is_feasible(one.x, FEASIBLE / 2)  # with room for roundings
+        print(
+            f"{instance.id}: {value[0]:.10g} {'' if feasible else 'NOT FEASIBLE'} by {one.how}"
+            + ("" if one.bound is None else f", no less than {one.bound:.10g}"),
+            flush=True,
+        )
+        if feasible and (best is None or value[0] < best.value):
+            bound, why = one.bound, one.bound_how
+            if bound is None and best is not None:
+                bound, why = best.bound, best.bound_how
+            best = Known(float(value[0]), one.how, bound, why, digest, cost, x=one.x)
+    if best is not None and best is not known:
+        keep(instance.id, best)
+
+
+def costs(instance: Instance) -> None:
+    """Measure, and write beside what is known."""
+    if (known := instance.known) is not None:
+        found = cost_of(instance)
+        print(f"{instance.id}: {found}", flush=True)
+        keep(instance.id, known.with_cost(found))
+
+
+def verify(names: list[str]) -> bool:
+    """Say of every instance whether it is as recorded."""
+    sound = True
+    for name in names:
+        words = verified(suite()[name])
+        sound = sound and words.startswith("as recorded")
+        print(f"{name}: {words}", flush=True)
+    return sound
+
+
+def table() -> str:
+    """All instances, a row each."""
+    rows: list[dict[str, Any]] = []
+    for one in suite().values():
+        known = one.known
+        flags = [name for name, value in vars(one.flags).items() if value]
+        gap = best = ""
+        if known is not None and not np.isnan(known.value):
+            best = f"{known.value:.6g}"
+        if known is not None and known.bound is not None:
+            gap = f"{max(0.0, known.value - known.bound) / max(abs(known.value), 1e-12):.1g}"
+        cost = {} if known is None else known.cost
+        rows.append(
+            {
+                "id": f"`{one.id}`",
+                "n": one.n,
+                "goal": ", ".join(one.goals),
+                "flags": ", ".join(flags),
+                "best known": best,
+                "gap to a bound": gap,
+                "us a value": cost.get("value", ""),
+                "in a batch": cost.get("in a batch", ""),
+            }
+        )
+    return markdown(rows)
+
+
+def main() -> None:
+    """Do what is asked."""
+    parser = options("optimisers", __doc__)
+    parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
+    for name in ("find", "verify", "costs"):
+        parser.add_argument(f"--{name}", action="store_true")
+    parser.add_argument("--docs", type=Path, help="put the table into this page")
+    given = parser.parse_args()
+    for name in given.only:
+        require_choice("--only", name, tuple(suite()))
+    for name in given.only:
+        if given.find:
+            find(suite()[name])
+        if given.costs:
+            costs(suite()[name])
+    if given.docs is not None:
+        put_between(given.docs, f"\n{table()}\n", MARKS)
+    if given.verify:
+        sys.exit(0 if verify(given.only) else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,202 @@
+"""A problem that is one pure function in JAX: its numbers, slopes and batches come from there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import require_memory
+from stickslip.optim.options import as_floats
+from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.result import Evaluation, Result
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Array, Float, PyTree
+
+    Function = Callable[[Any, Array, Array], tuple[Array, Array]]
+
+MEMBER = 2000
+"""Bytes that a member of a batch takes for each of its numbers while it is evaluated, about."""
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionProblem(Problem[Result]):
+    """A problem whose values and margins one function computes.
+
+    function(data, x, draw): what is to be minimised [k] and the margins [m], satisfied where >= 0
+    and scaled to about 1; pure, of arrays in float64. It is static: define it at a module's top.
+    data: a pytree of what it needs. low, high [n]: the bounds. goal: which of the k values
+    `objective` is. draw: the number of a random draw, for functions that make one of it. kind:
+    what is known of the structure; SMOOTH where slopes exist nearly everywhere. forward: whether
+    the gradient is taken by forward differentiation, which is cheaper through a simulation.
+
+    A value that is no number is infinite, a margin that is none is missed by 1, and slopes that
+    are none are 0.
+    """
+
+    function: Function
+    data: PyTree
+    low: Float[np.ndarray, "n"]
+    high: Float[np.ndarray, "n"]
+    goal: int = 0
+    draw: int = 0
+    kind: frozenset[Structure] = frozenset({Structure.SMOOTH})
+    forward: bool = False
+
+    def __post_init__(self):
+        for name in ("low", "high"):
+            array = as_floats(name, getattr(self, name), "finite numbers").copy()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
+            raise ValueError(
+                f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
+            )
+
+    @property
+    def structure(self) -> frozenset[Structure]:
+        """See `kind`."""
+        return self.kind
+
+    @property
+    def n(self) -> int:
+        """See Problem."""
+        return len(self.low)
+
+    @property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """See Problem."""
+        return self.low, self.high
+
+    def drawn(self, draw: int) -> FunctionProblem:
+        """The same problem with another draw."""
+        return replace(self, draw=int(draw))
+
+    @cached_property
+    def sizes(self) -> tuple[int, int]:
+        """How many values and margins there are, found without computing any."""
+        with jax.enable_x64(True):
+            x = jax.ShapeDtypeStruct((self.n,), np.float64)
+            draw = jax.ShapeDtypeStruct((), np.uint32)
+            values, margins = jax.eval_shape(partial(self.function, self.data), x, draw)
+        return values.shape[0], margins.shape[0]
+
+    def at(self, x: Float[np.ndarray, "n"]) -> tuple[np.ndarray, np.ndarray]:
+        """All values [k] and margins [m] of a point."""
+        values, margins = self._call(_at, self.batch([x])[0], np.uint32(self.draw))
+        return _sound(values, margins)
+
+    def at_all(
+        self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same of a batch, [B, k] and [B, m]; compiled once for each power of two that B
+        rounds up to. draws: one for each point, else the problem's own."""
+        if len(X) == 0:
+            k, m = self.sizes
+            return np.zeros((0, k)), np.zeros((0, m))
+        X = self.batch(X)
+        count = len(X)
+        draws = np.full(count, self.draw) if draws is None else np.asarray(draws)
+        size = 1 << (count - 1).bit_length()
+        require_memory(f"X of {count} points", "members of a batch", size, MEMBER * self.n)
+        X, draws = (np.concatenate([a, np.repeat(a[-1:], size - count, 0)]) for a in (X, draws))
+        values, margins = self._call(_at_all, X, draws.astype(np.uint32))
+        return _sound(values[:count], margins[:count])
+
+    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+        """See Problem."""
+        values, margins = self.at(x)
+        x = np.asarray(x, float)
+        missed = float(max(0.0, -np.min(margins, initial=0.0)))
+        return Evaluation(
+            float(values[self.goal]), margins, self.meets(x, margins), {"margins": missed}
+        )
+
+    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """See Problem."""
+        return self.at_all(X)[0][:, self.goal]
+
+    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
+        """See Problem."""
+        return self.at_all(X)[1]
+
+    def sample(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """See Problem."""
+        values, margins = self.at_all(X)
+        return values[:, self.goal], np.sum(np.maximum(-margins, 0), axis=1)
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """See Problem."""
+        return self.value_and_gradient(x)[1]
+
+    def value_and_gradient(self, x: Float[np.ndarray, "n"]) -> tuple[float, np.ndarray]:
+        """Both of one pass."""
+        self._require_slopes()
+        at, draw = self.batch([x])[0], np.uint32(self.draw)
+        value, slope = self._call(_slope, at, draw, static=(self.goal, self.forward))
+        return (float(value) if np.isfinite(value) else np.inf), _finite(slope)
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """See Problem; by forward differentiation."""
+        self._require_slopes()
+        return _finite(self._call(_jacobian, self.batch([x])[0], np.uint32(self.draw)))
+
+    def _require_slopes(self) -> None:
+        if Structure.SMOOTH not in self.kind:
+            raise NotImplementedError("this problem has no slopes")
+
+    def _call(
+        self, program: Callable[..., Any], *given: object, static: tuple[int, ...] = ()
+    ) -> Any:
+        with jax.enable_x64(True):
+            found = program(self.function, *static, self.data, *given)
+            return jax.tree.map(np.asarray, found)
+
+
+def _finite(slopes: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(slopes), slopes, 0.0)
+
+
+def _sound(values: np.ndarray, margins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Infinite values and margins of -1 where they are no numbers."""
+    return np.where(np.isfinite(values), values, np.inf), np.where(
+        np.isfinite(margins), margins, -1.0
+    )
+
+
+@partial(jax.jit, static_argnums=0)
+def _at(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
+    return function(data, x, draw)
+
+
+@partial(jax.jit, static_argnums=0)
+def _at_all(function: Function, data: PyTree, X: Array, draws: Array) -> tuple[Array, Array]:
+    return jax.vmap(partial(function, data))(X, draws)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _slope(
+    function: Function, goal: int, forward: bool, data: PyTree, x: Array, draw: Array
+) -> tuple[Array, Array]:
+    def value(x: Array) -> tuple[Array, Array]:
+        found = function(data, x, draw)[0][goal]
+        return found, found
+
+    if not forward:
+        return jax.value_and_grad(lambda x: value(x)[0])(x)
+    slope, found = jax.jacfwd(value, has_aux=True)(x)
+    return found, slope
+
+
+@partial(jax.jit, static_argnums=0)
+def _jacobian(function: Function, data: PyTree, x: Array, draw: Array) -> Array:
+    return jax.jacfwd(lambda x: jnp.asarray(function(data, x, draw)[1]))(x)

@@ -1,0 +1,119 @@
+"""The biped's instances, by scene or objective and size."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from stickslip.optim.gait.goal import goal_of
+from stickslip.optim.suite.biped.gains import gains_problem
+from stickslip.optim.suite.biped.gait import gait_goals, gait_problem
+from stickslip.optim.suite.biped.linkage import LENGTHS, MASSES, biped_design
+from stickslip.optim.suite.biped.shooting import shooting_problem
+from stickslip.optim.suite.instance import Flags, Instance, made
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+GAITS: dict[tuple[str, int], dict[str, float]] = {
+    ("time", 16): {"mu": 0.2},
+    ("time", 64): {"mu": 0.08},
+    ("energy", 32): {"mu": 0.3, "mean_rate": 3.0},
+    ("torque", 64): {"mu": 0.1, "mean_rate": 3.0},
+    ("work", 128): {"mu": 0.3, "mean_rate": 5.0},
+    ("friction", 32): {"mean_rate": 3.0},
+}
+SHOTS = (
+    ("grip", 10, None),
+    ("firm", 20, None),
+    ("slippery", 10, None),
+    ("slippery", 20, None),
+    ("slippery", 40, None),
+    ("icy", 20, None),
+    ("patch", 20, None),
+    ("slippery", 20, 0.01),
+)
+"""Scene, numbers, and how far the foot may slide [m]."""
+GAINS = ((2, 3.0), (4, 3.0), (8, 3.0), (4, 5.0))
+
+
+def instances() -> Iterator[Instance]:
+    """All of them."""
+    yield from _gaits()
+    yield from _shots()
+    yield from _gains()
+    yield from _designs()
+    yield from _goals()
+
+
+def _gaits() -> Iterator[Instance]:
+    for (objective, n), limits in GAITS.items():
+        given = ", ".join(f"{name} {value:g}" for name, value in limits.items())
+        yield made(
+            f"gait-{objective}-d{n}",
+            partial(gait_problem, objective, n, **limits),
+            family="gait",
+            what=f"the biped's periodic step without slip: {objective}, {given}",
+            goals=(f"{objective} [{_gait_unit(objective)}]",),
+            flags=Flags(convex=objective != "friction", smooth=False, slopes=False),
+            n=n,
+        )
+
+
+def _shots() -> Iterator[Instance]:
+    for scene, n, limit in SHOTS:
+        rest = "" if limit is None else f", sliding {limit:g} m at most"
+        slips = scene not in ("grip", "firm")
+        yield made(
+            f"shoot-{scene}{'' if limit is None else '-limited'}-d{n}",
+            partial(shooting_problem, scene, n, slide_limit=limit),
+            family="shooting",
+            what=f"motor torques of a walk on {scene} through the simulator{rest}",
+            goals=("cost [-]",),
+            flags=Flags(smooth=False, lipschitz=not slips),
+            n=n,
+        )
+
+
+def _gains() -> Iterator[Instance]:
+    for n, rate in GAINS:
+        yield made(
+            f"gains-rate{rate:g}-d{n}",
+            partial(gains_problem, n, rate, 8),
+            family="gains",
+            what=f"a feedback for walking at {rate:g} rad/s on floors that are drawn",
+            goals=("mean cost [-]",),
+            flags=Flags(smooth=False, lipschitz=False, noisy=True),
+            n=n,
+        )
+
+
+def _designs() -> Iterator[Instance]:
+    for goal, masses in (("friction", False), ("energy", False), ("energy", True)):
+        n = len(LENGTHS) + masses * len(MASSES)
+        unit = {"friction": "-", "energy": "J/m"}[goal]
+        yield made(
+            f"design-biped-{goal}{'-masses' if masses else ''}-d{n}",
+            partial(biped_design, goal, masses),
+            family="design",
+            what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
+            goals=(f"{goal} [{unit}]",),
+            flags=Flags(smooth=False),
+            n=n,
+        )
+
+
+def _goals() -> Iterator[Instance]:
+    yield made(
+        "goals-gait-time-energy-d32",
+        partial(gait_goals, ("time", "energy"), 32, mu=0.2),
+        family="goals",
+        what="the biped's periodic step without slip: its time against its energy, mu 0.2",
+        goals=(f"time [{_gait_unit('time')}]", f"energy [{_gait_unit('energy')}]"),
+        flags=Flags(convex=True, smooth=False, slopes=False),
+        n=32,
+    )
+
+
+def _gait_unit(objective: str) -> str:
+    return goal_of(objective, 0.0).unit

@@ -1,0 +1,38 @@
+"""The instances of the suite by id. A definition never changes: a change gets a new version."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.checks import require_choice
+
+if TYPE_CHECKING:
+    from stickslip.optim.suite.instance import Instance
+
+FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
+"""What the instances are about: see docs/suite.md."""
+ROOMS = ("stickslip.optim.suite.ugv.instances", "stickslip.optim.suite.biped.instances")
+"""Modules whose `instances()` the suite holds."""
+
+
+def suite(*families: str) -> dict[str, Instance]:
+    """All instances by id, or those of some of FAMILIES.
+
+    Making them costs nothing: problems are built when they are used.
+    """
+    for one in families:
+        require_choice("family", one, FAMILIES)
+    return {name: one for name, one in _all().items() if not families or one.family in families}
+
+
+def instance(name: str) -> Instance:
+    """One of them by its id. ValueError, with the nearest ids, for an unknown one."""
+    require_choice("id", name, tuple(_all()))
+    return _all()[name]
+
+
+@cache
+def _all() -> dict[str, Instance]:
+    return {one.id: one for room in ROOMS for one in import_module(room).instances()}

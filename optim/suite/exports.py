@@ -1,0 +1,176 @@
+"""An Objective as other libraries take it. What a library is not there for is named when asked.
+
+    from scipy.optimize import minimize
+    from stickslip.optim.suite.exports import as_scipy
+
+    objective.minimise(lambda it: minimize(**as_scipy(it), method="SLSQP"))
+
+Libraries that take no constraints get `Objective.penalised`, whose value at a feasible point is the
+objective's own.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from stickslip.optim.suite.objective import Objective
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Float
+
+    from stickslip.optim.suite.instance import Instance
+
+Foreign: TypeAlias = Any
+"""What another library takes or gives."""
+PENALTY = 1e3
+"""For each scaled constraint missed, in the objective's unit."""
+
+
+def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, Foreign]:
+    """Arguments of scipy.optimize.minimize (SLSQP, trust-constr, COBYQA, ...), with exact slopes
+    where the instance has them; cyipopt.minimize_ipopt takes them, too. x0: the middle of the
+    bounds unless given."""
+    _require_one_goal(objective)
+    slopes = objective.has_slopes
+    given: dict[str, Foreign] = {
+        "fun": objective,
+        "x0": objective.middle if x0 is None else x0,
+        "bounds": list(zip(*objective.bounds, strict=True)),
+    }
+    if slopes:
+        given["jac"] = objective.gradient
+    if objective.m:
+        limit: dict[str, Foreign] = {"type": "ineq", "fun": objective.constraints}
+        given["constraints"] = limit | ({"jac": objective.jacobian} if slopes else {})
+    return given
+
+
+def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str, Foreign]:
+    """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct."""
+    _require_one_goal(objective)
+    return {
+        "func": lambda x: objective.penalised(x, penalty),
+        "bounds": list(zip(*objective.bounds, strict=True)),
+    }
+
+
+def as_pymoo(objective: Objective) -> Foreign:
+    """A pymoo Problem that evaluates whole populations, one or several goals, with constraints."""
+    pymoo = _library("pymoo.core.problem", "pymoo")
+    low, high = objective.bounds
+
+    class Exported(pymoo.Problem):
+        """The objective."""
+
+        def __init__(self):
+            super().__init__(
+                n_var=objective.n, n_obj=objective.k, n_ieq_constr=objective.m, xl=low, xu=high
+            )
+
+        def _evaluate(
+            self, x: Foreign, out: dict[str, Foreign], *_: Foreign, **__: Foreign
+        ) -> None:
+            values, margins = objective.batch_with_constraints(x)
+            out["F"] = np.reshape(values, (len(x), objective.k))
+            if objective.m:
+                out["G"] = -margins
+
+    return Exported()
+
+
+def as_cma(
+    objective: Objective, sigma: float = 0.2, seed: int = 1, penalty: float = PENALTY
+) -> dict[str, Foreign]:
+    """Arguments of cma.fmin2, in a box of sides 1; `Objective.from_unit` leads back."""
+    _require_one_goal(objective)
+    return {
+        "objective_function": lambda u: objective.penalised(objective.from_unit(u), penalty),
+        "x0": np.full(objective.n, 0.5),
+        "sigma0": sigma,
+        "options": {"bounds": [0, 1], "seed": seed, "verbose": -9},
+    }
+
+
+def as_nevergrad(
+    objective: Objective, penalty: float = PENALTY
+) -> tuple[Foreign, Callable[[Foreign], float]]:
+    """A parametrisation and a function: `Optimizer(parametrization, budget).minimize(function)`."""
+    _require_one_goal(objective)
+    ng = _library("nevergrad", "nevergrad")
+    low, high = objective.bounds
+    where = ng.p.Array(init=objective.middle, lower=low, upper=high)
+    return where, lambda x: objective.penalised(x, penalty)
+
+
+def as_optuna(objective: Objective, penalty: float = PENALTY) -> Callable[[Foreign], Foreign]:
+    """A function of a trial: `study.optimize(function, n_trials)`; a study of several directions
+    where there are several goals."""
+    low, high = objective.bounds
+    names = [f"x{i}" for i in range(objective.n)]
+
+    def evaluate(trial: Foreign) -> Foreign:
+        numbers = zip(names, low, high, strict=True)
+        x = np.array([trial.suggest_float(name, least, most) for name, least, most in numbers])
+        if objective.k == 1:
+            return objective.penalised(x, penalty)
+        values, missed = objective(x), objective.violation(x)
+        return tuple(float(value + penalty * missed) for value in values)
+
+    return evaluate
+
+
+def as_evosax(
+    objective: Objective, penalty: float = PENALTY
+) -> tuple[np.ndarray, Callable[[Foreign], np.ndarray]]:
+    """A first solution, and the fitness of a population [B, n] as `tell` takes it, in a box of
+    sides 1: strategies begin with a deviation of 1, so give them params.replace(std_init=0.2)."""
+    _require_one_goal(objective)
+
+    def fitness(population: Foreign) -> np.ndarray:
+        return objective.penalised_batch(objective.from_unit(np.asarray(population)), penalty)
+
+    return np.full(objective.n, 0.5), fitness
+
+
+def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Foreign:
+    """A problem of IOHexperimenter, to which its loggers can be attached; x in a box of sides 1."""
+    _require_one_goal(objective)
+    ioh = _library("ioh", "ioh")
+    return ioh.wrap_problem(
+        lambda u: objective.penalised(objective.from_unit(np.asarray(u)), penalty),
+        name=name,
+        dimension=objective.n,
+        lb=0.0,
+        ub=1.0,
+    )
+
+
+def as_cvxpy(instance: Instance) -> tuple[Foreign, Callable[[], Float[np.ndarray, "n"]]]:
+    """A cvxpy Problem of a convex instance, and what gives its free numbers once it is solved.
+
+    Nothing is counted: cvxpy never asks for a value. ValueError for an instance that is not convex.
+    """
+    if not instance.flags.convex or len(instance.goals) > 1:
+        raise ValueError(f"{instance.id} is not convex with one goal; accepted: one that is")
+    return instance.problem.in_cvxpy()
+
+
+def _require_one_goal(objective: Objective) -> None:
+    if objective.k > 1:
+        raise ValueError(f"{objective.k} goals; accepted: one (pymoo and optuna take several)")
+
+
+def _library(module: str, name: str) -> Foreign:
+    """A library that is an extra."""
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            f"{name} is not there ({error}); the extra stickslip[optimisers] has all of these "
+            "libraries but ioh and cyipopt"
+        ) from error

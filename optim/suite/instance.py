@@ -1,0 +1,179 @@
+"""An instance: a problem that never changes under its name, and what is known of it."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.suite.known import known_of
+from stickslip.optim.suite.objective import Objective
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Float
+
+    from stickslip.optim.problem import AnyProblem
+    from stickslip.optim.suite.known import Known
+
+    Built = AnyProblem | tuple[AnyProblem, ...]
+
+QUIET = 256
+"""Draws that a noisy instance's value is the mean of."""
+
+SAME = 1e-6
+"""How far a value may be off the recorded one, in parts of it: roundings of another machine."""
+DIGITS = 7
+"""Of numbers that a digest is about."""
+
+
+@dataclass(frozen=True)
+class Flags:
+    """What may be relied on. convex: objective and feasible set; smooth: slopes are continuous;
+    lipschitz: no jumps; noisy: each evaluation draws; separable: the objective is a sum (or the
+    largest) of terms of one number each; slopes: gradient and jacobian can be asked for."""
+
+    convex: bool = False
+    smooth: bool = False
+    lipschitz: bool = True
+    noisy: bool = False
+    separable: bool = False
+    slopes: bool = True
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A problem of the suite. `suite()` has them all.
+
+    id: family, machine, scene, criterion, size and version; a definition never changes under its
+    id. what: it in a sentence. goals: name and unit of each value. flags: see Flags. n: its free
+    numbers. build: makes its problems, one for each goal.
+    """
+
+    id: str
+    family: str
+    what: str
+    goals: tuple[str, ...]
+    flags: Flags
+    n: int
+    build: Callable[[], tuple[AnyProblem, ...]]
+
+    @cached_property
+    def problems(self) -> tuple[AnyProblem, ...]:
+        """One for each goal, of one decision vector under the same constraints."""
+        with jax.enable_x64(True):
+            return self.build()
+
+    @property
+    def problem(self) -> AnyProblem:
+        """The first of them, or the only one."""
+        return self.problems[0]
+
+    def value(self, x: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "k"], bool]:
+        """Values of free numbers, and whether they are feasible; of a noisy instance the mean over
+        QUIET draws that no objective's seed begins with. Counted nowhere."""
+        free = [one.free for one in self.problems]
+        x = np.asarray(x, float)
+        feasible = free[0].is_feasible(x)
+        if isinstance(self.problem, FunctionProblem) and self.flags.noisy:
+            whole = np.broadcast_to(free[0].expand(x), (QUIET, self.problem.n))
+            draws = 2**32 - 1 - np.arange(QUIET)
+            return np.mean(self.problem.at_all(whole, draws)[0], axis=0), feasible
+        return np.array([one.objective(x) for one in free]), feasible
+
+    def objective(self, **options: Any) -> Objective:
+        """A fresh Objective, whose options these are: budget, seconds, outside, targets, seed."""
+        return Objective(self.problems, noisy=self.flags.noisy, **options)
+
+    @property
+    def known(self) -> Known | None:
+        """The best value known and what is proved; None where nothing was recorded."""
+        return known_of(self.id)
+
+    @property
+    def best_known(self) -> float:
+        """The best feasible value known; infinite where none is, NaN with several goals."""
+        known = self.known
+        return np.inf if known is None else known.value
+
+    @property
+    def lower_bound(self) -> float | None:
+        """What no feasible point is below; None where nothing is proved."""
+        return None if self.known is None else self.known.bound
+
+    def digest(self) -> str:
+        """Of all that decides its values: the numbers of its problems, tracks included."""
+        found = hashlib.sha256(f"{self.id} {self.goals}".encode())
+        for problem in self.problems:
+            for part in parts_of(problem):
+                found.update(part)
+        return found.hexdigest()
+
+
+def made(name: str, build: Callable[[], Built], version: int = 1, **rest: Any) -> Instance:
+    """An instance under a name without its version. build: makes a problem, or one a goal; rest:
+    the other fields."""
+
+    def problems() -> tuple[AnyProblem, ...]:
+        found = build()
+        return found if isinstance(found, tuple) else (found,)
+
+    return Instance(id=f"{name}-v{version}", build=problems, **rest)
+
+
+def verified(instance: Instance) -> str:
+    """ "as recorded", with what is, or what differs: the instance, its value, its feasibility."""
+    known = instance.known
+    if known is None:
+        return "nothing is recorded"
+    if instance.digest() != known.digest:
+        return "another instance than the recorded one: its numbers differ"
+    if known.x is None:
+        return "no point is recorded"
+    found = [instance.value(one) for one in np.atleast_2d(known.x)]
+    values = np.array([at[0] for at in found])
+    wanted = known.value if known.front is None else known.front
+    if not all(at[1] for at in found):
+        return "the recorded point is not feasible"
+    if not np.allclose(values, wanted, rtol=SAME, atol=SAME):
+        return f"{values} at the recorded point, recorded {wanted}"
+    bound = known.bound
+    return "as recorded" + ("" if bound is None else f", {bound:.8g} at least: {known.bound_how}")
+
+
+def parts_of(value: object) -> list[bytes]:
+    """A tree of dataclasses, tuples, mappings and arrays as bytes, field by field.
+
+    Numbers count to DIGITS of the largest of their array, so that roundings of another machine do
+    not; functions by their name; fields that a class computes by itself not at all.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        found = [type(value).__name__.encode()]
+        for one in fields(value):
+            if one.init:
+                found += [one.name.encode(), *parts_of(getattr(value, one.name))]
+        return found
+    if isinstance(value, dict):
+        return [
+            part for key in sorted(value) for part in (str(key).encode(), *parts_of(value[key]))
+        ]
+    if isinstance(value, tuple | list):
+        return [part for one in value for part in parts_of(one)]
+    if isinstance(value, bool | str | None.__class__ | frozenset):
+        names = sorted(map(str, value)) if isinstance(value, frozenset) else value
+        return [repr(names).encode()]
+    if isinstance(value, int | float | np.ndarray | np.generic | jax.Array):
+        array = np.asarray(value, dtype=float)
+        size = float(np.max(np.abs(array), initial=0.0)) or 1.0
+        whole = np.round(array / size * 10.0**DIGITS).astype(np.int64)
+        return [f"{array.shape} {size:.{DIGITS}g}".encode(), whole.tobytes()]
+    name = getattr(value, "__qualname__", None)
+    if name is None:
+        raise TypeError(f"an instance holds a {type(value).__name__}, which has no digest")
+    return [name.encode()]

@@ -1,0 +1,293 @@
+"""One objective for every optimiser: it counts, keeps what was best, and ends at its budget."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.options import require_scalar
+from stickslip.optim.problem import FEASIBLE, AnyProblem, FreeProblem, Structure
+from stickslip.optim.suite.record import BudgetSpent, Record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Float
+
+OUTSIDE = ("clip", "refuse")
+A_DRAW = 1_000_003
+"""Draws of one seed begin so far from those of the next."""
+
+
+class _Seen(NamedTuple):
+    """The point looked at last: its values [k], margins [m], and the number of its draw."""
+
+    x: np.ndarray
+    values: np.ndarray
+    margins: np.ndarray
+    draw: int
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """minimise values(x) subject to low <= x <= high and constraints(x) >= 0, in NumPy's float64.
+
+    Made by `Instance.objective`. The vector holds free numbers alone [n]; `expand` gives the
+    problem's own. With k goals a point has values [k]; where k is 1, a number.
+
+    budget: evaluations, values and gradients counted alike; seconds: from the first on. Who asks
+    for more gets BudgetSpent. outside: points out of bounds are moved to the nearest inside
+    ("clip") or refused with ValueError ("refuse"), and counted; so are points that are no numbers,
+    whose value is infinite with "clip". targets: values whose first hit is kept. seed: of the
+    draws, where the instance is noisy: every evaluation is a draw of its own.
+
+    What is asked for at the point looked at last (constraints, or its value again) costs no
+    evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
+    draw that its value had.
+    """
+
+    problems: tuple[AnyProblem, ...]
+    budget: int | None = None
+    seconds: float | None = None
+    outside: Literal["clip", "refuse"] = "clip"
+    targets: tuple[float, ...] = ()
+    seed: int = 0
+    noisy: bool = False
+    record: Record = field(default_factory=Record)
+
+    def __post_init__(self):
+        if self.budget is not None:
+            require_integer("budget", self.budget, high=2**53)
+        if self.seconds is not None:
+            accepted = "None, or a time > 0 [s]"
+            require_scalar("seconds", self.seconds, low=0.0, strict=True, accepted=accepted)
+        require_choice("outside", self.outside, OUTSIDE)
+        require_integer("seed", self.seed, low=0, high=2**31 - 1)
+
+    @cached_property
+    def free(self) -> tuple[FreeProblem, ...]:
+        """The problems in their free numbers."""
+        return tuple(one.free for one in self.problems)
+
+    @property
+    def n(self) -> int:
+        """How many numbers are to be chosen."""
+        return self.free[0].n
+
+    @property
+    def k(self) -> int:
+        """How many goals there are."""
+        return len(self.problems)
+
+    @cached_property
+    def m(self) -> int:
+        """How many constraints there are."""
+        return len(self.free[0].constraints(self.middle))
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """Least and greatest numbers, low < high."""
+        return self.free[0].bounds
+
+    @property
+    def middle(self) -> Float[np.ndarray, "n"]:
+        """The middle of the bounds: where a search may begin."""
+        low, high = self.bounds
+        return (low + high) / 2
+
+    def from_unit(self, u: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """The numbers of a point in a box of sides 1."""
+        low, high = self.bounds
+        return low + (high - low) * np.asarray(u, float)
+
+    def to_unit(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """A point in a box of sides 1."""
+        low, high = self.bounds
+        return (np.asarray(x, float) - low) / (high - low)
+
+    @property
+    def has_slopes(self) -> bool:
+        """Whether `gradient` and `jacobian` can be asked for."""
+        return all(Structure.SMOOTH in one.structure for one in self.problems)
+
+    def expand(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "whole"]:
+        """The problem's own decision vector."""
+        return self.free[0].expand(x)
+
+    def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
+        """The value, or values [k]; infinite where there is none, never NaN."""
+        x, sound = self._inside(x)
+        if not sound:
+            self._spend(1)
+            return np.inf if self.k == 1 else np.full(self.k, np.inf)
+        values = self._look(x, again=self.noisy).values
+        return float(values[0]) if self.k == 1 else values
+
+    def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
+        """Values of a batch: [B], or [B, k]."""
+        return self.batch_with_constraints(X)[0]
+
+    def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
+        """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
+        X = np.atleast_2d(np.asarray(X, float))
+        inside = [self._inside(x) for x in X]
+        left = self._left(len(X))
+        points = np.array([x for x, _ in inside[:left]]).reshape(-1, self.n)
+        sound = np.array([ok for _, ok in inside[:left]], bool)
+        values = np.full((left, self.k), np.inf)
+        margins = np.full((left, self.m), -1.0)
+        self.record.batches += 1
+        if np.any(sound):
+            values[sound], margins[sound] = self._all(points[sound], np.flatnonzero(sound))
+        for x, value, margin, ok in zip(points, values, margins, sound, strict=True):
+            self.record.values += 1
+            if ok:
+                self._note(x, value, margin)
+        if left < len(X):
+            raise BudgetSpent(f"{self.record.evaluations} evaluations")
+        return (values[:, 0] if self.k == 1 else values), margins
+
+    def gradient(self, x: Float[np.ndarray, "n"], goal: int = 0) -> Float[np.ndarray, "n"]:
+        """A goal's slope; NotImplementedError where the instance has none."""
+        x, sound = self._inside(x)
+        draw = self._draw()
+        self._spend(1, gradients=True)
+        if not sound:
+            return np.zeros(self.n)
+        seen = self.__dict__.get("_seen")
+        if seen is not None and np.array_equal(seen.x, x):
+            draw = seen.draw
+        return self._drawn(self.free[goal], draw).gradient(x)
+
+    def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
+        """Both, for one goal; counted as two evaluations."""
+        return self(x), self.gradient(x)
+
+    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+        """What must be >= 0, scaled to about 1."""
+        x, sound = self._inside(x)
+        if not sound:
+            return np.full(self.m, -1.0)
+        return self._look(x).margins
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """Slopes of `constraints`; not counted."""
+        x, sound = self._inside(x)
+        return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
+
+    def violation(self, x: Float[np.ndarray, "n"]) -> float:
+        """What a point misses of its constraints, summed; 0 where it is feasible."""
+        return float(np.sum(np.maximum(-self.constraints(x), 0)))
+
+    def penalised(self, x: Float[np.ndarray, "n"], weight: float = 1e3) -> float:
+        """The value, with `weight` for each scaled constraint missed: for optimisers that take no
+        constraints. A feasible point's value is its own."""
+        value = self(x)
+        return value + weight * self.violation(x) if self.m else value
+
+    def penalised_batch(
+        self, X: Float[np.ndarray, "B n"], weight: float = 1e3
+    ) -> Float[np.ndarray, "B"]:
+        """The same of a batch."""
+        values, margins = self.batch_with_constraints(X)
+        return values + weight * np.sum(np.maximum(-margins, 0), axis=1)
+
+    def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
+        """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
+        with suppress(BudgetSpent):
+            optimiser(self)
+        return self.record
+
+    def _inside(self, x: object) -> tuple[np.ndarray, bool]:
+        """A point within the bounds, and whether it is one."""
+        x = np.asarray(x, dtype=float).reshape(-1)
+        if x.shape != (self.n,):
+            raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
+        if not np.all(np.isfinite(x)):
+            self.record.not_numbers += 1
+            if self.outside == "refuse":
+                raise ValueError("x holds what is no finite number; accepted: finite numbers")
+            return x, False
+        low, high = self.bounds
+        out = (x < low) | (x > high)
+        if np.any(out):
+            i = int(np.argmax(out))
+            if self.outside == "refuse":
+                self.record.refused += 1
+                raise ValueError(
+                    f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
+                )
+            self.record.clipped += 1
+            x = np.clip(x, low, high)
+        return x, True
+
+    def _look(self, x: np.ndarray, again: bool = False) -> _Seen:
+        """A point inside; the last one without another evaluation, unless `again`."""
+        seen = self.__dict__.get("_seen")
+        if seen is not None and np.array_equal(seen.x, x) and not again:
+            return seen
+        draw = self._draw()
+        self._spend(1)
+        first, *others = (self._drawn(one, draw) for one in self.free)
+        at = first.evaluate(x)
+        values = np.array([at.value, *(one.objective(x) for one in others)])
+        seen = _Seen(np.array(x), values, at.margins, draw)
+        object.__setattr__(self, "_seen", seen)
+        self._note(x, values, at.margins)
+        return seen
+
+    def _all(self, X: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values [B, k] and margins [B, m] of points inside."""
+        first = self.free[0]
+        whole = first.expand(X)
+        problem = first.problem
+        if isinstance(problem, FunctionProblem):
+            draws = (self._draw() + places) % 2**32 if self.noisy else None
+            found = problem.at_all(whole, draws)
+            if self.k == 1:
+                return found[0][:, problem.goal][:, None], found[1]
+        values = [one.problem.objectives(whole) for one in self.free]
+        return np.stack(values, axis=1), problem.constraints_all(whole)
+
+    def _draw(self) -> int:
+        """The number of the next evaluation's draw."""
+        return (self.seed * A_DRAW + self.record.evaluations) % 2**32
+
+    def _drawn(self, free: FreeProblem, draw: int) -> FreeProblem:
+        if not self.noisy or not isinstance(free.problem, FunctionProblem):
+            return free
+        return free.problem.drawn(draw).free
+
+    def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
+        record = self.record
+        missed = float(np.sum(np.maximum(-margins, 0)))
+        feasible = bool(np.all(margins >= -FEASIBLE))
+        record.see(x, values, missed, feasible, record.evaluations)
+        for target in self.targets:
+            if target not in record.hits and record.best <= target:
+                record.hits[target] = (record.evaluations, record.seconds)
+
+    def _left(self, wanted: int) -> int:
+        """How many of so many evaluations there is budget for; BudgetSpent for none."""
+        record = self.record
+        if record.evaluations == 0:
+            record.began = time.perf_counter()
+        late = self.seconds is not None and record.seconds > self.seconds
+        left = wanted if self.budget is None else self.budget - record.evaluations
+        if wanted and (late or left <= 0):
+            raise BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
+        return min(wanted, left)
+
+    def _spend(self, count: int, gradients: bool = False) -> None:
+        self._left(count)
+        if gradients:
+            self.record.gradients += count
+        else:
+            self.record.values += count

@@ -1,0 +1,82 @@
+"""What is counted and kept while an optimiser works on an objective."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Improvement(NamedTuple):
+    """A feasible point better than all before. evaluations, seconds: by then; value: its own."""
+
+    evaluations: int
+    seconds: float
+    value: float
+
+
+class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
+    """An optimiser asked for more than its budget, or after its time; what it found is kept.
+
+    `Objective.minimise` takes it as the end; a loop of one's own may do the same.
+    """
+
+
+@dataclass
+class Record:
+    """Counters, and the best so far. Grows while an `Objective` is used.
+
+    values, gradients: points at which these were computed, each once; batches: calls that computed
+    many. clipped, refused, not_numbers: points that lay out of bounds and were moved in or refused,
+    and points that were no numbers. improvements: of feasible points, for one goal alone. hits:
+    (evaluations, seconds) by target. least_violation: of the points seen.
+    """
+
+    values: int = 0
+    gradients: int = 0
+    batches: int = 0
+    clipped: int = 0
+    refused: int = 0
+    not_numbers: int = 0
+    improvements: list[Improvement] = field(default_factory=list)
+    hits: dict[float, tuple[int, float]] = field(default_factory=dict)
+    best_x: np.ndarray | None = None
+    least_violation: float = np.inf
+    front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    began: float = field(default_factory=time.perf_counter)
+
+    @property
+    def evaluations(self) -> int:
+        """What a budget counts: values and gradients."""
+        return self.values + self.gradients
+
+    @property
+    def seconds(self) -> float:
+        """Since the objective was made, or `restart`."""
+        return time.perf_counter() - self.began
+
+    @property
+    def best(self) -> float:
+        """The least feasible value; infinite where there is none."""
+        return self.improvements[-1].value if self.improvements else np.inf
+
+    def see(
+        self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool, number: int
+    ) -> None:
+        """Take note of a point. number: of its evaluation."""
+        self.least_violation = min(self.least_violation, violation)
+        if not feasible or not np.all(np.isfinite(values)):
+            return
+        if len(values) > 1:
+            self._keep_unbeaten(x, values)
+        elif values[0] < self.best:
+            self.improvements.append(Improvement(number, self.seconds, float(values[0])))
+            self.best_x = np.array(x)
+
+    def _keep_unbeaten(self, x: np.ndarray, values: np.ndarray) -> None:
+        if any(np.all(other <= values) for _, other in self.front):
+            return
+        self.front = [one for one in self.front if not np.all(values <= one[1])]
+        self.front.append((np.array(x), np.array(values)))

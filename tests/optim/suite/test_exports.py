@@ -1,0 +1,145 @@
+"""Each library takes an objective in a line, and finds what is on paper."""
+
+import numpy as np
+import pytest
+
+from stickslip.optim import instance
+from stickslip.optim.suite import exports
+from tests.optim.suite.toys import LEAST, toy
+
+
+def test_scipy_with_slopes():
+    from scipy.optimize import minimize
+
+    it = toy().objective(budget=100)
+    record = it.minimise(lambda o: minimize(**exports.as_scipy(o, [-1.0, -1.0]), method="SLSQP"))
+    assert record.best == pytest.approx(LEAST, abs=1e-6)
+    assert record.gradients > 0
+    assert record.evaluations < 30
+
+
+@pytest.mark.parametrize("method", ["differential_evolution", "shgo"])
+def test_scipy_without_slopes(method):
+    import scipy.optimize
+
+    it = toy().objective(budget=3000)
+    record = it.minimise(lambda o: getattr(scipy.optimize, method)(**exports.as_scipy_global(o)))
+    assert record.best == pytest.approx(LEAST, abs=1e-2)
+
+
+def test_pymoo_in_batches_and_with_several_goals():
+    pytest.importorskip("pymoo")
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.algorithms.soo.nonconvex.de import DE
+    from pymoo.optimize import minimize
+
+    record = (
+        toy()
+        .objective(budget=1000)
+        .minimise(lambda o: minimize(exports.as_pymoo(o), DE(pop_size=20), seed=1))
+    )
+    assert record.best == pytest.approx(LEAST, abs=1e-2)
+    assert record.batches == 50
+    record = (
+        toy(goals=2)
+        .objective(budget=800)
+        .minimise(lambda o: minimize(exports.as_pymoo(o), NSGA2(pop_size=40), seed=1))
+    )
+    front = np.array([values for _, values in record.front])
+    assert len(front) > 20
+    assert front.min(axis=0) == pytest.approx([LEAST, 0.0], abs=0.04)
+
+
+def test_cma():
+    cma = pytest.importorskip("cma")
+    record = toy().objective(budget=400).minimise(lambda o: cma.fmin2(**exports.as_cma(o)))
+    assert record.best == pytest.approx(LEAST, abs=1e-2)
+
+
+def test_nevergrad():
+    ng = pytest.importorskip("nevergrad")
+
+    def run(objective):
+        where, function = exports.as_nevergrad(objective)
+        ng.optimizers.OnePlusOne(where, budget=400).minimize(function)
+
+    record = toy().objective(budget=400).minimise(run)
+    assert record.best < 0.3
+    assert record.values == 400
+
+
+def test_optuna():
+    optuna = pytest.importorskip("optuna")
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    sampler = optuna.samplers.RandomSampler(seed=0)
+    study = optuna.create_study(sampler=sampler)
+    it = toy().objective()
+    study.optimize(exports.as_optuna(it), n_trials=40)
+    assert it.record.values == 40
+    assert study.best_value == pytest.approx(it.record.best)
+
+
+def test_evosax():
+    pytest.importorskip("evosax")
+    import jax
+    from evosax.algorithms import CMA_ES
+
+    it = toy().objective()
+    first, fitness = exports.as_evosax(it)
+    with jax.numpy_dtype_promotion("standard"):
+        strategy = CMA_ES(population_size=16, solution=first)
+        params = strategy.default_params.replace(std_init=0.2)
+        state = strategy.init(jax.random.key(0), first, params)
+        for key in jax.random.split(jax.random.key(1), 25):
+            population, state = strategy.ask(key, state, params)
+            state, _ = strategy.tell(key, population, fitness(population), state, params)
+    assert it.record.best < 0.2
+    assert (it.record.batches, it.record.values) == (25, 400)
+
+
+def test_ioh():
+    pytest.importorskip("ioh")
+    it = toy().objective()
+    problem = exports.as_ioh(it, "toy")
+    assert problem([0.625, 0.375]) == pytest.approx(0.5)
+    assert it.record.values == problem.state.evaluations == 1
+
+
+def test_cvxpy_takes_what_is_convex():
+    one = instance("gait-time-d16-v1")
+    program, found = exports.as_cvxpy(one)
+    program.solve(solver="CLARABEL")
+    values, feasible = one.value(found())
+    assert feasible
+    assert values[0] == pytest.approx(one.best_known, rel=1e-6)
+    with pytest.raises(ValueError, match="is not convex"):
+        exports.as_cvxpy(instance("ugv-bump-energy-d8-v1"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["split-bump-squared-torque-d32-v1", "ugv-bump-energy-d8-v1"])
+def test_on_instances_of_the_suite(name):
+    from scipy.optimize import minimize
+
+    cma = pytest.importorskip("cma")
+    one = instance(name)
+    record = one.objective(budget=2000).minimise(
+        lambda o: minimize(**exports.as_scipy(o), method="SLSQP")
+    )
+    assert record.best < 2 * one.best_known
+    record = one.objective(budget=500).minimise(lambda o: cma.fmin2(**exports.as_cma(o)))
+    assert record.evaluations == 500
+
+
+def test_several_goals_are_refused_where_one_is_taken():
+    for export in (exports.as_scipy, exports.as_cma, exports.as_evosax):
+        with pytest.raises(ValueError, match="2 goals; accepted: one"):
+            export(toy(goals=2).objective())
+
+
+def test_a_library_that_is_not_there_is_named(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "ioh", None)
+    with pytest.raises(ModuleNotFoundError, match=r"ioh is not there .*stickslip\[optimisers\]"):
+        exports.as_ioh(toy().objective(), "toy")

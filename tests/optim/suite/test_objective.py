@@ -1,0 +1,121 @@
+"""An objective counts, keeps the best, ends at its budget, and is the same for all who ask."""
+
+import time
+
+import numpy as np
+import pytest
+
+from stickslip.optim import BudgetSpent
+from tests.optim.suite.toys import LEAST, toy
+
+X = np.array([0.5, -0.5])
+
+
+def test_it_is_the_problem_in_its_free_numbers():
+    it = toy().objective()
+    assert (it.n, it.m, it.k) == (2, 1, 1)
+    assert [side.tolist() for side in it.bounds] == [[-2, -2], [2, 2]]
+    assert it(X) == pytest.approx(0.5)
+    assert it.constraints(X) == pytest.approx([0.5])
+    assert it.value_and_grad(X)[1] == pytest.approx([-1, -1])
+    assert it.jacobian(X) == pytest.approx(np.array([[-1, -1]]))
+    assert it.batch([X, X + 1]) == pytest.approx([0.5, 0.5])
+    assert it.expand(X).tolist() == [0.5, -0.5, 0.5]
+    assert it.from_unit(it.to_unit(X)) == pytest.approx(X)
+
+
+def test_each_point_is_counted_once_whatever_is_asked_of_it():
+    it = toy().objective()
+    it(X), it.constraints(X), it.violation(X), it(X)
+    assert (it.record.values, it.record.gradients) == (1, 0)
+    it.gradient(X)
+    it.batch(np.zeros((5, 2)))
+    record = it.record
+    assert (record.values, record.gradients, record.batches) == (6, 1, 1)
+    assert record.evaluations == 7
+
+
+def test_the_best_is_feasible_and_improvements_fall():
+    it = toy().objective(targets=(1.0, 0.3, 0.1))
+    for x in ([1.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [0.5, -0.1], [0.75, -0.25]):
+        it(x)
+    values = [one.value for one in it.record.improvements]
+    assert values == pytest.approx([1.0, 0.26, LEAST])  # (1, 0) is not feasible
+    assert [one.evaluations for one in it.record.improvements] == [2, 4, 5]
+    assert {target: hit[0] for target, hit in it.record.hits.items()} == {1.0: 2, 0.3: 4}
+    assert it.record.best_x.tolist() == [0.75, -0.25]
+    assert it.record.least_violation == 0
+
+
+def test_a_budget_ends_and_what_was_found_stays():
+    it = toy().objective(budget=3)
+    record = it.minimise(lambda objective: [objective([0.1 * i, 0.0]) for i in range(9)])
+    assert record.evaluations == 3
+    assert record.best == pytest.approx(0.64)
+    it = toy().objective(budget=3)
+    with pytest.raises(BudgetSpent):
+        it.batch(np.array([[0.1 * i, 0.0] for i in range(9)]))
+    assert (it.record.values, it.record.best) == (3, pytest.approx(0.64))
+    late = toy().objective(seconds=0.01)
+    late(X)
+    time.sleep(0.02)
+    with pytest.raises(BudgetSpent, match="1 evaluations"):
+        late(X + 1)
+
+
+def test_what_is_out_of_bounds_or_no_number_is_counted_and_handled_as_asked():
+    it = toy().objective()
+    assert it([3.0, 0.0]) == it([2.0, 0.0])
+    assert it([np.nan, 0.0]) == np.inf
+    assert it.batch([[9.0, 9.0], [np.inf, 0.0]]).tolist() == [it([2.0, 2.0]), np.inf]
+    assert (it.record.clipped, it.record.not_numbers, it.record.refused) == (2, 2, 0)
+    it = toy().objective(outside="refuse")
+    with pytest.raises(ValueError, match=r"x\[0\] = 3 is out of bounds; accepted: -2 to 2"):
+        it([3.0, 0.0])
+    with pytest.raises(ValueError, match="no finite number"):
+        it([np.nan, 0.0])
+    assert (it.record.refused, it.record.not_numbers, it.record.evaluations) == (1, 1, 0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"budget": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"outside": "wrap"}, {"seed": -1}],
+)
+def test_options_that_will_not_do_are_named(options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        toy().objective(**options)
+    with pytest.raises(ValueError, match=r"x has shape \(3,\); accepted: \(2,\)"):
+        toy().objective()([1.0, 2.0, 3.0])
+
+
+def test_penalties_leave_feasible_points_alone():
+    it = toy().objective()
+    points = np.array([X, [1.0, 0.5]])
+    assert it.penalised(X) == it(X)
+    assert it.penalised_batch(points, 10.0) == pytest.approx([0.5, 0.25 + 10])
+    assert it.penalised(points[1], 10.0) == pytest.approx(10.25)
+
+
+def test_noise_is_of_the_seed_and_the_evaluation():
+    def values(seed):
+        it = toy(noise=0.1).objective(seed=seed)
+        return [it(X), it(X), *it.batch([X, X])]
+
+    first = values(0)
+    assert len(set(first)) == 4
+    assert values(0) == first
+    assert not set(values(1)) & set(first)
+    mean, feasible = toy(noise=0.1).value(X)
+    assert feasible
+    assert mean[0] == pytest.approx(0.5, abs=0.04)
+
+
+def test_several_goals_keep_the_unbeaten():
+    it = toy(goals=2).objective()
+    found = it([0.0, 0.0])
+    assert found.tolist() == [1.0, 1.0]
+    it([0.0, 0.4])
+    it.batch([[0.25, 0.0], [-0.5, 0.0]])
+    values = sorted(tuple(values) for _, values in it.record.front)
+    assert values == [(0.5625, 1.5625), (1.0, 1.0), (2.25, 0.25)]
+    assert it.record.improvements == []
