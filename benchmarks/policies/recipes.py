@@ -54,6 +54,7 @@ RECIPES = {
     "BipedPayload-v0": Recipe(walking(6.0), (2,)),
     "BipedIce-v0": Recipe(ON_ICE, (2,)),
     "BipedIceSeen-v0": Recipe(ON_ICE | {"final_noise": 0.03}, (4,)),
+    "BipedStop-v0": Recipe({"start_rate": 5.0, "fall_penalty": 1.0, "discount": 0.998}, (0, 1)),
     "UGVBump-v0": Recipe(DRIVING, (0,)),
     "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
     "UGVRough-v0": Recipe(
@@ -74,6 +75,7 @@ RECIPES = {
         {"failure": 10.0, "noise": 0.5, "final_noise": 0.05, "discount": 0.99}, (0,)
     ),
     "UGVLowGrip-v0": Recipe({"failure": 10.0}, (0,)),
+    "UGVPatchyGrip-v0": Recipe({"failure": 10.0, "timesteps": 1_000_000}, (0, 1)),
 }
 
 

@@ -41,7 +41,7 @@ COMPARED = ("BipedSteady-v0", "BipedThrift-v0", "UGVRandomBumps-v0")
 def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
     """The task's parameters with the training episodes of `stickslip train`.
 
-    The biped's are short on floors that are the same everywhere, begin at any phase and up to a
+    The biped's are short where every place is as good as another, begin at any phase and up to a
     higher crank rate, and fear slips and falls less: otherwise standing still is learnt. The UGV's
     rewards are scaled.
     """
@@ -52,7 +52,8 @@ def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
     fastest = max(drawn.get("crank_rate", (0.0,))[-1], config.start_rate)
     own = params.randomisation or Randomisation()
     starts = replace(own, phase=ANY_PHASE, crank_rate=(0.0, fastest))
-    short = {"time_limit": config.episode_time} if "uniform" in known["scene"] else {}
+    anywhere = "uniform" in known["scene"] and "mark" not in known
+    short = {"time_limit": config.episode_time} if anywhere else {}
     return params.replace(
         randomisation=starts,
         slip_weight=min(known["slip_weight"], config.slip_weight),
