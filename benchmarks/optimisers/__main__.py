@@ -105,7 +105,6 @@ def table() -> str:
             best = f"{known.value:.6g}"
         if known is not None and known.bound is not None:
             gap = f"{max(0.0, known.value - known.bound) / max(abs(known.value), 1e-12):.1g}"
-        cost = {} if known is None else known.cost
         rows.append(
             {
                 "id": f"`{one.id}`",
@@ -114,11 +113,11 @@ def table() -> str:
                 "flags": ", ".join(flags),
                 "best known": best,
                 "gap to a bound": gap,
-                "us a value": cost.get("value", ""),
-                "in a batch": cost.get("in a batch", ""),
             }
+            | {f"{kind} [us]": cost for kind, cost in (known.cost if known else {}).items()}
         )
-    return markdown(rows)
+    columns = dict.fromkeys(name for row in rows for name in row)
+    return markdown([{name: row.get(name, "") for name in columns} for row in rows])
 
 
 def main() -> None:

@@ -60,8 +60,11 @@ def _curve(out: Path, name: str, algorithm: str, again: bool) -> None:
 
 
 def _keep(out: Path, part: str, name: str, entry: dict[str, Any]) -> None:
-    content = {**read_json(out), **provenance()}
+    now = provenance()
+    content = {**read_json(out), **now}
     content.setdefault(part, {})[name] = entry
+    own = {name: now[name] for name in ("commit", "measured")}
+    content["parts"] = {**content.get("parts", {}), part: own}
     write_json(content, out)
 
 

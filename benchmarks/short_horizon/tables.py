@@ -57,7 +57,7 @@ def slopes_body(content: dict[str, Any]) -> str:
                     "spread, no falls": f"{upright[at].spread:.2g}",
                 }
             )
-    return f"{markdown(rows)}\n\nMeasured on {where(content)}."
+    return f"{markdown(rows)}\n\nMeasured on {where(content, 'slopes')}."
 
 
 def scores(entry: dict[str, Any], name: str) -> np.ndarray:
@@ -87,4 +87,4 @@ def curves_body(content: dict[str, Any]) -> str:
                     "score at the end": f"{end.value:.2f} ± {end.high - end.value:.2f}",
                 }
             )
-    return f"{markdown(rows)}\n\nMeasured on {where(content)}."
+    return f"{markdown(rows)}\n\nMeasured on {where(content, 'curves')}."

@@ -151,13 +151,14 @@ def parts_of(value: object) -> list[bytes]:
     """A tree of dataclasses, tuples, mappings and arrays as bytes, field by field.
 
     Numbers count to DIGITS of the largest of their array, so that roundings of another machine do
-    not; functions by their name; fields that a class computes by itself not at all.
+    not; functions by their name; fields that a class computes by itself, or that are None, not at
+    all, so that an option that comes later changes no digest.
     """
     if is_dataclass(value) and not isinstance(value, type):
         found = [type(value).__name__.encode()]
-        for one in fields(value):
-            if one.init:
-                found += [one.name.encode(), *parts_of(getattr(value, one.name))]
+        for one in sorted(fields(value), key=lambda one: one.name):
+            if one.init and (given := getattr(value, one.name)) is not None:
+                found += [one.name.encode(), *parts_of(given)]
         return found
     if isinstance(value, dict):
         return [

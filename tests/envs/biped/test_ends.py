@@ -52,7 +52,7 @@ def ending(status: Status):
     return cases[status]
 
 
-UGV = {Status.HOLLOW_GROUND, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP}
+UGV = {Status.HOLLOW_GROUND, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP, Status.OVERLOAD}
 TERMINAL = [
     pytest.param(status, marks=[pytest.mark.long] * (status == Status.NOT_CONVERGED))
     for status in Status
