@@ -54,7 +54,7 @@ RECIPES = {
     "BipedPayload-v0": Recipe(walking(6.0), (2,)),
     "BipedIce-v0": Recipe(ON_ICE, (2,)),
     "BipedIceSeen-v0": Recipe(ON_ICE | {"final_noise": 0.03}, (4,)),
-    "BipedStop-v0": Recipe({"start_rate": 5.0, "fall_penalty": 1.0, "discount": 0.998}, (0, 1)),
+    "BipedStop-v0": Recipe({"start_rate": 3.0, "noise": 0.15, "discount": 0.998}, (0,)),
     "UGVBump-v0": Recipe(DRIVING, (0,)),
     "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
     "UGVRough-v0": Recipe(
