@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_memory
 from stickslip.optim.options import as_floats
-from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.problem import Problem, Structure, shortfall
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
@@ -121,18 +121,21 @@ class FunctionProblem(Problem[Result]):
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """See Problem."""
-        return self.at_all(X)[0][:, self.goal]
+        return self.evaluate_all(X)[0]
 
-    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
-        """See Problem."""
-        return self.at_all(X)[1]
+    def evaluate_all(
+        self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        """See Problem; draws: as in `at_all`."""
+        values, margins = self.at_all(X, draws)
+        return values[:, self.goal], margins
 
     def sample(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
         """See Problem."""
-        values, margins = self.at_all(X)
-        return values[:, self.goal], np.sum(np.maximum(-margins, 0), axis=1)
+        values, margins = self.evaluate_all(X)
+        return values, shortfall(margins)
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """See Problem."""

@@ -31,6 +31,11 @@ FEASIBLE = 1e-6
 """By how much a scaled constraint, or a bound, may be missed."""
 
 
+def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
+    """What points miss of their scaled margins, summed; 0 where none is missed."""
+    return np.sum(np.maximum(-margins, 0), axis=-1)
+
+
 class Structure(Enum):
     """What a method may ask of a problem; each value says what it means."""
 
@@ -98,9 +103,16 @@ class Problem(ABC, Generic[R]):
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
         return self.evaluate(x).margins
 
+    def evaluate_all(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        """Values and margins of a batch, each point looked at once."""
+        found = [self.evaluate(x) for x in self.batch(X)]
+        return np.array([at.value for at in found]), np.array([at.margins for at in found])
+
     def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
         """`constraints` of a batch."""
-        return np.array([self.constraints(x) for x in self.batch(X)], dtype=float)
+        return self.evaluate_all(X)[1]
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The objective's slope; a problem without Structure.SMOOTH has none."""
@@ -120,7 +132,7 @@ class Problem(ABC, Generic[R]):
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
         """Values of a batch, and what each misses of its scaled margins, summed."""
         X = self.batch(X)
-        short = [np.sum(np.maximum(-self.constraints(x), 0)) for x in X]
+        short = [shortfall(self.constraints(x)) for x in X]
         return self.objectives(X), np.array(short, dtype=float)
 
     def residuals(self, x: Float[np.ndarray, "n"]) -> Mapping[str, float]:
@@ -238,9 +250,11 @@ class FreeProblem(Problem[Result]):
         """See Problem."""
         return self.problem.constraints(self.expand(x))
 
-    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
+    def evaluate_all(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem."""
-        return self.problem.constraints_all(self.expand(X))
+        return self.problem.evaluate_all(self.expand(X))
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem."""

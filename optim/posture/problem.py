@@ -194,16 +194,17 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             margins = jax.tree.map(np.asarray, traced.constraints(self._shared, at, angles))
         return self._flat(margins)
 
-    def constraints_all(self, X: Batch) -> Float[np.ndarray, "B m"]:
+    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; compiled as `objectives` is."""
         angles, count = self._padded(X)
         if count == 0:
-            return np.zeros((0, sum(self._sizes.values())))
+            return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
         with jax.enable_x64(True):
             at = evaluated.stations(self._shared, angles)
+            value = traced.values(self.posture.criterion, at)
             found = jax.tree.map(np.asarray, traced.constraints_all(self._shared, at, angles))
         rows = [found[name].reshape(len(angles), -1) for name in self.constraint_names]
-        return np.concatenate(rows, axis=1)[:count]
+        return np.array(value)[:count], np.concatenate(rows, axis=1)[:count]
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.optim.suite.objective import Objective
+from stickslip.optim.suite.objective import PENALTY, Objective
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 Foreign: TypeAlias = Any
 """What another library takes or gives."""
-PENALTY = 1e3
-"""For each scaled constraint missed, in the objective's unit."""
 
 
 def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, Foreign]:

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import FEASIBLE, AnyProblem, FreeProblem, Structure
+from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
 from stickslip.optim.suite.record import BudgetSpent, Record
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 OUTSIDE = ("clip", "refuse")
+PENALTY = 1e3
+"""For each scaled constraint missed, in the objective's unit."""
 A_DRAW = 1_000_003
 """Draws of one seed begin so far from those of the next."""
 
@@ -161,10 +163,8 @@ class Objective:
         self._spend(1, gradients=True)
         if not sound:
             return np.zeros(self.n)
-        seen = self.__dict__.get("_seen")
-        if seen is not None and np.array_equal(seen.x, x):
-            draw = seen.draw
-        return self._drawn(self.free[goal], draw).gradient(x)
+        seen = self._seen_at(x)
+        return self._drawn(self.free[goal], draw if seen is None else seen.draw).gradient(x)
 
     def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
         """Both, for one goal; counted as two evaluations."""
@@ -184,20 +184,24 @@ class Objective:
 
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
         """What a point misses of its constraints, summed; 0 where it is feasible."""
-        return float(np.sum(np.maximum(-self.constraints(x), 0)))
+        return float(shortfall(self.constraints(x)))
 
-    def penalised(self, x: Float[np.ndarray, "n"], weight: float = 1e3) -> float:
+    def penalised(self, x: Float[np.ndarray, "n"], weight: float = PENALTY) -> float:
         """The value, with `weight` for each scaled constraint missed: for optimisers that take no
         constraints. A feasible point's value is its own."""
-        value = self(x)
-        return value + weight * self.violation(x) if self.m else value
+        x, sound = self._inside(x)
+        if not sound:
+            self._spend(1)
+            return np.inf
+        seen = self._look(x, again=self.noisy)
+        return float(seen.values[0] + weight * shortfall(seen.margins))
 
     def penalised_batch(
-        self, X: Float[np.ndarray, "B n"], weight: float = 1e3
+        self, X: Float[np.ndarray, "B n"], weight: float = PENALTY
     ) -> Float[np.ndarray, "B"]:
         """The same of a batch."""
         values, margins = self.batch_with_constraints(X)
-        return values + weight * np.sum(np.maximum(-margins, 0), axis=1)
+        return values + weight * shortfall(margins)
 
     def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
         """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
@@ -228,10 +232,15 @@ class Objective:
             x = np.clip(x, low, high)
         return x, True
 
+    def _seen_at(self, x: np.ndarray) -> _Seen | None:
+        """What was found at the point looked at last, if that is this one."""
+        seen = self.__dict__.get("_seen")
+        return seen if seen is not None and np.array_equal(seen.x, x) else None
+
     def _look(self, x: np.ndarray, again: bool = False) -> _Seen:
         """A point inside; the last one without another evaluation, unless `again`."""
-        seen = self.__dict__.get("_seen")
-        if seen is not None and np.array_equal(seen.x, x) and not again:
+        seen = None if again else self._seen_at(x)
+        if seen is not None:
             return seen
         draw = self._draw()
         self._spend(1)
@@ -245,16 +254,13 @@ class Objective:
 
     def _all(self, X: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values [B, k] and margins [B, m] of points inside."""
-        first = self.free[0]
-        whole = first.expand(X)
-        problem = first.problem
-        if isinstance(problem, FunctionProblem):
-            draws = (self._draw() + places) % 2**32 if self.noisy else None
-            found = problem.at_all(whole, draws)
-            if self.k == 1:
-                return found[0][:, problem.goal][:, None], found[1]
-        values = [one.problem.objectives(whole) for one in self.free]
-        return np.stack(values, axis=1), problem.constraints_all(whole)
+        first, *others = (one.problem for one in self.free)
+        whole = self.expand(X)
+        if self.noisy and isinstance(first, FunctionProblem):
+            value, margins = first.evaluate_all(whole, (self._draw() + places) % 2**32)
+        else:
+            value, margins = first.evaluate_all(whole)
+        return np.stack([value, *(one.objectives(whole) for one in others)], axis=1), margins
 
     def _draw(self) -> int:
         """The number of the next evaluation's draw."""
@@ -267,9 +273,8 @@ class Objective:
 
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
         record = self.record
-        missed = float(np.sum(np.maximum(-margins, 0)))
-        feasible = bool(np.all(margins >= -FEASIBLE))
-        record.see(x, values, missed, feasible, record.evaluations)
+        feasible = self.free[0].meets(x, margins)
+        record.see(x, values, float(shortfall(margins)), feasible, record.evaluations)
         for target in self.targets:
             if target not in record.hits and record.best <= target:
                 record.hits[target] = (record.evaluations, record.seconds)

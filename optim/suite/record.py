@@ -54,7 +54,7 @@ class Record:
 
     @property
     def seconds(self) -> float:
-        """Since the objective was made, or `restart`."""
+        """Since the first evaluation, or since the objective was made."""
         return time.perf_counter() - self.began
 
     @property
