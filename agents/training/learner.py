@@ -56,6 +56,14 @@ def layers_of(key: Array, widths: tuple[int, ...], last: float) -> Layers:
     )
 
 
+def first_layers(inputs: int, outputs: int, sizes: Sizes, key: Array) -> tuple[Layers, Layers]:
+    """Of an actor, which hardly acts, and of a critic: from so many numbers of an observation, to
+    so many of an action and to one."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    return layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+
+
 def network(layers: Layers, seen: Moments, squash: str = "clip") -> MLPPolicy:
     """The perceptron of these layers, observations normalised; of the actor, what is shipped."""
     scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SPREAD)

@@ -27,7 +27,7 @@ from stickslip.agents.training.learner import (
     Layers,
     Moments,
     explore,
-    layers_of,
+    first_layers,
     network,
     nothing_seen,
     widened,
@@ -78,9 +78,7 @@ class Batch(NamedTuple):
 
 def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learner:
     """A fresh learner for so many numbers in an observation and in an action."""
-    actor, critic = jax.random.split(key)
-    inner = (inputs, *[sizes.hidden] * sizes.layers)
-    networks = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    networks = first_layers(inputs, outputs, sizes, key)
     return Learner(*networks, OPTIMISER.init(networks), nothing_seen(inputs))
 
 

@@ -27,7 +27,7 @@ from stickslip.agents.training.devices import COPIED, SPREAD, laid
 from stickslip.agents.training.learner import (
     Layers,
     Moments,
-    layers_of,
+    first_layers,
     network,
     nothing_seen,
     widened,
@@ -74,9 +74,7 @@ class ShortLearner(NamedTuple):
 
 def begin_learning(inputs: int, outputs: int, sizes: ShortSizes, key: Array) -> ShortLearner:
     """A fresh learner for so many numbers in an observation and in an action."""
-    actor, critic = jax.random.split(key)
-    inner = (inputs, *[sizes.hidden] * sizes.layers)
-    acting, judging = layers_of(actor, (*inner, outputs), 0.01), layers_of(critic, (*inner, 1), 1.0)
+    acting, judging = first_layers(inputs, outputs, sizes, key)
     optimisers = OPTIMISER.init(acting), OPTIMISER.init(judging)
     return ShortLearner(acting, judging, judging, optimisers, nothing_seen(inputs))
 
