@@ -70,7 +70,7 @@ def _read(path: Path) -> tuple[tuple[str, str, float], ...]:
 
 def _same(one: PostureData, other: PostureData) -> bool:
     """Whether two problems pose the same task: ground, vehicle, waypoints and limits."""
-    pairs = [(of.track.shape, of.params) for of in (one, other)]
+    pairs = [(of.track.shape, of.track.surface, of.params) for of in (one, other)]
     if jax.tree.structure(pairs[0]) != jax.tree.structure(pairs[1]):
         return False
     numbers = [

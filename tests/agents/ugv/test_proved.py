@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from stickslip.agents.ugv import proved as module
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.proved import named_problem, proved
 from stickslip.dynamics.ugv import Track
+from stickslip.dynamics.ugv.surface import Surface
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.optim import PostureProblem
 from stickslip.optim.posture.bounds import bound_every_drive
@@ -30,6 +32,13 @@ def test_an_episode_over_a_named_track_is_the_problem_that_was_proved():
     for change in ({"friction": 0.7}, {"leg_rate": 0.9}, {"track": Track.bump(0.31)}):
         other = env.make_params(**({"track": Track.bump()} | change))
         assert np.isnan(proved(env.problem(first_state(env, other, 0), other)))
+
+
+def test_ground_that_grips_otherwise_in_places_is_another_problem():
+    usual = named_problem("bump", "wheel_energy")
+    assert np.isfinite(proved(usual))
+    surface = Surface.patches([4.0], [1.0, 1.25])
+    assert np.isnan(proved(replace(usual, track=replace(usual.track, surface=surface))))
 
 
 def _quick_of(rows):
