@@ -44,7 +44,8 @@ def test_no_drive_is_below_the_bound(searched, name: str):
     x, value = values(problem, searched, f"short {name}")
     assert len(value) > 500
     best = x[np.argmin(value)]
-    found = bound_every_drive(problem, best, cells=16, most_corners=12_000, tolerance=0.0)
+    corners = 6_000 if name == "wheel_energy" else 12_000  # a level less: this one is quick
+    found = bound_every_drive(problem, best, cells=16, most_corners=corners, tolerance=0.0)
     assert found.best == pytest.approx(np.min(value), rel=1e-9)
     assert found.value <= np.min(value)
     bounds = [level.bound for level in found.levels]
