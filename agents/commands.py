@@ -38,6 +38,7 @@ from stickslip.agents.view_files import (
     view_files,
 )
 from stickslip.dynamics.checks import require_integer
+from stickslip.records.content import Content
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -119,8 +120,8 @@ def demo_command(given: Options) -> bool:
         return not stop()
 
 
-def evaluate_command(given: Options) -> None:
-    """`stickslip evaluate`: print the tasks and the table, and write the table if asked."""
+def evaluate_command(given: Options) -> Content:
+    """`stickslip evaluate`: print the tasks and the table, write the table if asked; return it."""
     if given["episodes"] is not None:
         require_integer("episodes", given["episodes"], high=MOST_EPISODES)
     targets = []
@@ -163,6 +164,8 @@ def evaluate_command(given: Options) -> None:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
         print("Written: " + ", ".join(map(str, targets)))
+    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
+    return Content({"evaluation": table.as_table()}, about)
 
 
 def evaluation(

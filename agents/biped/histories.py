@@ -14,7 +14,11 @@ from stickslip.dynamics.scene import Grip
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 
 if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.dynamics.biped import BipedModel, BipedState
+    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.env import BipedEnvState
     from stickslip.envs.biped.params import BipedEnvParams
 
@@ -36,9 +40,9 @@ class Histories(NamedTuple):
     """So far, either direction [m]."""
     sliding: np.ndarray
     """Whether the foot slid during the step."""
-    commanded_rate: float
-    """[rad/s]"""
-    cruise: float
+    commanded_rate: float | None
+    """[rad/s]; None where nothing is commanded."""
+    cruise: float | None
     """The momentum at the commanded mean speed, m x speed [kg m/s]."""
 
 
@@ -67,9 +71,15 @@ def histories(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Histori
 
 def _place(state: BipedEnvState, params: BipedEnvParams):
     """P w and the static friction under the foot, 1 where there is no slip."""
-    robot, biped = drawn_robot(state.drawn, params), state.biped
+    robot, floor = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params).floor
+    return place_on(robot, floor, state.biped)
+
+
+def place_on(
+    robot: BipedModel, floor: Floor, biped: BipedState
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """P w [kg m/s] and the static friction under the foot, 1 where there is no slip."""
     momentum = robot.inertia.at(biped.phase).P * biped.crank_rate
-    floor = drawn_scene(state.drawn, params).floor
     if isinstance(floor, Grip):
         return momentum, jnp.ones_like(momentum)
     patch = patch_at(floor, floor_position(robot, biped), biped.foot_velocity)

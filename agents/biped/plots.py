@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
@@ -46,21 +47,27 @@ def plot_episode(
 
     Slides are shaded. Forces are those at the end of each control step.
     """
-    course = histories(played, params)
-    figure, axes = _sheet(5, title or "One episode")
+    course, limit = histories(played, params), float(params.torque_limit)
+    return plot_course(course, params.scene.floor, path, title or "One episode", limit)
+
+
+def plot_course(
+    course: Histories, floor: Floor, path: str | Path, title: str, limit: float | None = None
+) -> Path:
+    """The same of any walk. limit: of the motor [N m], None for none."""
+    figure, axes = _sheet(5, title)
     torque, rate, momentum, use, slid = axes
     _step(torque, course, course.torque, LINES[0])
-    limit = float(params.torque_limit)
-    for bound in (-limit, limit):
-        torque.axhline(bound, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
-    torque.set_ylim(-1.1 * limit, 1.1 * limit)
-    _name(torque, "torque [N m]", "dashed: the motor's limit")
+    if limit is not None:
+        for bound in (-limit, limit):
+            torque.axhline(bound, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+        torque.set_ylim(-1.1 * limit, 1.1 * limit)
+    _name(torque, "torque [N m]", "" if limit is None else "dashed: the motor's limit")
     rate.plot(course.time, course.crank_rate, color=LINES[0], lw=1.2)
-    rate.axhline(course.commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
-    _name(rate, "crank rate [rad/s]", "dashed: commanded mean")
+    _rate(rate, course)
     _momentum(momentum, [course])
     momentum.plot(course.time, course.momentum, color=LINES[0], lw=1.2)
-    _friction(use, [course], params)
+    _friction(use, [course], floor)
     use.plot(course.time, np.minimum(course.friction_use, CEILING), color=LINES[0], lw=1.2)
     slid.plot(course.time, 1e3 * course.slid, color=LINES[0], lw=1.2)
     _name(slid, "slid [mm]", "since the start, either direction; shaded: the foot slides")
@@ -83,10 +90,9 @@ def plot_comparison(
     every = list(courses.values())
     figure, axes = _sheet(4, title or "Controllers compared")
     rate, momentum, use, slid = axes
-    rate.axhline(every[0].commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
-    _name(rate, "crank rate [rad/s]", "dashed: commanded mean")
+    _rate(rate, every[0])
     _momentum(momentum, every)
-    _friction(use, every, params)
+    _friction(use, every, params.scene.floor)
     _name(slid, "slid [mm]", "since the start, either direction; linear below 1 mm; x: fell")
     for index, (name, course) in enumerate(courses.items()):
         look = Look(
@@ -122,17 +128,23 @@ def _step(axis: Axes, course: Histories, values: np.ndarray, colour: str) -> Non
     axis.plot(starts, held, color=colour, lw=1.2, drawstyle="steps-post")
 
 
+def _rate(axis: Axes, course: Histories) -> None:
+    if course.commanded_rate is not None:
+        axis.axhline(course.commanded_rate, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+    note = "" if course.commanded_rate is None else "dashed: commanded mean"
+    _name(axis, "crank rate [rad/s]", note)
+
+
 def _momentum(axis: Axes, courses: list[Histories]) -> None:
-    axis.axhline(courses[0].cruise, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
-    _name(
-        axis,
-        "P(θ) · crank rate [kg m/s]",
-        "horizontal momentum, its slope is the friction; dashed: at the commanded mean speed",
-    )
+    cruise, note = courses[0].cruise, "horizontal momentum, its slope is the friction"
+    if cruise is not None:
+        axis.axhline(cruise, color=theme.MUTED, lw=0.8, ls=(0, (4, 3)))
+        note += "; dashed: at the commanded mean speed"
+    _name(axis, "P(θ) · crank rate [kg m/s]", note)
 
 
-def _friction(axis: Axes, courses: list[Histories], params: BipedEnvParams) -> None:
-    grip = isinstance(params.scene.floor, Grip)
+def _friction(axis: Axes, courses: list[Histories], floor: Floor) -> None:
+    grip = isinstance(floor, Grip)
     label = "|f| / N [-]" if grip else "friction use |f| / (μs N) [-]"
     axis.axhline(1.0, color=theme.SLIDES, lw=1.0, ls=(0, (4, 3)))
     _name(axis, label, "" if grip else "at 1 the foot breaks loose; while it slides, μk / μs")
@@ -144,6 +156,8 @@ def _settle(axes: list[Axes], courses: list[Histories]) -> None:
     """Limits that a controller out of hand does not spoil for the others."""
     rate, momentum, _, slid = axes
     for axis, usual in ((rate, courses[0].commanded_rate), (momentum, courses[0].cruise)):
+        if usual is None:
+            continue
         low, high = axis.get_ylim()
         axis.set_ylim(max(low, -0.8 * usual), min(high, 2.2 * usual))
     slid.set_yscale("symlog", linthresh=1.0, linscale=0.6)
@@ -170,5 +184,6 @@ def _shade(axis: Axes, course: Histories) -> None:
 
 def _save(figure: Figure, axes: list[Axes], courses: list[Histories], path: str | Path) -> Path:
     name_below(axes[-1], "time [s]")
-    axes[-1].set_xlim(0, max(float(course.time[-1]) for course in courses))
+    longest = max(float(course.time[-1]) for course in courses)
+    axes[-1].set_xlim(0, longest or 1.0)  # one that ends where it begins is drawn, too
     return save_sheet(figure, path)

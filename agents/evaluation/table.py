@@ -71,30 +71,44 @@ class Evaluation:
 
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""
-        flat = [
-            {name: value for name, value in record.items() if name != "metrics"}
-            | {
-                f"{name}{end}": ends[which]
-                for name, ends in record["metrics"].items()
-                for end, which in (("", "value"), ("_low", "low"), ("_high", "high"))
-            }
-            for record in self._records()
+        flat = self.as_table()
+        cells = [[None if undefined(value) else value for value in row] for row in flat.rows]
+        heads = [table.Column(column.name) for column in flat.columns]
+        return write_whole(path, Table(heads, cells).csv())
+
+    def as_table(self) -> Table:
+        """Every number in SI units: a row each, three columns a metric (value, low, high)."""
+        words = [table.Column(name, words=True) for name in ("scene", "controller")]
+        heads = [*words, table.Column("episodes")]
+        units = self._units()
+        for name in self.rows[0].metrics if self.rows else ():
+            heads += [table.Column(f"{name}{end}", units[name]) for end in ("", "_low", "_high")]
+        cells = [
+            [row.scene, row.controller, row.count]
+            + [end for value in row.metrics.values() for end in value]
+            for row in self.rows
         ]
-        cells = [[None if undefined(value) else value for value in row.values()] for row in flat]
-        return write_whole(path, Table([table.Column(name) for name in flat[0]], cells).csv())
+        return Table(heads, cells)
 
     def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
-        units = {
-            name: "-" if column.percent else column.unit
-            for name, (column, _) in self.columns.items()
-        }
         rows = [
             record | {"per_episode": row.episodes._asdict() | {"fell": row.episodes.fell}}
             for record, row in zip(self._records(), self.rows, strict=True)
         ]
-        content = {"confidence": 0.95, "units": units, "seeds": list(self.seeds), "rows": rows}
+        content = {
+            "confidence": 0.95,
+            "units": self._units(),
+            "seeds": list(self.seeds),
+            "rows": rows,
+        }
         return write_whole(path, json_text(dict(about or {}) | content))
+
+    def _units(self) -> dict[str, str]:
+        return {
+            name: "-" if column.percent else column.unit
+            for name, (column, _) in self.columns.items()
+        }
 
     def _records(self) -> list[dict[str, Any]]:
         return [

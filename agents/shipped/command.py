@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.shipped.record import every_record, record_of
 from stickslip.agents.view_files import require_suffix
+from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
 
@@ -23,15 +23,17 @@ stickslip view NAME shows one, stickslip evaluate NAME plays it, stickslip polic
 """
 
 
-def policies_command(names: Sequence[str], as_json: bool) -> None:
-    """Print all policies in a table, those named in words, or either as JSON."""
+def policies_command(names: Sequence[str]) -> Content:
+    """Print all policies in a table, or those named in words; return all about them."""
     records = [record_of(name) for name in names] if names else every_record()
-    if as_json:
-        print(json.dumps({"policies": [_content(one) for one in records]}, indent=1))
-    elif names:
+    if names:
         print("\n\n".join(map(_in_words, records)))
     else:
         print(_table(records).terminal() + NOTE.rstrip())
+    return Content(
+        facts={"policies": [_content(one) for one in records]},
+        units={"policies": {"bytes": "B", "score": "-", "earned": "each one's unit"}},
+    )
 
 
 def export_command(who: str, out: str, overwrite: bool) -> None:
@@ -102,6 +104,7 @@ def _content(one: Record) -> Mapping[str, object]:
         "bytes": one.size,
         "layer_sizes": list(one.layer_sizes),
         "score": one.score,
+        "unit": one.task.unit,
         "earned": one.earned,
         "trained": one.trained,
     }

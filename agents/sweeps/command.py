@@ -16,9 +16,10 @@ from stickslip.agents.sweeps.names import FORMS
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.play import StoppedError
 from stickslip.agents.sweeps.reading import sweep_arrays
-from stickslip.agents.sweeps.words import in_words
+from stickslip.agents.sweeps.words import in_words, summary_table
 from stickslip.agents.tasks.places import every_option
 from stickslip.dynamics.checks import shown
+from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from stickslip.agents.sweep import Swept
 
 
-def sweep_command(given: Options) -> bool:
-    """`stickslip sweep`: whether it came to its end."""
+def sweep_command(given: Options) -> Content | None:
+    """`stickslip sweep`: its summary, None where it was stopped before its end."""
     path, machine = Path(given["out"]), machine_by_name(given["machine"])
     axes = _axes(given["axis"] or ())
     machine.swept().require_no_structure(axes)
@@ -60,14 +61,13 @@ def sweep_command(given: Options) -> bool:
             )
         except StoppedError:
             print(f"Stopped; go on with the same command and --resume ({path})", file=sys.stderr)
-            return False
+            return None
     print(done_in_words(done, time.monotonic() - begun))
-    tell(path, machine, pictures=not given["no_pictures"])
-    return True
+    return tell(path, machine, pictures=not given["no_pictures"])
 
 
-def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> None:
-    """Print a sweep in words, write these and the pictures."""
+def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> Content:
+    """Print a sweep in words, write these and the pictures; return a row a task and policy."""
     found, slip = sweep_arrays(path, summaries=True), machine.swept().slip
     text = in_words(found, slip)
     print("\n" + text)
@@ -79,6 +79,8 @@ def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> None:
         written += write_pictures(found, path, slip)
     print("Written: " + ", ".join(map(str, written)))
     print(f'Read it: stickslip.agents.read_sweep("{path}")')
+    about = {"directory": str(path), "words": text, "files": list(map(str, written))}
+    return Content({"summary": summary_table(found, slip)}, about)
 
 
 def size_in_words(plan: Plan) -> str:

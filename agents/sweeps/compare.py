@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,7 +13,8 @@ from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.directory import read_about
 from stickslip.agents.sweeps.reading import SweepArrays, sweep_arrays
 from stickslip.agents.sweeps.regions import where
-from stickslip.agents.sweeps.words import APART, slip_of
+from stickslip.agents.sweeps.words import APART, slip_of, summary_table
+from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
 
@@ -34,8 +36,9 @@ class Common(NamedTuple):
     renamed: dict[str, tuple[str, str]]
 
 
-def compare_command(given: Options) -> None:
-    """`stickslip compare`: print the differences in words, and write every point if asked."""
+def compare_command(given: Options) -> Content:
+    """`stickslip compare`: print the differences in words, write every point if asked; return the
+    differences, a row a task and policy."""
     names = (given["one"], given["other"])
     abouts = [read_about(name) for name in names]
     machines = {str(one.definition["machine"]) for one in abouts}
@@ -47,9 +50,13 @@ def compare_command(given: Options) -> None:
     if out is not None and out.exists() and not given["overwrite"]:
         raise ValueError(f"{out} exists; accepted: a new path, or --overwrite to replace it")
     both = common(*(sweep_arrays(name, summaries=True) for name in names))
-    print(compare_in_words(both, machine_by_name(machines.pop()).swept().slip, names))
+    slip = machine_by_name(machines.pop()).swept().slip
+    print(compare_in_words(both, slip, names))
     if out is not None:
         print(f"Written: {write_whole(out, compare_table(both).csv())}")
+    about = {"A": names[0], "B": names[1], "renamed": both.renamed}
+    files = [] if out is None else [str(out)]
+    return Content({"differences": summary_of(both, slip)}, about | {"files": files})
 
 
 def common(one: SweepArrays, other: SweepArrays) -> Common:
@@ -94,6 +101,28 @@ def compare_in_words(
     return "\n".join(lines)
 
 
+def summary_of(both: Common, slip: tuple[str, str] | None) -> Table:
+    """A row for each task and policy: shares of its points where either earns more, told apart;
+    then of either sweep what `summary_table` says."""
+    parts = [summary_table(one, slip) for one in both[:2]]
+    own = ("task", "policy", "points")
+    heads = [Column(name, words=name != "points") for name in own]
+    heads += [Column("A_earns_more"), Column("B_earns_more"), Column("not_told_apart")]
+    kept = [
+        i for i, one in enumerate(parts[0].columns) if one.name not in (*own, "best_told_apart")
+    ]
+    for label, part in zip("AB", parts, strict=True):
+        heads += [replace(part.columns[i], name=f"{part.columns[i].name}_{label}") for i in kept]
+    rows = []
+    policies = len(both.one.coordinates["policy"])
+    for place, (first, second) in enumerate(zip(parts[0].rows, parts[1].rows, strict=True)):
+        change, apart = _change(both, *divmod(place, policies))
+        shares = [(change < 0) & apart, (change > 0) & apart, ~apart]
+        row = [*first[:3], *(float(share.mean()) for share in shares)]
+        rows.append(row + [part[i] for part in (first, second) for i in kept])
+    return Table(heads, rows)
+
+
 def compare_table(both: Common) -> Table:
     """A row for each common point: its axes, and of either sweep return and falls."""
     one, other = both.one, both.other
@@ -115,12 +144,7 @@ def compare_table(both: Common) -> Table:
 
 def _policy(both: Common, at: int, which: int, slip: tuple[str, str] | None) -> Iterator[str]:
     means = [one["reward_mean"][at, which] for one in both[:2]]
-    change = means[1] - means[0]
-    errors = [
-        np.nan_to_num(one["reward_std"][at, which]) ** 2 / one["episodes"][at, which]
-        for one in both[:2]
-    ]
-    apart = np.abs(change) > APART * np.sqrt(errors[0] + errors[1])
+    change, apart = _change(both, at, which)
     dims = both.one.dims[2:]
     yield f"    mean return {means[0].mean():.3g} in A, {means[1].mean():.3g} in B"
     for name, better in (("B", (change > 0) & apart), ("A", (change < 0) & apart)):
@@ -143,6 +167,16 @@ def _policy(both: Common, at: int, which: int, slip: tuple[str, str] | None) -> 
     if slips[0] is not None and slips[1] is not None:
         worst = [_worst(one[at, which]) for one in slips if one is not None]
         yield f"    slides at worst {worst[0]} in A, {worst[1]} in B"
+
+
+def _change(both: Common, at: int, which: int) -> tuple[np.ndarray, np.ndarray]:
+    """By how much the second earns more at each point, and whether the two are told apart."""
+    change = both.other["reward_mean"][at, which] - both.one["reward_mean"][at, which]
+    errors = [
+        np.nan_to_num(one["reward_std"][at, which]) ** 2 / one["episodes"][at, which]
+        for one in both[:2]
+    ]
+    return change, np.abs(change) > APART * np.sqrt(errors[0] + errors[1])
 
 
 def _worst(slips: np.ndarray) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.agents.sweeps.regions import where
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +29,30 @@ def in_words(found: SweepArrays, slip: tuple[str, str] | None = None) -> str:
     for at, task in enumerate(found.coordinates["task"]):
         lines += [f"{task}:", *_task(found, at, slip)]
     return "\n".join(lines) + "\n"
+
+
+def summary_table(found: SweepArrays, slip: tuple[str, str] | None = None) -> Table:
+    """The same in numbers: a row a task and policy, over all its points; see `in_words`."""
+    slips = slip_of(found, slip)
+    heads = [Column(name, words=True) for name in ("task", "policy")]
+    heads += [Column("points"), Column("episodes")]
+    heads += [Column("return_mean"), Column("return_least"), Column("return_most")]
+    heads += [Column("falls"), Column("best_told_apart")]
+    heads += [] if slips is None else [Column("slip_worst", "m/m")]
+    rows = []
+    for at, task in enumerate(found.coordinates["task"]):
+        best, apart = best_of(found, at) if len(found.coordinates["policy"]) > 1 else (None, None)
+        for which, policy in enumerate(found.coordinates["policy"]):
+            episodes, mean = found["episodes"][at, which], found["reward_mean"][at, which]
+            row = [str(task), str(policy), int(mean.size), int(episodes.sum())]
+            row += [float(mean.mean()), float(mean.min()), float(mean.max())]
+            row.append(float((found["falls"][at, which] / episodes).mean()))
+            row.append(None if best is None else float(((best == which) & apart).mean()))
+            if slips is not None:
+                known = slips[at, which][np.isfinite(slips[at, which])]
+                row.append(float(known.max()) if known.size else None)
+            rows.append(row)
+    return Table(heads, rows)
 
 
 def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | None:

@@ -6,7 +6,7 @@ import argparse
 import shutil
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -69,12 +69,13 @@ class Parser(argparse.ArgumentParser):
         """As ever; an option that the command does not have is told first, with the nearest."""
         words = list(sys.argv[1:] if args is None else args)
         command = self._command_in(words)
+        words, passed_on = _split(words, command)
         known = {*self._option_string_actions, *command._option_string_actions}
         for word in words[: words.index("--") if "--" in words else None]:
             name = word.partition("=")[0]
             if name.startswith("--") and name not in known:
                 command.error(f"unrecognized arguments: {name[:200]}{nearest(name, known)}")
-        return super().parse_args(_names_last(words, command), namespace)
+        return super().parse_args([*_names_last(words, command), *passed_on], namespace)
 
     def _command_in(self, words: Sequence[str]) -> argparse.ArgumentParser:
         """The parser of the command that is called, or this one."""
@@ -88,6 +89,16 @@ class Parser(argparse.ArgumentParser):
         raise ValueError(f"{message} (see {self.prog} --help)")
 
 
+def _split(words: list[str], command: argparse.ArgumentParser) -> tuple[list[str], Sequence[str]]:
+    """What this parser reads, and what a command that runs another passes on to it unread."""
+    if any(one.nargs == argparse.REMAINDER for one in command._actions):
+        begins = words.index(command.prog.split()[-1]) + 1
+        for place in range(begins, len(words)):
+            if not words[place].startswith("-"):
+                return words[: place + 1], words[place + 1 :]
+    return words, ()
+
+
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:
     """Names and what each means, by title, at the end of a command's help."""
     width = max(60, shutil.get_terminal_size().columns - 2)
@@ -99,6 +110,25 @@ def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str
         lines = [textwrap.fill(f"  {name:<{column}}{text}", **style) for name, text in rows.items()]
         blocks.append("\n".join([f"{title}:", *lines]))
     parser.epilog = "\n\n".join(blocks)
+
+
+def add_examples(parser: argparse.ArgumentParser, examples: Mapping[str, str]) -> None:
+    """Command lines, and what each is for, at the end of a command's help, behind the tables."""
+    blocks = "\n".join(f"  {about}:\n    {line}" for line, about in examples.items())
+    rest = f"{parser.epilog}\n\n" if parser.epilog else ""
+    parser.epilog = f"{rest}examples:\n{blocks}"
+
+
+def completes(action: argparse.Action | None, names: Iterable[str]) -> None:
+    """Names that a shell offers for an argument; where none begins as what is typed, it offers
+    files. None: nothing to complete."""
+    known = tuple(names)
+
+    def beginning(prefix: str, **_: object) -> list[str]:
+        return [name for name in known if name.startswith(prefix)]
+
+    if action is not None:
+        action.completer = beginning  # type: ignore[attr-defined], argcomplete looks for it
 
 
 def _names_last(words: Sequence[str], command: argparse.ArgumentParser) -> list[str]:

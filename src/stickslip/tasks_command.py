@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from stickslip.envs.tasks.known import known_of
 from stickslip.envs.tasks.ladder import TASKS, task_by_name
-from stickslip.records.table import Column, Table, json_text
+from stickslip.records.content import Content
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,15 +22,17 @@ replay: no proof that no more can be. "at most": proved. `stickslip tasks NAME` 
 """
 
 
-def tasks_command(names: Sequence[str], as_json: bool) -> None:
-    """Print all tasks in a table, those named in words, or either as JSON."""
+def tasks_command(names: Sequence[str]) -> Content:
+    """Print all tasks in a table, or those named in words; return all about them."""
     tasks = [task_by_name(name) for name in names] or list(TASKS.values())
-    if as_json:
-        print(json_text({"tasks": [_record(task) for task in tasks]}), end="")
-    elif names:
+    if names:
         print("\n\n".join(map(_in_words, tasks)))
     else:
         print(_table(tasks).terminal() + NOTE.rstrip())
+    return Content(
+        facts={"tasks": [_record(task) for task in tasks]},
+        units={"tasks": {"value": "each task's unit", "scores": "-", "failures": "-"}},
+    )
 
 
 def _table(tasks: Sequence[TaskDefinition]) -> Table:

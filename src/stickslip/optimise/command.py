@@ -13,15 +13,25 @@ from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.products import limit_of, require_folder, write_all
-from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
+from stickslip.optimise.report import (
+    energies,
+    result_content,
+    result_units,
+    rows,
+    stations_table,
+    table,
+    warnings,
+)
+from stickslip.records.content import Content
+from stickslip.records.table import json_text
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
 NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
 
-def optimise_command(flags: Mapping[str, Any]) -> bool:
-    """The command with its flags read; whether a drive was found.
+def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
+    """The command with its flags read: whether a drive was found, and all about it.
 
     Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without
     a drive only result.json. Wrong input is refused before anything is computed or written.
@@ -37,13 +47,15 @@ def optimise_command(flags: Mapping[str, Any]) -> bool:
     options = {name: flags[name] for name in ("angles", "seed") if flags[name] is not None}
     options["polish"] = flags["polish"]
     result = solve(problem, flags["method"], progress=sys.stderr.isatty(), **options)
-    spent = energies(problem, result)
+    spent = energies(problem, result.x)
     print(table(rows(problem, result, spent)), end="")
     for warning in warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
-    files = _files(problem, result, spent, flags)
+    found = result_content(problem, result, spent, _asked(flags))
+    files = {RESULT: json_text(found), **_drive(problem, result, flags)}
     write_all(out, files, (STATIONS, RESULT, PICTURE), flags["overwrite"])
-    return result.x is not None
+    written = {"files": [str(out / name) for name in files]}
+    return result.x is not None, Content(facts=found | written, units=result_units(problem))
 
 
 def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
@@ -57,6 +69,7 @@ def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
         end=flags["end"],
         leg_rate=limit_of("--leg-rate", flags["leg_rate"], "rad/m"),
         friction=flags["friction"],
+        max_torque=limit_of("--max-torque", flags["max_torque"], "N m"),
         start_angles=flags["start_angles"],
         end_angles=flags["end_angles"],
     )
@@ -69,23 +82,22 @@ def _folder(flags: Mapping[str, Any]) -> Path:
     return require_folder(out, flags["overwrite"])
 
 
-def _files(
-    problem: PostureProblem,
-    result: PostureResult,
-    spent: Mapping[str, float],
-    flags: Mapping[str, Any],
-) -> dict[str, bytes | str]:
-    """The files' contents by name."""
-    asked = {
+def _asked(flags: Mapping[str, Any]) -> dict[str, object]:
+    return {
         "track": flags["track"],
         "track_options": options_of(flags["track_options"]),
         "method": flags["method"],
         **{name: flags[name] for name in ("spacing", "start", "end", "angles", "polish", "seed")},
     }
-    files: dict[str, bytes | str] = {RESULT: result_json(problem, result, spent, asked)}
+
+
+def _drive(
+    problem: PostureProblem, result: PostureResult, flags: Mapping[str, Any]
+) -> dict[str, bytes | str]:
+    """The files of a drive, if there is one: their contents by name."""
     if result.x is None:
-        return files
-    files[STATIONS] = stations_csv(problem, result)
+        return {}
+    files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
         from stickslip.optimise.picture import draw_result
         from stickslip.paper.drawing import png

@@ -7,7 +7,7 @@ import argparse
 from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
 from stickslip.optimise.track_options import track_options
-from stickslip.parser import add_tables
+from stickslip.parser import add_tables, completes
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
@@ -29,12 +29,13 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_problem(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
+    track = group.add_argument(
         "--track",
         default="bump",
         metavar="NAME_OR_FILE",
         help=f"{', '.join(TRACKS)}, or a file of x and y or GPX (default: %(default)s)",
     )
+    completes(track, TRACKS)
     group.add_argument(
         "--track-option",
         dest="track_options",
@@ -43,12 +44,13 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         metavar="NAME=VALUE",
         help="of the track, as often as needed: height=0.2; see below",
     )
-    group.add_argument(
+    criterion = group.add_argument(
         "--criterion",
         default="wheel_energy",
         metavar="NAME",
         help="what is to be small, see below (default: %(default)s)",
     )
+    completes(criterion, CRITERIA_IN_WORDS)
     group.add_argument(
         "--leg-rate",
         default="1.0",
@@ -62,6 +64,12 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         default=0.8,
         metavar="MU",
         help="between wheels and ground [-] (default: %(default)s)",
+    )
+    group.add_argument(
+        "--max-torque",
+        default="none",
+        metavar="NM",
+        help="of each wheel's motor, either way [N m], or none for no limit (default: %(default)s)",
     )
     group.add_argument(
         "--spacing",
@@ -84,9 +92,10 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
 
 
 def _add_method(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
+    method = group.add_argument(
         "--method", default="dp", metavar="NAME", help="see below (default: %(default)s)"
     )
+    completes(method, METHODS)
     group.add_argument(
         "--angles",
         type=int,

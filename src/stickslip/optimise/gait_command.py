@@ -12,17 +12,20 @@ from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.goal import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optimise.gait_flags import GaitFlags
-from stickslip.optimise.gait_report import gait_csv, gait_json, gait_rows
+from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
 from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import table
+from stickslip.records.content import Content
+from stickslip.records.table import json_text
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
+VALUES = ("value", "lower_bound", "every_bound", "held_value")
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
 
 
-def optimise_gait_command(flags: GaitFlags) -> bool:
-    """The command with its flags read; whether a gait was found.
+def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
+    """The command with its flags read: whether a gait was found, and all about it.
 
     Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
     only result.json. Wrong input is refused before anything is computed or written.
@@ -35,7 +38,8 @@ def optimise_gait_command(flags: GaitFlags) -> bool:
     result = solve(problem, progress=sys.stderr.isatty())
     replays = _replays(problem, result, flags)
     print(table(gait_rows(problem, result, replays)), end="")
-    files: dict[str, bytes | str] = {RESULT: gait_json(problem, result, replays, _asked(flags))}
+    found = gait_content(problem, result, replays, _asked(flags))
+    files: dict[str, bytes | str] = {RESULT: json_text(found)}
     if result.gait is not None:
         files[NODES] = gait_csv(problem, result)
         if flags["pictures"]:
@@ -46,7 +50,9 @@ def optimise_gait_command(flags: GaitFlags) -> bool:
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
             files[PICTURE] = png(draw_gait(problem, result), title)
     write_all(out, files, (NODES, RESULT, PICTURE), flags["overwrite"])
-    return result.gait is not None
+    written = {"files": [str(out / name) for name in files]}
+    units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
+    return result.gait is not None, Content(facts=found | written, units=units)
 
 
 def gait_problem_of(flags: GaitFlags) -> GaitProblem:
@@ -137,7 +143,7 @@ def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict
 
 
 def _asked(flags: GaitFlags) -> dict[str, object]:
-    files = ("out", "overwrite", "pictures", "machine", "run", "keep_programs")
+    files = ("out", "overwrite", "pictures", "machine", "command", "json", "keep_programs")
     return {name: value for name, value in flags.items() if name not in files}
 
 

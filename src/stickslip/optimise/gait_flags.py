@@ -6,7 +6,7 @@ import argparse
 from typing import TypedDict
 
 from stickslip.optim.gait.names import METHODS, OBJECTIVES
-from stickslip.parser import add_tables
+from stickslip.parser import add_tables, completes
 
 
 class GaitFlags(TypedDict):
@@ -47,12 +47,13 @@ def add_gait_flags(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_problem(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
+    objective = group.add_argument(
         "--objective",
         default="time",
         metavar="NAME",
         help="what is to be small, see below, or a sum: time=1,energy=0.2 (default: %(default)s)",
     )
+    completes(objective, OBJECTIVES)
     group.add_argument(
         "--mu",
         type=float,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
-from stickslip.records.table import Table, json_text
+from stickslip.records.table import Table
 
 if TYPE_CHECKING:
     from stickslip.optim import Gait, GaitProblem, GaitResult, Replay
@@ -106,16 +106,37 @@ def gait_csv(problem: GaitProblem, result: GaitResult) -> str:
         "normal force [N]": gait.normal_force.ravel(),
         "zero-moment point [m]": gait.zmp.ravel(),
     }
-    return Table.of_columns(columns).csv(digits=12)
+    return Table.of_columns(columns).csv()
 
 
-def gait_json(
+GAIT_UNITS = {
+    "residuals": RESIDUAL_UNITS,
+    "seconds": "s",
+    "mean_rate": "rad/s",
+    "friction_use": "-",
+    "cost_of_transport": "-",
+    "theta": "rad",
+    "crank_rate": "rad/s",
+    "torque": "N m",
+    "replays": {
+        "slid": "m",
+        "duration": "s",
+        "work": "J",
+        "mean_rate": "rad/s",
+        "rate_error": "rad/s",
+        "end_rate": "rad/s",
+    },
+}
+"""Of the result's numbers in `gait_content`; its value and bounds have a unit beside them."""
+
+
+def gait_content(
     problem: GaitProblem,
     result: GaitResult,
     replays: Mapping[str, Replay],
     asked: Mapping[str, object],
-) -> str:
-    """Everything: what was asked for, the robot's numbers, the result. null: not finite."""
+) -> dict[str, object]:
+    """Everything: what was asked for, the robot's numbers, the result."""
     robot = {one.name: getattr(problem.params, one.name) for one in fields(problem.params)}
     found: dict[str, object] = {
         "status": result.status.name,
@@ -148,4 +169,4 @@ def gait_json(
                 for name, one in replays.items()
             },
         }
-    return json_text({"asked": dict(asked), "robot": robot, "result": found})
+    return {"asked": dict(asked), "robot": robot, "result": found}

@@ -12,6 +12,7 @@ from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import drawing
 
 if TYPE_CHECKING:
+    from jaxtyping import Float
     from matplotlib.axes import Axes
 
     from stickslip.dynamics.ugv import Pose
@@ -33,9 +34,14 @@ def draw_result(problem: PostureProblem, result: PostureResult, vehicles: int = 
     """
     if result.x is None:
         raise ValueError(f"the result holds no drive ({result.message}); accepted: one with x")
-    stations = problem.stations(result.x)
+    return draw_drive(problem, result.x, vehicles)
+
+
+def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"], vehicles: int = VEHICLES) -> Any:
+    """The same of a drive's leg angles, whether or not they meet the problem's constraints."""
+    stations = problem.stations(x)
     shown = chosen(problem, vehicles)
-    angles = problem.angles(result.x)[shown]
+    angles = problem.angles(x)[shown]
     placed = poses(problem.params, problem.track, problem.x[shown], angles)
     scene = scene_height(problem, placed)
     ratios = [scene, PANEL, PANEL, PANEL]

@@ -11,10 +11,12 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
 from stickslip.optim import PostureProblem, PostureResult
-from stickslip.records.table import Column, Table, json_text
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from jaxtyping import Float
+
+    from stickslip.optim import Station
 
 ENERGIES = {
     "wheel_energy": "work of the wheels' motors",
@@ -22,6 +24,8 @@ ENERGIES = {
 }
 """Positive work only, none recovered. The first alone says little: legs that lift the vehicle
 spare its wheels."""
+FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg angle"
+"""Columns of a drive that say what it is; all others follow from them."""
 NOTABLE = 0.05
 """Relative difference of the value between waypoints above which there is a warning."""
 UNITS = {
@@ -38,11 +42,11 @@ UNITS = {
 """Of PostureProblem.residuals."""
 
 
-def energies(problem: PostureProblem, result: PostureResult) -> dict[str, float]:
-    """The drive's two energies by the criteria's names [J]; none without a drive."""
-    if result.x is None:
+def energies(problem: PostureProblem, x: Float[np.ndarray, "n"] | None) -> dict[str, float]:
+    """A drive's two energies by the criteria's names [J]; none without a drive."""
+    if x is None:
         return {}
-    return {name: replace(problem, criterion=name).objective(result.x) for name in ENERGIES}
+    return {name: replace(problem, criterion=name).objective(x) for name in ENERGIES}
 
 
 def rows(
@@ -142,36 +146,37 @@ def table(lines: list[tuple[str, str]]) -> str:
     return Table(columns, [line for line in lines if line[1]]).terminal(head=False)
 
 
-def stations_csv(problem: PostureProblem, result: PostureResult) -> str:
-    """A line a waypoint, numbers in SI units and radians."""
-    found = problem.stations(np.asarray(result.x))
-    columns = {
-        "front wheel [m]": found.x,
-        "rear leg angle [rad]": found.leg_angles[:, 0],
-        "front leg angle [rad]": found.leg_angles[:, 1],
-        "torque on each wheel [N m]": found.torque,
-        "turn of both wheels [rad]": found.turn,
-        "rear leg torque [N m]": found.leg_torques[:, 0],
-        "front leg torque [N m]": found.leg_torques[:, 1],
-        "F_rear [N]": found.F_rear,
-        "N_rear [N]": found.N_rear,
-        "F_front [N]": found.F_front,
-        "N_front [N]": found.N_front,
-        "least grip margin [N]": found.grip,
-        "clearance [m]": found.clearance,
-        "status": [Status(int(code)).name for code in np.asarray(found.status)],
+def stations_table(found: Station) -> Table:
+    """A row a waypoint, numbers in SI units and radians, every digit."""
+    columns: dict[Column, object] = {
+        Column(FRONT_WHEEL, "m"): found.x,
+        Column(REAR_LEG, "rad"): found.leg_angles[:, 0],
+        Column(FRONT_LEG, "rad"): found.leg_angles[:, 1],
+        Column("torque on each wheel", "N m"): found.torque,
+        Column("turn of both wheels", "rad"): found.turn,
+        Column("rear leg torque", "N m"): found.leg_torques[:, 0],
+        Column("front leg torque", "N m"): found.leg_torques[:, 1],
+        Column("F_rear", "N"): found.F_rear,
+        Column("N_rear", "N"): found.N_rear,
+        Column("F_front", "N"): found.F_front,
+        Column("N_front", "N"): found.N_front,
+        Column("least grip margin", "N"): found.grip,
+        Column("clearance", "m"): found.clearance,
     }
-    return Table.of_columns(columns).csv(digits=10)
+    numbers = [np.asarray(values, float).tolist() for values in columns.values()]
+    status = [Status(int(code)).name for code in np.asarray(found.status)]
+    head = [*columns, Column("status", words=True)]
+    return Table(head, list(zip(*numbers, status, strict=True)))
 
 
-def result_json(
+def result_content(
     problem: PostureProblem,
     result: PostureResult,
     spent: Mapping[str, float],
     asked: Mapping[str, Any],
-) -> str:
-    """Everything: what was asked for, the problem's numbers, the result. null: not finite."""
-    content = {
+) -> dict[str, object]:
+    """Everything: what was asked for, the problem's numbers, the result."""
+    return {
         "asked": dict(asked),
         "problem": {
             "criterion": problem.criterion.name,
@@ -209,7 +214,17 @@ def result_json(
             "details": _plain(dict(result.details)),
         },
     }
-    return json_text(content)
+
+
+def result_units(problem: PostureProblem) -> dict[str, object]:
+    """Units of the numbers in `result_content`, by their names."""
+    unit = problem.criterion.unit
+    values = dict.fromkeys(("value", "lower_bound", "fine_value"), unit)
+    lengths = dict.fromkeys(("x", "fine_spacing", "min_clearance"), "m")
+    forces = dict.fromkeys(("min_normal", "min_grip"), "N")
+    rest = {"max_torque": "N m", "leg_rate": "rad/m", "leg_angles": "rad", "friction": "-"}
+    rest |= {"energies": "J"} | {"residuals": UNITS, "seconds": "s"}
+    return {"problem": lengths | forces | rest, "result": values | lengths | rest}
 
 
 def _plain(value: Any) -> Any:

@@ -14,7 +14,8 @@ from stickslip.envs.rendering.extras import require
 from stickslip.paper.drawing import png
 from stickslip.paper.registry import Figure, figures_of
 from stickslip.paper.result import Claim, Setting
-from stickslip.paper.text import claims_text, csv_text
+from stickslip.paper.text import claims_table, claims_text, csv_text
+from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 TABLE = "table.md"
 
 
-def reproduce_command(given: Mapping[str, Any]) -> None:
-    """The command with its flags read: figures, out, samples, overwrite."""
+def reproduce_command(given: Mapping[str, Any]) -> Content:
+    """The command with its flags read: figures, out, samples, overwrite; return the claims."""
     claims = reproduce(
         given["figures"],
         given["out"],
@@ -33,6 +34,8 @@ def reproduce_command(given: Mapping[str, Any]) -> None:
         to=sys.stderr,
     )
     print(claims_text(claims), end="")
+    files = files_of(Path(given["out"]), figures_of(given["figures"]))
+    return Content({"claims": claims_table(claims)}, {"files": list(map(str, files))})
 
 
 def reproduce(

@@ -17,9 +17,14 @@ def csv_text(columns: Columns) -> str:
 
 def claims_text(claims: Mapping[str, Iterable[Claim]]) -> str:
     """A Markdown table of all figures' claims, a row each."""
+    return claims_table(claims).markdown()
+
+
+def claims_table(claims: Mapping[str, Iterable[Claim]]) -> Table:
+    """All figures' claims, a row each."""
     rows = [
         [name, claim.stated, claim.measured, claim.verdict, claim.why]
         for name, of_figure in claims.items()
         for claim in of_figure
     ]
-    return Table([Column(title, words=True) for title in HEAD], rows).markdown()
+    return Table([Column(title, words=True) for title in HEAD], rows)

@@ -1,0 +1,131 @@
+"""`stickslip bench`: which benchmarks there are, and running one.
+
+Those of the package run in this process. Those of the repository's folder benchmarks/ are no part
+of the package: they need a checkout, and each runs in a process of its own, which loads nothing but
+what it measures.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from stickslip.dynamics.plain_checks import require_choice
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.records.content import Content
+
+PACKAGE = "stickslip"
+
+
+class Benchmark(NamedTuple):
+    """module: its name; of the package, it has main(arguments) -> exit status."""
+
+    module: str
+    about: str
+
+    @property
+    def packaged(self) -> bool:
+        """Whether it comes with the package."""
+        return self.module.partition(".")[0] == PACKAGE
+
+
+BENCHMARKS = {
+    "optimisers": Benchmark(
+        "stickslip.agents.optimisers.commands", "optimisers on the suite's instances"
+    ),
+    "animations": Benchmark("benchmarks.animations", "what writes an animation best"),
+    "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
+    "extremes": Benchmark("benchmarks.extremes", "numerical stability at the extremes"),
+    "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
+    "gradients": Benchmark("benchmarks.gradients", "derivatives through stick and slip"),
+    "joints": Benchmark("benchmarks.joints", "solvers of the Newton-Euler systems"),
+    "learners": Benchmark("benchmarks.learners", "learners of several libraries, to one score"),
+    "operations": Benchmark("benchmarks.operations", "what each feature of a scene costs"),
+    "optimum": Benchmark("benchmarks.optimum", "the best that can be earned on the biped's tasks"),
+    "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo, MJX, Pinocchio and C"),
+    "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
+    "scaling": Benchmark("benchmarks.scaling", "sweeps over cores, devices and workers"),
+    "short-horizon": Benchmark("benchmarks.short_horizon", "SHAC beside PPO"),
+    "smoothed": Benchmark("benchmarks.smoothed", "what smoothing friction costs"),
+    "suite": Benchmark("benchmarks.optimisers", "what is known of the suite for optimisers"),
+    "tasks": Benchmark("benchmarks.tasks", "what is earned on each task"),
+    "throughput": Benchmark("benchmarks.throughput", "environment steps a second"),
+    "tradeoff": Benchmark("benchmarks.tradeoff", "the biped's speed against accuracy"),
+    "training": Benchmark("benchmarks.training", "PPO on every task"),
+    "ugv": Benchmark("benchmarks.ugv", "the UGV's speed against accuracy, and its methods"),
+}
+"""By name, a line each."""
+
+
+def list_benchmarks() -> Content:
+    """Print a table of all, and what is needed for those that do not run here; return it."""
+    from stickslip.records.content import Content
+    from stickslip.records.table import Column, Table
+
+    root = checkout()
+    heads = [Column(name, words=True) for name in ("benchmark", "runs here", "about")]
+    rows = [[name, runs_here(one, root), one.about] for name, one in BENCHMARKS.items()]
+    shown = [[name, "yes" if here else "no", about] for name, here, about in rows]
+    print(Table(heads, shown).terminal())
+    if root is None:
+        print(f"The others need a checkout of the project: {HOW}")
+    table = Table([*heads[:1], Column("runs_here"), *heads[2:]], rows)
+    where = None if root is None else str(root)
+    return Content({"benchmarks": table}, {"checkout": where})
+
+
+HOW = (
+    "clone its repository, install it there with `pip install -e .[bench]`, and run `stickslip "
+    "bench NAME` in that folder"
+)
+
+
+def run_benchmark(name: str, arguments: Sequence[str]) -> int:
+    """Run one with its own arguments; return its exit status. ValueError for an unknown name, and
+    for one that cannot run here, with what to do."""
+    require_choice("benchmark", name, BENCHMARKS)
+    one, root = BENCHMARKS[name], checkout()
+    if one.packaged:
+        if not runs_here(one, root):
+            raise ValueError(f"benchmark {name!r} is not in this version of the package")
+        return import_module(one.module).main(list(arguments))
+    if root is None:
+        here = ", ".join(name for name, one in BENCHMARKS.items() if runs_here(one, None))
+        raise ValueError(
+            f"benchmark {name!r} needs a checkout of the project, and neither this folder nor the "
+            f"package is in one; {HOW}" + (f"; accepted here: {here}" if here else "")
+        )
+    if root != Path.cwd():
+        print(f"in {root}", file=sys.stderr)
+    path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
+    command = [sys.executable, "-m", one.module, *arguments]
+    return subprocess.run(command, cwd=root, env=os.environ | {"PYTHONPATH": path}).returncode
+
+
+def runs_here(one: Benchmark, root: Path | None) -> bool:
+    """Whether it can be run: a module of the package that is there, or one of the checkout."""
+    if not one.packaged:
+        return root is not None
+    try:
+        return find_spec(one.module) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def checkout() -> Path | None:
+    """The project's root: the working directory, or where an editable install has its source.
+
+    Other packages lay a folder named benchmarks beside theirs: ours stands beside src/stickslip.
+    """
+    for root in (Path.cwd(), Path(__file__).resolve().parents[2]):
+        if (root / "benchmarks" / "report.py").exists() and (root / "src" / PACKAGE).is_dir():
+            return root
+    return None

@@ -1,0 +1,29 @@
+"""`stickslip compare`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stickslip.commands.outcome import OK, Outcome
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Sequence
+
+JSON = True
+EXAMPLES = {"stickslip compare runs/mu runs/mu-heavy --out points.csv": "every point of two sweeps"}
+
+
+def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    """Two sweeps."""
+    del arguments
+    from stickslip.agents.sweeps.flags import add_compare_flags
+
+    add_compare_flags(parser)
+
+
+def run(given: argparse.Namespace) -> Outcome:
+    """Compare."""
+    from stickslip.agents.sweeps.compare import compare_command
+
+    return Outcome(OK, compare_command(vars(given)))

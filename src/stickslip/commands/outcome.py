@@ -1,0 +1,19 @@
+"""What a command ends with: an exit status, and what it found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from stickslip.records.content import Content
+
+OK, NOTHING_FOUND, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+"""Exit statuses. NOTHING_FOUND: no drive, no gait, or a simulated machine that did not get to the
+end of what was asked."""
+
+
+class Outcome(NamedTuple):
+    """found: for --json, None where there is nothing to tell."""
+
+    status: int = OK
+    found: Content | None = None

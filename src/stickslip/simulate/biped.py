@@ -1,0 +1,184 @@
+"""`stickslip simulate biped`: walk under a torque, print what came of it, write rows, picture."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.agents.view_files import require_new, require_suffix, require_writable
+from stickslip.dynamics import PRESETS, Scene, recommend
+from stickslip.dynamics.biped import (
+    FIDELITIES,
+    INTEGRATORS,
+    SUPPORT_START,
+    BipedParams,
+    BipedState,
+    EventExact,
+)
+from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.scene import SceneOptions
+from stickslip.envs.rendering.extras import require
+from stickslip.optim.progress import Bar
+from stickslip.records.content import Content
+from stickslip.simulate.files import table_path, write_table
+from stickslip.simulate.names import WHOLE
+from stickslip.simulate.torque import Recorded, torque_of
+from stickslip.simulate.walk import periods, walked
+from stickslip.simulate.walk_table import event_table, walk_summary, walk_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.dynamics import Setting
+    from stickslip.records.table import Table
+    from stickslip.simulate.biped_flags import WalkFlags
+
+SECONDS = 6.0
+"""Walked unless something else is said."""
+
+
+def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
+    """The command with its flags read: whether all of it was walked, and what came of it.
+
+    Whatever is wrong is refused before anything is computed. A walk that ends early is written as
+    far as it went.
+    """
+    torque = torque_of(given["torque"])
+    scene, setting, state = scene_of(given), setting_of(given), state_of(given)
+    if given["joints"]:
+        scene = replace(scene, outputs="joints")
+    seconds = given["seconds"]
+    if seconds is None:
+        seconds = torque.end if isinstance(torque, Recorded) else SECONDS
+    count, _ = periods(seconds, given["period"])
+    out = table_path(given["out"], given["overwrite"])
+    picture = picture_path(given["plot"], given["overwrite"])
+    require_writable([path for path in (out, picture) if path is not None])
+    with Bar("walking", count, "period", sys.stderr.isatty()) as bar:
+        walk = walked(
+            BipedParams.from_bars(), scene, state, torque, seconds, given["period"], setting, bar
+        )
+    summary = walk_summary(walk, seconds)
+    print_summary(summary)
+    written = [write_table(out, walk_table(walk), given["overwrite"])]
+    if picture is not None:
+        from stickslip.simulate.picture import plot_walk
+
+        title = f"Torque {given['torque']}, {floor_in_words(scene)}"
+        written.append(plot_walk(walk, scene, picture, title))
+    print(f"Written: {', '.join(map(str, written))}")
+    about = {"setting": _in_words(setting), "files": list(map(str, written))}
+    tables = {"summary": summary, "events": event_table(walk)}
+    return walk.status.name in WHOLE, Content(tables, about)
+
+
+def scene_of(given: WalkFlags) -> Scene:
+    """The floor and the load. ValueError for flags that contradict each other."""
+    static, kinetic, edges = (given[name] for name in ("mu_static", "mu_kinetic", "edges"))
+    ratio = given["kinetic_ratio"]
+    options = SceneOptions(
+        payload=given["payload"], steps="one" if given["one_step"] else "continuous"
+    )
+    if static is None:
+        others = {"--mu-kinetic": kinetic, "--kinetic-ratio": ratio, "--edges": edges}
+        for flag, value in others.items():
+            if value is not None:
+                raise ValueError(f"{flag} without --mu-static; accepted: both, or neither")
+        return Scene.named(given["scene"] or "slippery", **options)
+    if given["scene"] is not None:
+        raise ValueError(
+            f"--scene {given['scene']} with --mu-static; accepted: one of them, both say which "
+            "floor"
+        )
+    if ratio is not None:
+        if kinetic is not None:
+            raise ValueError("--mu-kinetic with --kinetic-ratio; accepted: one of them")
+        require_number("--kinetic-ratio", ratio, low=0.0, high=1.0, accepted="a share, 0 to 1")
+        kinetic = [ratio * one for one in static]
+    if edges is not None:
+        return Scene.patches(edges, static, kinetic, **options)
+    moving = None if kinetic is None else _one("--mu-kinetic", kinetic)
+    return Scene.uniform(_one("--mu-static", static), moving, **options)
+
+
+def _one(flag: str, values: Sequence[float]) -> float:
+    if len(values) == 1:
+        return values[0]
+    raise ValueError(
+        f"{flag} {' '.join(f'{one:g}' for one in values)} without --edges; accepted: one number, "
+        f"or --edges with {len(values) - 1} places where friction changes"
+    )
+
+
+def setting_of(given: WalkFlags) -> Setting:
+    """How the walk is computed. ValueError for flags that contradict each other."""
+    if given["tolerance"] is not None:
+        if given["setting"] is not None:
+            raise ValueError(
+                f"--setting {given['setting']} with --tolerance; accepted: one of them"
+            )
+        found = recommend(given["tolerance"], scene_of(given)).setting
+    else:
+        found = PRESETS[given["setting"] or "exact"]
+    if given["fidelity"] is not None:
+        found = replace(found, fidelity=FIDELITIES[given["fidelity"]])
+    if given["integrator"] is not None:
+        found = replace(found, integrator=INTEGRATORS[given["integrator"]], dt=PRESETS["fast"].dt)
+    if given["step"] is not None:
+        if isinstance(found.integrator, EventExact):
+            raise ValueError(
+                "--step with the integrator event_exact, which chooses its own steps; accepted: "
+                "with --integrator, another one"
+            )
+        found = replace(found, dt=given["step"])
+    return found if given["dtype"] is None else replace(found, dtype=given["dtype"])
+
+
+def state_of(given: WalkFlags) -> BipedState:
+    """Where the walk begins."""
+    return BipedState(
+        phase=np.float64(SUPPORT_START if given["phase"] is None else given["phase"]),
+        crank_rate=np.float64(given["crank_rate"]),
+        foot_velocity=np.float64(given["foot_velocity"]),
+    ).validate()
+
+
+def picture_path(text: str | None, overwrite: bool) -> Path | None:
+    """Where a picture goes, if one is asked for; matplotlib is looked for now."""
+    if text is None:
+        return None
+    path = Path(text)
+    require_suffix(path, (".png",))
+    require_new([path], overwrite)
+    require("matplotlib.figure")
+    return path
+
+
+def print_summary(summary: Table) -> None:
+    """A line a number, with its unit; nothing is said of what is not there."""
+    width = max(len(column.name) for column in summary.columns)
+    for column, value in zip(summary.columns, summary.rows[0], strict=True):
+        if value is not None:
+            unit = "" if column.unit == "-" else f" {column.unit}"
+            text = f"{value:.6g}" if isinstance(value, float) else str(value)
+            print(f"{column.name:<{width}}  {text}{unit}")
+
+
+def floor_in_words(scene: Scene) -> str:
+    """The floor's numbers, for a title."""
+    numbers = {name: np.asarray(value).tolist() for name, value in vars(scene.floor).items()}
+    words = [f"{name.replace('_', ' ')} {shown(value)}" for name, value in numbers.items()]
+    return ", ".join(words) or "a floor without slip"
+
+
+def _in_words(setting: Setting) -> dict[str, str | float]:
+    return {
+        "fidelity": repr(setting.fidelity),
+        "integrator": repr(setting.integrator),
+        "step": setting.dt,
+        "dtype": setting.dtype,
+    }

@@ -1,0 +1,170 @@
+"""The flags of `stickslip simulate biped`: words and numbers only, nothing heavy is imported."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypedDict
+
+from stickslip.dynamics.names import SCENES
+from stickslip.parser import add_tables, completes
+from stickslip.simulate.names import DTYPES, FIDELITIES, INTEGRATORS, SETTINGS
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Mapping
+
+
+class WalkFlags(TypedDict):
+    """The flags as they are read."""
+
+    torque: str
+    seconds: float | None
+    period: float
+    phase: float | None
+    crank_rate: float
+    foot_velocity: float
+    one_step: bool
+    scene: str | None
+    mu_static: list[float] | None
+    mu_kinetic: list[float] | None
+    kinetic_ratio: float | None
+    edges: list[float] | None
+    payload: float | None
+    setting: str | None
+    tolerance: float | None
+    fidelity: str | None
+    integrator: str | None
+    step: float | None
+    dtype: str | None
+    joints: bool
+    out: str
+    plot: str | None
+    overwrite: bool
+
+
+NAMES = {
+    "t": "time [s]",
+    "phase": "crank angle of the supporting leg, pi/2 to 3 pi/2 [rad]",
+    "crank_angle": "the same without wrapping [rad]",
+    "crank_rate": "[rad/s]",
+    "foot_position, foot_velocity": "of the foot over the floor, forwards [m], [m/s]",
+    "steps": "exchanges of support so far",
+}
+
+
+def add_biped_flags(parser: argparse.ArgumentParser) -> None:
+    """The torque, the walk, the floor, how it is computed, and the files."""
+    parser.add_argument(
+        "--torque",
+        required=True,
+        metavar="TORQUE",
+        help="of the motor [N m]: a number, a .csv or .npy of times and torques, or arithmetic, "
+        "see below; held for each --period",
+    )
+    _add_walk(parser.add_argument_group("walk"))
+    _add_floor(parser.add_argument_group("floor and load"))
+    _add_setting(parser.add_argument_group("how it is computed"))
+    parser.add_argument(
+        "--joints", action="store_true", help="also the 68 components of the joints' forces"
+    )
+    tables: dict[str, Mapping[str, str]] = {
+        "names in a torque": NAMES,
+        "settings": SETTINGS,
+        "fidelities": FIDELITIES,
+        "integrators": INTEGRATORS,
+    }
+    add_tables(parser, tables)
+
+
+def _add_walk(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--seconds",
+        type=float,
+        help="to walk (default: 6, of a file of torques as long as it goes)",
+    )
+    group.add_argument(
+        "--period",
+        type=float,
+        default=0.02,
+        metavar="S",
+        help="between two rows, for which a torque is held [s] (default: %(default)s)",
+    )
+    group.add_argument(
+        "--phase",
+        type=float,
+        metavar="RAD",
+        help="crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
+    )
+    for name, unit in (("crank-rate", "rad/s"), ("foot-velocity", "m/s")):
+        group.add_argument(
+            f"--{name}",
+            type=float,
+            default=0.0,
+            metavar="RATE" if unit == "rad/s" else "SPEED",
+            help=f"at the start [{unit}] (default: %(default)s)",
+        )
+    group.add_argument(
+        "--one-step", action="store_true", help="end at the first exchange of support"
+    )
+
+
+def _add_floor(group: argparse._ArgumentGroup) -> None:
+    scene = group.add_argument(
+        "--scene",
+        choices=SCENES,
+        metavar="NAME",
+        help=f"a floor by name: {', '.join(SCENES)} (default: {SCENES[0]})",
+    )
+    completes(scene, SCENES)
+    group.add_argument(
+        "--mu-static",
+        type=float,
+        nargs="+",
+        metavar="MU",
+        help="one floor instead, or one number for each patch between --edges",
+    )
+    group.add_argument(
+        "--mu-kinetic",
+        type=float,
+        nargs="+",
+        metavar="MU",
+        help="kinetic friction of the same (default: the static one)",
+    )
+    group.add_argument(
+        "--kinetic-ratio",
+        type=float,
+        metavar="SHARE",
+        help="kinetic friction as a share of the static one, 0 to 1, instead of --mu-kinetic",
+    )
+    group.add_argument(
+        "--edges", type=float, nargs="+", metavar="M", help="where friction changes [m]"
+    )
+    group.add_argument("--payload", type=float, metavar="KG", help="mass on the hip [kg]")
+
+
+def _add_setting(group: argparse._ArgumentGroup) -> None:
+    setting = group.add_argument(
+        "--setting",
+        choices=tuple(SETTINGS),
+        metavar="NAME",
+        help="see below (default: exact); what follows changes parts of it",
+    )
+    completes(setting, SETTINGS)
+    group.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="RATE",
+        help="instead: the cheapest measured setting whose error stays below so much in each "
+        "simulated second [rad/s], as `recommend` finds it",
+    )
+    for name, known in (("fidelity", FIDELITIES), ("integrator", INTEGRATORS)):
+        action = group.add_argument(
+            f"--{name}", choices=tuple(known), metavar="NAME", help=f"{', '.join(known)}, see below"
+        )
+        completes(action, known)
+    group.add_argument(
+        "--step",
+        type=float,
+        metavar="S",
+        help="the integrator's longest step [s] (default: the setting's; with --integrator 0.005)",
+    )
+    group.add_argument("--dtype", choices=DTYPES, help="precision")

@@ -1,0 +1,46 @@
+"""Names that the flags know and what each means: known without JAX."""
+
+SETTINGS = {
+    "fast": "a table and steps of 5 ms in single precision",
+    "balanced": "a table and steps of 2.5 ms in single precision",
+    "exact": "every switch located by an adaptive method in double precision",
+}
+"""Of stickslip.dynamics.PRESETS."""
+FIDELITIES = {
+    "joint": "the 72 equations of all bodies, solved at every call",
+    "reduced": "exact inertia functions, by differentiating the closed linkage",
+    "table": "polynomials fitted to the exact ones, piece by piece",
+    "chebyshev": "one series over the support phase",
+    "paper": "the chapter's: forward differences in the crank angle",
+}
+INTEGRATORS = {
+    "euler": "the chapter's: accelerations constant during a step",
+    "semi_implicit": "velocities first, positions with the new ones",
+    "rk4": "Runge-Kutta in one mode a step",
+    "rk4_split": "the same, split at every switching instant",
+    "event_exact": "adaptive, every switching instant located to the tolerance",
+}
+DTYPES = ("float32", "float64")
+"""Of stickslip.dynamics.biped: FIDELITIES, INTEGRATORS."""
+STATUS = {
+    "OK": "the whole time was walked",
+    "SLIP_ONSET": "the whole time was walked; the foot slipped",
+    "TOPPLE": "it falls: the zero-moment point leaves the foot",
+    "LIFT_OFF": "it falls: the ground would have to pull at the foot",
+    "RUNAWAY": "the crank turns by more than half a support phase in one step",
+    "NO_SOLUTION": "the equations have no unique solution here (Painlevé), or the linkage does not "
+    "close",
+    "NON_FINITE": "a number overflowed or is none, the torque's perhaps",
+    "STEP_COMPLETE": "the one step was walked to the exchange of support",
+    "NO_EXCHANGE": "support cannot be handed over without an impact",
+    "NOT_CONVERGED": "the adaptive integrator used up its steps; the last row is where it got to",
+    "HOLLOW_GROUND": "the ground is hollower than a wheel",
+    "ROLLOVER": "it rolls over: the ground would have to pull at a wheel",
+    "GROUNDED": "the body or a leg touches the ground",
+    "WHEEL_SLIP": "a wheel slips: it needs more friction than there is",
+    "OVERLOAD": "a wheel needs more torque than its motor gives",
+}
+"""What each Status says of what was simulated."""
+FALLS = ("TOPPLE", "LIFT_OFF", "ROLLOVER")
+WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
+"""Statuses of a walk that came to the end of what was asked."""

@@ -1,0 +1,141 @@
+"""`stickslip simulate ugv`: a drive with given leg angles, as stations, criteria and a picture."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.agents.view_files import require_writable
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import UGVParams
+from stickslip.optim import CRITERIA, PostureProblem
+from stickslip.optimise.ground import track_of
+from stickslip.optimise.products import limit_of
+from stickslip.optimise.report import UNITS, stations_table
+from stickslip.records.content import Content
+from stickslip.records.files import write_whole
+from stickslip.records.table import Column, Table
+from stickslip.simulate.biped import picture_path, print_summary
+from stickslip.simulate.files import table_path, write_table
+from stickslip.simulate.names import FALLS, STATUS
+from stickslip.simulate.posture import read_posture
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.optim import Station
+    from stickslip.simulate.ugv_flags import DriveFlags
+
+SPACING = 0.1
+"""Of waypoints [m], unless something else is said."""
+
+
+def simulate_ugv_command(given: DriveFlags) -> tuple[bool, Content]:
+    """The command with its flags read: whether the drive can be driven, and what came of it.
+
+    Whatever is wrong is refused before anything is computed; a drive that cannot be driven is
+    written all the same, each waypoint with its status.
+    """
+    out = table_path(given["out"], given["overwrite"])
+    picture = picture_path(given["plot"], given["overwrite"])
+    problem, x = drive_of(given)
+    require_writable([path for path in (out, picture) if path is not None])
+    stations, found = problem.stations(x), problem.evaluate(x)
+    missed = found.residuals
+    summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
+    print_summary(summary)
+    print("\n" + _shown(criteria).terminal(), end="")
+    for name, by in missed.items():
+        if by > 0 and not found.feasible:
+            print(f"misses {name} by {by:.3g} {UNITS[name]}")
+    written = [write_table(out, stations_table(stations), given["overwrite"])]
+    if picture is not None:
+        from stickslip.optimise.picture import draw_drive
+        from stickslip.paper.drawing import png
+
+        title = f"Over {given['track']}, friction {given['friction']:g}"
+        content = png(draw_drive(problem, x), title)
+        written.append(write_whole(picture, content, overwrite=given["overwrite"]))
+    print(f"Written: {', '.join(map(str, written))}")
+    tables = {"summary": summary, "criteria": criteria}
+    about = {"feasible": found.feasible, "missed": missed, "files": list(map(str, written))}
+    return found.feasible, Content(tables, about, {"missed": UNITS})
+
+
+def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:
+    """The problem whose constraints the drive is held to, and its leg angles, flat.
+
+    ValueError for flags that contradict each other, and for angles beyond the legs' range.
+    """
+    if (given["posture"] is None) == (given["angles"] is None):
+        raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
+    track = track_of(given["track"], given["track_options"])
+    limits = {
+        "leg_rate": limit_of("--leg-rate", given["leg_rate"], "rad/m"),
+        "max_torque": limit_of("--max-torque", given["max_torque"], "N m"),
+        "friction": given["friction"],
+    }
+    places = {"start": given["start"], "end": given["end"]}
+    if given["posture"] is not None:
+        for name, value in (("spacing", given["spacing"]), *places.items()):
+            if value is not None:
+                raise ValueError(f"--{name} with --posture, which has waypoints of its own")
+        posture = read_posture(given["posture"])
+        return PostureProblem(UGVParams(), track, posture.x, **limits), posture.angles.reshape(-1)
+    spacing = SPACING if given["spacing"] is None else given["spacing"]
+    problem = PostureProblem.along(track, spacing=spacing, **places, **limits)
+    return problem, np.tile(_held(given["angles"] or (), problem), len(problem.x))
+
+
+def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
+    """Both legs' angles [rad], or ValueError beyond their range."""
+    low, high = (end[:2] for end in problem.bounds)
+    angles = np.radians(np.asarray(degrees, float))
+    if not np.all((angles >= low) & (angles <= high)):
+        raise ValueError(
+            f"--angles {' '.join(f'{one:g}' for one in degrees)}; accepted: each from "
+            f"{np.degrees(low[0]):g} to {np.degrees(high[0]):g} degrees"
+        )
+    return angles
+
+
+def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
+    """What the drive is worth by every criterion: the lower the better."""
+    heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
+    rows = []
+    for name in CRITERIA:
+        own = replace(problem, criterion=name)
+        rows.append([name, own.objective(x), own.criterion.unit])
+    return Table(heads, rows)
+
+
+def drive_summary(problem: PostureProblem, at: Station) -> Table:
+    """One row. status: the first one that is not OK. slips, falls: waypoints at which a wheel slips
+    or the vehicle rolls over."""
+    codes = np.asarray(at.status)
+    bad = np.flatnonzero(codes != Status.OK)
+    status = Status(int(codes[bad[0]])).name if bad.size else "OK"
+    counts = Counter(Status(int(code)).name for code in codes)
+    meaning = STATUS[status] if bad.size else "the whole way can be driven"
+    row: dict[Column, object] = {
+        Column("status", words=True): status,
+        Column("meaning", words=True): meaning,
+        Column("first at", "m"): float(problem.x[bad[0]]) if bad.size else None,
+        Column("waypoints"): len(problem.x),
+        Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
+        Column("slips"): counts["WHEEL_SLIP"],
+        Column("falls"): sum(counts[name] for name in FALLS),
+        Column("least grip margin", "N"): float(np.min(at.grip)),
+        Column("least normal force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
+        Column("largest torque", "N m"): float(np.max(np.abs(at.torque))),
+        Column("least clearance", "m"): float(np.min(at.clearance)),
+    }
+    return Table(list(row), [list(row.values())])
+
+
+def _shown(criteria: Table) -> Table:
+    rows = [[name, f"{value:.6g}", unit] for name, value, unit in criteria.rows]
+    return Table(criteria.columns, rows)

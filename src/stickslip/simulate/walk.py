@@ -1,0 +1,147 @@
+"""A walk piece by piece, so that its length is bounded by a disk's room and not by a program's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    BipedModel,
+    BipedParams,
+    BipedState,
+    Trajectory,
+    prepare,
+    simulate,
+)
+from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.checks import require_memory, require_number
+from stickslip.dynamics.status import Status
+from stickslip.simulate.torque import Recorded
+
+if TYPE_CHECKING:
+    from stickslip.dynamics import Scene, Setting
+    from stickslip.optim.progress import Bar
+    from stickslip.simulate.expression import Expression
+
+PIECE = 500
+"""The most periods of one program's run."""
+BYTES = 3000
+"""Of a row, while it is a row of a table."""
+SHORTEST, LONGEST = 1e-6, 1e7
+"""Seconds of a walk."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What was walked, as NumPy arrays: states [n + 1], torques and contacts [n].
+
+    status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
+    between two states [s]. finished: whether all of it was walked.
+    """
+
+    robot: BipedModel
+    trajectory: Trajectory
+    events: list[tuple[float, str, float]]
+    status: Status
+    period: float
+    dtype: str
+
+    @property
+    def count(self) -> int:
+        """How many periods were walked."""
+        return len(self.trajectory.torques)
+
+
+def periods(seconds: float, period: float) -> tuple[int, float]:
+    """How many periods of which length [s] a walk has; ValueError for more than memory holds."""
+    accepted = f"from {SHORTEST:g} to {LONGEST:g} s"
+    for name, value in (("--seconds", seconds), ("--period", period)):
+        require_number(name, value, low=SHORTEST, high=LONGEST, accepted=accepted)
+    require_memory(
+        f"--seconds {seconds:g} with --period {period:g}", "rows", seconds / period, BYTES
+    )
+    count = max(1, math.ceil(seconds / period * (1 - 1e-9)))
+    return count, seconds / count
+
+
+def walked(
+    params: BipedParams,
+    scene: Scene,
+    state: BipedState,
+    torque: float | Expression | Recorded,
+    seconds: float,
+    period: float,
+    setting: Setting,
+    bar: Bar,
+) -> Walk:
+    """Walk; see `simulate` for what is refused. The torque is held for each period: that of its
+    beginning. bar: told of periods."""
+    count, size = periods(seconds, period)
+    pieces = math.ceil(count / PIECE)
+    each = math.ceil(count / pieces)
+    starts = np.arange(each * pieces) * size + float(np.asarray(state.time))
+    law, values = (0.0, torque) if isinstance(torque, Recorded) else (torque, None)
+    held = None if values is None else values.over(starts, count)
+    integrator = replace(setting.integrator_over(size), record_events=True)
+    with precision(setting.dtype):
+        params, scene = _cast((params, scene), setting.dtype)
+        robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
+        scene, now = replace(scene, payload=None), state.astype(setting.dtype)
+        parts: list[Trajectory] = []
+        events: list[tuple[float, str, float]] = []
+        for piece in range(pieces):
+            here = slice(piece * each, (piece + 1) * each)
+            given = law if held is None else jnp.asarray(held[here], setting.dtype)
+            part = simulate(
+                robot,
+                scene,
+                now,
+                given,
+                each * size,
+                size,
+                integrator=integrator,
+            )
+            part, over = _trimmed(part, count - piece * each)
+            parts.append(part)
+            events += part.events()
+            now = part.final
+            bar.advance(len(part.torques))
+            if over:
+                break
+        whole = _joined(parts)
+    gravest = Status(int(np.max(whole.contacts.status)))
+    return Walk(robot, whole, events, gravest, size, setting.dtype)
+
+
+def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), parts)
+
+
+def _trimmed(part: Trajectory, most: int) -> tuple[Trajectory, bool]:
+    """What was walked of a piece, as NumPy arrays, and whether the walk is over with it."""
+    part = jax.tree.map(np.asarray, part)
+    ended = np.flatnonzero(part.contacts.status > Status.SLIP_ONSET)
+    over = bool(ended.size) and int(ended[0]) < most
+    keep = int(ended[0]) + 1 if over else min(most, len(part.torques))
+    states = jax.tree.map(lambda leaf: leaf[: keep + 1], part.states)
+    contacts = jax.tree.map(lambda leaf: leaf[:keep], part.contacts)
+    return Trajectory(states, part.torques[:keep], contacts), over
+
+
+def _joined(parts: list[Trajectory]) -> Trajectory:
+    """One after the other; each begins in the state that the one before it ends in."""
+    first, *rest = (part.states for part in parts)
+    states = [first, *(jax.tree.map(lambda leaf: leaf[1:], one) for one in rest)]
+    torques, contacts = (
+        [getattr(part, name) for part in parts] for name in ("torques", "contacts")
+    )
+    return Trajectory(*(jax.tree.map(_end_to_end, *each) for each in (states, torques, contacts)))
+
+
+def _end_to_end(*leaves: np.ndarray) -> np.ndarray:
+    return np.concatenate(leaves)

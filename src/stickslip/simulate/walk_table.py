@@ -1,0 +1,111 @@
+"""A walk as rows with units, and in a few numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import JOINT_FORCES, floor_position
+from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped.reward import centre_of_mass
+from stickslip.records.table import Column, Table
+from stickslip.simulate.names import FALLS, STATUS
+
+if TYPE_CHECKING:
+    from stickslip.simulate.walk import Walk
+
+
+def walk_table(walk: Walk) -> Table:
+    """A row for the start and one for the end of every period, numbers as they were computed.
+
+    torque: held from there on (in the last row: up to there). Forces: at the end of the period that
+    ends there. slid: the foot's path during it, either direction; foot position: how far it has
+    slid in all, forwards positive. What belongs to the period before is empty in the first row.
+    """
+    states, contacts = walk.trajectory.states, walk.trajectory.contacts
+    ankle, mass = _places(walk)
+    at_ends: dict[Column, object] = {
+        Column("time", "s"): states.time,
+        Column("torque", "N m"): np.append(walk.trajectory.torques, walk.trajectory.torques[-1:]),
+        Column("phase", "rad"): states.phase,
+        Column("steps"): states.steps,
+        Column("crank angle", "rad"): states.phase + np.pi * states.steps,
+        Column("crank rate", "rad/s"): states.crank_rate,
+        Column("foot position", "m"): states.foot_position,
+        Column("foot velocity", "m/s"): states.foot_velocity,
+        Column("ankle on the floor", "m"): ankle,
+        Column("centre of mass", "m"): mass,
+    }
+    of_periods: dict[Column, object] = {
+        Column("friction force", "N"): contacts.friction_force,
+        Column("normal force", "N"): contacts.normal_force,
+        Column("zero-moment point", "m"): contacts.zmp,
+        Column("mode"): contacts.mode,
+        Column("slid", "m"): contacts.slide_distance,
+        Column("switches"): contacts.switches,
+        Column("work", "J"): contacts.work,
+        Column("positive work", "J"): contacts.positive_work,
+    }
+    if contacts.joint_forces is not None:
+        forces = np.asarray(contacts.joint_forces).T
+        of_periods |= {
+            Column(str(name), "N"): one for name, one in zip(JOINT_FORCES, forces, strict=True)
+        }
+    columns = [np.asarray(values).tolist() for values in at_ends.values()]
+    columns += [[None, *np.asarray(values).tolist()] for values in of_periods.values()]
+    columns.append([None, *(Status(int(code)).name for code in contacts.status)])
+    heads = [*at_ends, *of_periods, Column("status", words=True)]
+    return Table(heads, list(zip(*columns, strict=True)))
+
+
+def event_table(walk: Walk) -> Table:
+    """A row a switching instant."""
+    heads = [Column("time", "s"), Column("event", words=True), Column("crank angle", "rad")]
+    return Table(heads, walk.events)
+
+
+def walk_summary(walk: Walk, seconds: float) -> Table:
+    """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
+    far it is displaced, forwards positive. slips: how often it broke loose. seconds: asked for."""
+    states, contacts = walk.trajectory.states, walk.trajectory.contacts
+    time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
+    angle += np.pi * float(states.steps[-1] - states.steps[0])
+    mass = _places(walk)[1]
+    distance, slid = float(mass[-1] - mass[0]), float(np.sum(contacts.slide_distance))
+    work, positive = float(np.sum(contacts.work)), float(np.sum(contacts.positive_work))
+    kinds = Counter(kind for _, kind, _ in walk.events)
+    went = abs(distance) > 0
+    fell = walk.status.name in FALLS
+    row: dict[Column, object] = {
+        Column("status", words=True): walk.status.name,
+        Column("meaning", words=True): STATUS[walk.status.name],
+        Column("asked", "s"): float(seconds),
+        Column("time", "s"): time,
+        Column("distance", "m"): distance,
+        Column("mean speed", "m/s"): distance / time if time else None,
+        Column("mean crank rate", "rad/s"): angle / time if time else None,
+        Column("steps"): int(states.steps[-1] - states.steps[0]),
+        Column("slid", "m"): slid,
+        Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
+        Column("slips"): kinds["slip"],
+        Column("work", "J"): work,
+        Column("positive work", "J"): positive,
+        Column("energy per metre", "J/m"): positive / abs(distance) if went else None,
+        Column("falls"): int(fell),
+    }
+    return Table(list(row), [list(row.values())])
+
+
+def _places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+    """The supporting ankle and the centre of mass along the floor, at every state [m]."""
+    states, robot = walk.trajectory.states, walk.robot
+    with precision(walk.dtype):
+        laid = jax.tree.map(jnp.asarray, states)
+        nought = jnp.zeros((), jnp.int32)
+        mass = jax.vmap(lambda state: centre_of_mass(robot, state, nought))(laid)
+        return np.asarray(floor_position(robot, laid)), np.asarray(mass)
