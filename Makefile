@@ -16,7 +16,7 @@ SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
+SOURCES := $(wildcard $(LAYERS) src tests benchmarks release)
 
 # $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a
 # finished install writes either, with the checkout it belongs to: an interrupted one, a moved checkout
@@ -31,10 +31,10 @@ else ifneq ($(filter-out $(shell cat $(INSTALLED) 2>/dev/null),$(ASKED)),)
 $(INSTALLED): other-extras
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench clean fresh-venv other-extras
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench release-check clean fresh-venv other-extras
 
 help:  ## list the targets
-	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-11s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-13s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
@@ -78,6 +78,10 @@ demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 
 bench: $(INSTALLED)  ## environment steps per second, beside Gymnasium's own
 	@$(PY) -m benchmarks.throughput
+
+release-check:  ## build, look into what was built, install it on every Python, use it
+	@$(MAKE) EXTRAS=$(EXTRAS),release venv
+	@$(PY) -m release
 
 clean:  ## remove the environment and everything built (runs/ stays)
 	rm -rf $(VENV) build dist *.egg-info src/*.egg-info .pytest_cache .ruff_cache .hypothesis
