@@ -8,24 +8,33 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check --no-input
 INSTALLED := $(VENV)/.installed
+DEMO := $(VENV)/.demo
+EXTRAS ?= all
 TYPING := build/typing
 LAYERS := dynamics optim envs agents
 SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
+SOURCES := $(wildcard $(LAYERS) src tests benchmarks release)
 
-# Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
-# install, a moved checkout or a vanished interpreter all start again from an empty $(VENV).
-ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo runs || true),$(CURDIR) runs)
-$(INSTALLED): fresh-venv
+# $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a
+# finished install writes either, with the checkout it belongs to: an interrupted one, a moved checkout
+# or a vanished interpreter all start again from an empty $(VENV).
+COMMA := ,
+ASKED := $(subst $(COMMA), ,$(EXTRAS))
+MARKS := $(shell $(PY) -c "" 2>/dev/null && \
+	for mark in $(INSTALLED) $(DEMO); do printf '|'; cat $$mark; echo '|'; done 2>/dev/null)
+ifeq ($(findstring |$(CURDIR) ,$(MARKS)),)
+$(INSTALLED) $(DEMO): fresh-venv
+else ifneq ($(filter-out $(shell cat $(INSTALLED) 2>/dev/null),$(ASKED)),)
+$(INSTALLED): other-extras
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench clean fresh-venv
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench release-check clean fresh-venv other-extras
 
 help:  ## list the targets
-	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-11s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-13s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
@@ -55,23 +64,30 @@ typecheck: $(INSTALLED)  ## basedpyright, in its "standard" mode
 	@find $(wildcard $(LAYERS)) src/stickslip -name '*.py' | while read -r file; do \
 		link="$(TYPING)/stickslip/$${file#src/stickslip/}"; \
 		mkdir -p "$${link%/*}" && ln -s "$(CURDIR)/$$file" "$$link"; done
-	@set -o pipefail; $(VENV)/bin/basedpyright --warnings \
+	@$(PY) -m tests.typing.settings
+	@set -o pipefail; $(VENV)/bin/basedpyright -p build/pyrightconfig.json --warnings \
 		| sed -E 's#$(TYPING)/stickslip/(($(subst $() ,|,$(LAYERS)))/)#\1#g; s#$(TYPING)/#src/#g'
-	@$(PY) tests/typing/as_user.py
+	@$(PY) -m tests.typing.as_user
 
 format: $(INSTALLED)  ## apply ruff's fixes and formatting
 	@$(PY) -m ruff check --fix $(SOURCES)
 	@$(PY) -m ruff format $(SOURCES)
 
-demo: $(INSTALLED)  ## train a walker for a slippery floor and show what it learnt
+demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 	@$(VENV)/bin/stickslip demo
 
 bench: $(INSTALLED)  ## environment steps per second, beside Gymnasium's own
 	@$(PY) -m benchmarks.throughput
 
+release-check:  ## build, look into what was built, install it on every Python, use it
+	@$(MAKE) EXTRAS=$(EXTRAS),release venv
+	@$(PY) -m release
+
 clean:  ## remove the environment and everything built (runs/ stays)
 	rm -rf $(VENV) build dist *.egg-info src/*.egg-info .pytest_cache .ruff_cache .hypothesis
 	find $(SOURCES) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+other-extras:
 
 fresh-venv:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
@@ -82,11 +98,22 @@ fresh-venv:
 	@$(PYTHON) -m venv --clear $(VENV) || { \
 		echo "$(PYTHON) -m venv failed; some systems package it apart (python3-venv)." >&2; exit 1; }
 
-# Of pip's output, only the larger downloads are shown; errors always are.
+# Of pip's output, only the larger downloads are shown; errors always are. What is being changed is
+# not whole: the marks go, and come back where pip gives up by itself, which leaves what was there.
+install = trap 'exit 130' INT TERM; set -o pipefail; mkdir -p $(VENV)/marks; \
+	mv -f $(wildcard $(INSTALLED) $(DEMO)) $(VENV)/marks 2>/dev/null; \
+	$(PIP) install -q -c constraints.txt setuptools && \
+	$(PIP) install --progress-bar off --no-build-isolation -c constraints.txt -e '.[$(1)]' \
+		| awk '/^ *Downloading .*[0-9][0-9]\.. MB/ {print "  fetching", $$2, $$3, $$4; fflush()}' \
+	|| { mv -f $(VENV)/marks/.[di]* $(VENV) 2>/dev/null; exit 1; }; \
+	rm -rf $(VENV)/marks; printf '%s ' "$(CURDIR)" $(2) > $@; echo "Installed in $(VENV)"
+
 $(INSTALLED): pyproject.toml constraints.txt
-	@echo "Installing the pinned packages (the first time 3 GB to fetch, most of it torch)"
-	@$(PIP) install -q -c constraints.txt setuptools
-	@set -o pipefail; $(PIP) install --progress-bar off --no-build-isolation -c constraints.txt \
-		-e '.[all]' | awk '/^ *Downloading .*[0-9][0-9]\.. MB/ {print "  fetching", $$2, $$3, $$4; fflush()}'
-	@printf '%s ' "$(CURDIR)" > $@
-	@echo "Installed in $(VENV)"
+	@echo "Installing the pinned packages of: $(EXTRAS)" \
+		"(the first time 0.6 GB to fetch; sb3 has another 3 GB on Linux)"
+	@$(call install,$(EXTRAS),$(ASKED))
+	@cp $@ $(DEMO)
+
+$(DEMO): pyproject.toml constraints.txt
+	@echo "Installing the pinned packages of the demo (the first time 0.25 GB to fetch)"
+	@$(call install,train)

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from functools import partial
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -266,7 +267,7 @@ def rows(quick: bool) -> Iterator[Row]:
     yield vector_row("Pendulum-v1", "sync", 64, max(10, int(share * 200)), repeats)
     yield vector_row("CartPole-v1", "sync", 64, max(10, int(share * 200)), repeats)
     yield vector_row("CartPole-v1", "vector_entry_point", 1024, int(share * 300), repeats)
-    for batch in (64, 256, 1024):
+    for batch in (64, 256, 1024) if find_spec("stable_baselines3") else ():  # the extra sb3
         yield sb3_row(batch, max(10, int(share * 300)), repeats)
     for track in ("bump", "rough", "random-bump", "random-rough"):
         for kernels in (False, True):

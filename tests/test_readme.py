@@ -7,6 +7,8 @@ import jax
 import numpy as np
 import pytest
 
+from tests.extras import SB3
+
 README = Path(__file__).parents[1] / "README.md"
 EXAMPLES = re.findall(
     r"```python\n(.*?)```\n(?:\n```text\n(.*?)```)?", README.read_text(encoding="utf-8"), re.DOTALL
@@ -21,6 +23,7 @@ DEAR = (TRAINS, "recommend(")
 def example(code: str, shown: str, number: int):
     """Training takes a minute, and every setting that is told of is a program."""
     marks = [pytest.mark.long] if any(words in code for words in DEAR) else []
+    marks += [SB3] if "stable_baselines3" in code else []
     return pytest.param(code, shown, id=str(number), marks=marks)
 
 

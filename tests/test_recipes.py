@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.extras import SB3
+
 PAGE = Path(__file__).parents[1] / "docs" / "training.md"
 RECIPES = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.M)
 FEWER = {
@@ -43,6 +45,7 @@ def test_every_number_of_steps_is_made_less_and_no_program_is_long():
 
 
 @pytest.mark.long
+@SB3
 def test_training_with_stable_baselines3(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = run(recipe("stable_baselines3"))

@@ -1,4 +1,4 @@
-"""The actor of a Stable-Baselines3 model as an MLPPolicy. Needs the extra `train`."""
+"""The actor of a Stable-Baselines3 model as an MLPPolicy. Needs the extra `sb3`."""
 
 from __future__ import annotations
 

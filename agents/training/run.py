@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 import time
 from contextlib import ExitStack
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -39,6 +38,7 @@ from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
 from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
+from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.records.files import write_whole
 
@@ -100,7 +100,7 @@ def _opened(
 ) -> tuple[Run, ModelState | None]:
     """The run to write to, its lock held until the stack is left, and what it goes on from."""
     for package in PACKAGES:
-        import_module(package)  # before anything is written
+        require(package, "training", "train")  # before anything is written
     if config is not None:
         trainer_of(config)  # likewise
         machine_of_config(config).training_task(config)  # for its ValueError

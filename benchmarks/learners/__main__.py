@@ -8,7 +8,7 @@ Each learner trains on the training episodes of `stickslip train` until its poli
 exploration, scores 0.9 on the task's own, or has had so many processor seconds; every one in a
 process of its own, with nothing compiled before. What the JSON has already is left as it is
 (--again measures it anew), so a run that was cut off goes on where it was. What is not installed is
-left out and named: Stable-Baselines3 comes with the extra `train`, the others with `sbx` and
+left out and named: Stable-Baselines3 comes with the extra `sb3`, the others with `sbx` and
 `brax`. --redraw writes the table of docs/training.md.
 """
 

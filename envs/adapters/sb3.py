@@ -1,4 +1,4 @@
-"""A Stable-Baselines3 vector environment over a functional one (extra `train`)."""
+"""A Stable-Baselines3 vector environment over a functional one (extra `sb3`)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecEnv
 
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.envs.adapters.compiled import Compiled
@@ -17,9 +15,16 @@ from stickslip.envs.adapters.results import Results
 from stickslip.envs.adapters.shared import Shared
 from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from stable_baselines3.common.monitor import Monitor
+    from stable_baselines3.common.vec_env import VecEnv
+else:
+    Monitor = require("stable_baselines3.common.monitor", "SB3VecEnv", "sb3").Monitor
+    VecEnv = require("stable_baselines3.common.vec_env", "SB3VecEnv", "sb3").VecEnv
 
 MAY_BE_SET = ("render_mode",)
 """Attributes of the environments that `set_attr` sets."""

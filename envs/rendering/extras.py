@@ -1,4 +1,4 @@
-"""Import the packages of an extra only when they are needed: of `viz`, when something is drawn."""
+"""Import the packages of an extra only when they are needed, of `viz` when something is drawn."""
 
 from __future__ import annotations
 

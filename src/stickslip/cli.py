@@ -37,8 +37,9 @@ LONGEST = 1200
 EXHAUSTED = "RESOURCE_EXHAUSTED"
 """What XLA calls a lack of memory."""
 EXTRAS = {
-    "stable_baselines3": "train",
-    "torch": "train",
+    "stable_baselines3": "sb3",
+    "torch": "sb3",
+    "optax": "train",
     "tensorboard": "train",
     "tqdm": "train",
     "cma": "optim",

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -134,7 +135,7 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
 
 
 def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
-    pytest.importorskip("stable_baselines3")
+    pytest.importorskip("tensorboard")
     monkeypatch.setattr("stickslip.agents.biped.products.FILM_TIME", 0.2)
     assert main(["train", "biped", "--out", "run", *TINY, "--slip-weight=2"]) == OK
     assert "Trained 128 steps" in capsys.readouterr().out
@@ -157,10 +158,31 @@ def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.Monk
     assert [path.name for path in Path().glob("*.gif")] == ["run-slippery.gif"]
 
 
-def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(sys.modules, "tqdm", None)
-    assert 'pip install "stickslip[train]"' in refusal(capsys, "train", "biped", "--out", "run")
+@pytest.mark.parametrize(
+    ("package", "extra", "asked"),
+    [("tqdm", "train", ()), ("stable_baselines3", "sb3", ("--trainer=sb3",))],
+)
+def test_a_missing_package_is_named_with_its_extra(
+    capsys, monkeypatch: pytest.MonkeyPatch, package: str, extra: str, asked: tuple[str, ...]
+):
+    for name in [name for name in sys.modules if name.startswith("stickslip.agents.training.sb3")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+    said = refusal(capsys, "train", "biped", "--out", "run", *asked)
+    assert f'pip install "stickslip[{extra}]"' in said
     assert not Path("run").exists()
+
+
+def test_what_needs_stable_baselines3_says_so_in_python(monkeypatch: pytest.MonkeyPatch):
+    for name in ("stickslip.envs.adapters.sb3", "stickslip.agents.training.sb3"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    for name in [name for name in sys.modules if name.startswith("stable_baselines3")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    said = r'needs stable_baselines3, .*pip install "stickslip\[sb3\]"'
+    for name in ("stickslip.envs.adapters.sb3", "stickslip.agents.training.sb3"):
+        with pytest.raises(ModuleNotFoundError, match=said):
+            import_module(name)
 
 
 def test_no_message_is_longer_than_a_few_lines(capsys):

@@ -59,7 +59,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
-    pytest.importorskip("stable_baselines3")
+    pytest.importorskip("tensorboard")
     from stickslip.agents.biped import plots
 
     titles: list[str] = []

@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from tests.envs.helpers import CompileCount, make, make_vec, task
+from tests.extras import SB3
 
 
 def warm_then_count(use: Callable[[int], None]) -> int:
@@ -69,8 +70,8 @@ def test_the_vector_environment_compiles_once(mode):
     assert warm_then_count(use) == 0
 
 
+@SB3
 def test_the_stable_baselines3_environment_compiles_once():
-    pytest.importorskip("stable_baselines3")
     from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     def use(turn: int) -> None:

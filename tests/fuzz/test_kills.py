@@ -20,12 +20,13 @@ import pytest
 
 from stickslip.agents.training.checkpoint import list_checkpoints
 from tests.agents.runs import assert_same_run
+from tests.extras import SB3
 
 pytestmark = [
     pytest.mark.long,
+    SB3,
     pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork, no SIGKILL here"),
 ]
-pytest.importorskip("stable_baselines3")
 
 KILLS = int(os.environ.get("STICKSLIP_KILLS", "200"))
 SIDE_BY_SIDE = 2

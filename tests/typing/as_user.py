@@ -19,6 +19,8 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from tests.typing import settings
+
 ROOT = Path(__file__).parents[2]
 HERE = ROOT / "build" / "user"
 SCRIPTS = (Path(__file__).with_name("user_script.py"), ROOT / "tests" / "agents" / "mass.py")
@@ -77,24 +79,27 @@ def lay_out(paths: Iterable[Path]) -> dict[str, str]:
     shutil.rmtree(HERE, ignore_errors=True)
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     install(HERE / "venv" / "lib" / version / "site-packages")
-    of = {}
+    of, absent = {}, settings.missing()
     for document in paths:
         name = document.relative_to(ROOT).as_posix()
         for line, program in programs(document.read_text(encoding="utf-8")):
+            if settings.uses(program, absent):
+                print(f"not checked: {name}:{line}, which needs {', '.join(sorted(absent))}")
+                continue
             file = HERE / f"{document.stem}_{line}.py"
             file.write_text(program, encoding="utf-8")
             of[file.name] = name
     for script in SCRIPTS:
         shutil.copy(script, HERE)
         of[script.name] = script.relative_to(ROOT).as_posix()
-    settings = {
+    found = {
         "include": sorted(of),
         "venvPath": ".",
         "venv": "venv",
         "pythonVersion": version.removeprefix("python"),
         "typeCheckingMode": "standard",
     }
-    (HERE / "pyrightconfig.json").write_text(json.dumps(settings, indent=1), encoding="utf-8")
+    (HERE / "pyrightconfig.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
     return of
 
 

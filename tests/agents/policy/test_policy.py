@@ -26,6 +26,7 @@ from stickslip.agents.policy import (
 )
 from stickslip.agents.policy.mlp import FARTHEST
 from stickslip.envs import BipedEnv, Randomisation
+from tests.extras import SB3
 
 
 def make_policy(sizes=(7, 5, 4, 1), **choices) -> MLPPolicy:
@@ -311,10 +312,11 @@ class Box(gymnasium.Env):
 
 
 def sb3_model(kind, env=None, **options):
-    sb3 = pytest.importorskip("stable_baselines3")
+    import stable_baselines3
     import torch
 
-    model = getattr(sb3, kind)("MlpPolicy", env or Box(), device="cpu", seed=0, **options)
+    kind = getattr(stable_baselines3, kind)
+    model = kind("MlpPolicy", env or Box(), device="cpu", seed=0, **options)
     generator = torch.Generator().manual_seed(0)
     with torch.no_grad():
         for tensor in model.policy.parameters():  # biases too; SB3's are zero at first
@@ -322,6 +324,7 @@ def sb3_model(kind, env=None, **options):
     return model
 
 
+@SB3
 @pytest.mark.parametrize(
     ("kind", "sizes"), [("PPO", [16, 8]), ("PPO", []), ("SAC", [16, 8]), ("SAC", [4])]
 )
@@ -334,6 +337,7 @@ def test_an_sb3_actor_gives_the_same_actions(kind, sizes):
     assert np.ptp(expected) > 0.1
 
 
+@SB3
 def test_sb3_normalisation_comes_along():
     from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
@@ -345,6 +349,7 @@ def test_sb3_normalisation_comes_along():
     np.testing.assert_allclose(from_sb3(model)(jnp.asarray(obs)), expected, atol=1e-5)
 
 
+@SB3
 def test_other_sb3_models_are_refused():
     from torch import nn
 

@@ -130,7 +130,7 @@ def test_a_comparison_is_drawn_without_pyplot_and_crosses_out_a_failure(
 
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
-    pytest.importorskip("stable_baselines3")
+    pytest.importorskip("tensorboard")
     titles: list[str] = []
     for place in (plots, learning):
         make = place.make_sheet

@@ -20,7 +20,7 @@ from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name
 from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import OK, WRONG_INPUT, main
 
-pytest.importorskip("stable_baselines3")
+pytest.importorskip("tensorboard")
 
 TINY = UGVTrainConfig.of(
     timesteps=256,

@@ -48,7 +48,7 @@ def test_actions_beyond_the_limits_are_clipped_and_others_rescaled():
 
 
 def test_ppo_in_a_loop_of_ones_own_learns():
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="needs PyTorch (extra sb3)")
     torch.manual_seed(0)
     torch.set_num_threads(1)
     envs = wrapped()

@@ -15,6 +15,7 @@ from stickslip.dynamics.numeric import require_one
 from stickslip.envs import GymEnv, GymVectorEnv
 from tests.envs.helpers import CompileCount
 from tests.envs.toy import Toy
+from tests.extras import SB3
 
 COUNT = 4
 STEPS = 40
@@ -187,8 +188,8 @@ def test_other_numbers_compile_nothing():
     assert compiled.count == 0
 
 
+@SB3
 def test_stable_baselines3_gives_each_environment_its_own_options():
-    pytest.importorskip("stable_baselines3")
     from stickslip.envs import SB3VecEnv
 
     env = SB3VecEnv(Pushed("same_step"), PARAMS, COUNT)

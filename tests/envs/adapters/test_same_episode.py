@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.envs.helpers import STEPS, WALKERS, actions, make, make_vec, rollout, task
+from tests.extras import SB3
 
 SEED = 11
 GIVEN = actions(0.25, seed=3)
@@ -91,8 +92,8 @@ def test_the_vector_environment_that_resets_a_step_later():
         resets = terminated | truncated
 
 
+@SB3
 def test_the_stable_baselines3_environment():
-    pytest.importorskip("stable_baselines3")
     from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     run = by_hand()

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-pytest.importorskip("stable_baselines3")
+pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3 (extra sb3)")
 
 from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy

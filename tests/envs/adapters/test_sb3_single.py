@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-pytest.importorskip("stable_baselines3")
+pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3 (extra sb3)")
 
 import torch
 from stable_baselines3 import PPO

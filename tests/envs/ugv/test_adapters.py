@@ -12,6 +12,7 @@ from gymnasium.utils.env_checker import check_env
 
 from stickslip.envs import GymEnv, check_vector_env
 from tests.envs.ugv.helpers import UGV, actions, drive, make, make_vec, task
+from tests.extras import SB3
 
 pytestmark = pytest.mark.long
 
@@ -48,8 +49,8 @@ def test_the_single_environment_does_what_the_functional_one_does(seed):
     assert run.terminated.any()
 
 
+@SB3
 def test_the_stable_baselines3_environment_too():
-    pytest.importorskip("stable_baselines3")
     from stickslip.envs.adapters.sb3 import SB3VecEnv
 
     env_params = task("random", autoreset="same_step", preview=3)

@@ -1,0 +1,1 @@
+"""What is done before a release: build, look into what was built, install it everywhere, use it."""
