@@ -14,7 +14,7 @@ SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard $(LAYERS) src tests benchmarks)
+SOURCES := $(wildcard $(LAYERS) src tests benchmarks documentation)
 
 # Only a finished install writes $(INSTALLED), with the checkout it belongs to: an interrupted first
 # install, a moved checkout or a vanished interpreter all start again from an empty $(VENV).
@@ -22,15 +22,15 @@ ifneq ($(shell cat $(INSTALLED) 2>/dev/null && $(PY) -c "" 2>/dev/null && echo r
 $(INSTALLED): fresh-venv
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench clean fresh-venv
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format docs demo bench clean fresh-venv
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
-test: lint  ## lint, types, and every test but the long ones
-	@$(MAKE) -j 2 typecheck quick
+test: lint  ## lint, types, the documentation, and every test but the long ones
+	@$(MAKE) -j 2 typecheck docs quick
 
 # Types are checked beside the tests: one core would idle meanwhile.
 quick: $(INSTALLED)
@@ -62,6 +62,11 @@ typecheck: $(INSTALLED)  ## basedpyright, in its "standard" mode
 format: $(INSTALLED)  ## apply ruff's fixes and formatting
 	@$(PY) -m ruff check --fix $(SOURCES)
 	@$(PY) -m ruff format $(SOURCES)
+
+# The notice is of mkdocs-material's end in 2027; docs/design.md says why it is used.
+docs: $(INSTALLED)  ## the documentation site, in build/site, with warnings as errors
+	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs --quiet build
+	@$(PY) -m documentation.check
 
 demo: $(INSTALLED)  ## train a walker for a slippery floor and show what it learnt
 	@$(VENV)/bin/stickslip demo
