@@ -16,7 +16,7 @@ SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard $(LAYERS) src tests benchmarks release)
+SOURCES := $(wildcard $(LAYERS) src tests benchmarks documentation release)
 
 # $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a
 # finished install writes either, with the checkout it belongs to: an interrupted one, a moved checkout
@@ -31,15 +31,15 @@ else ifneq ($(filter-out $(shell cat $(INSTALLED) 2>/dev/null),$(ASKED)),)
 $(INSTALLED): other-extras
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format demo bench release-check clean fresh-venv other-extras
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format docs demo bench release-check clean fresh-venv other-extras
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-13s %s\n", $$1, $$2}' Makefile
 
 venv: $(INSTALLED)  ## create .venv with the pinned packages and stickslip, editable
 
-test: lint  ## lint, types, and every test but the long ones
-	@$(MAKE) -j 2 typecheck quick
+test: lint  ## lint, types, the documentation, and every test but the long ones
+	@$(MAKE) -j 2 typecheck docs quick
 
 # Types are checked beside the tests: one core would idle meanwhile.
 quick: $(INSTALLED)
@@ -72,6 +72,11 @@ typecheck: $(INSTALLED)  ## basedpyright, in its "standard" mode
 format: $(INSTALLED)  ## apply ruff's fixes and formatting
 	@$(PY) -m ruff check --fix $(SOURCES)
 	@$(PY) -m ruff format $(SOURCES)
+
+# The notice is of mkdocs-material's end in 2027; docs/design.md says why it is used.
+docs: $(INSTALLED)  ## the documentation site, in build/site, with warnings as errors
+	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs --quiet build
+	@$(PY) -m documentation.check
 
 demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 	@$(VENV)/bin/stickslip demo

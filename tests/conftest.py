@@ -48,7 +48,7 @@ from tests.times import (  # noqa: F401  (pytest finds its hooks here)
 # as Python does by default takes a twentieth of the time.
 gc.set_threshold(100_000, 50, 100)
 
-LONGEST = ("test_wheel.py", "test_readme.py")
+LONGEST = ("test_wheel.py", "test_examples.py")
 """Files of few and dear tests, of which two would otherwise begin when the others end."""
 
 REFERENCE = Path(__file__).parent / "reference"

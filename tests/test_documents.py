@@ -54,9 +54,3 @@ def test_a_class_that_is_named_is_there(document: str, name: str):
     assert hasattr(builtins, name) or re.search(
         rf"(?m)^(?:class {name}\b|{name}(?:: TypeAlias)? = )", SOURCE
     )
-
-
-def test_examples_are_where_they_are_run():
-    """By tests/test_readme.py and tests/test_recipes.py."""
-    shown = {name for name, text in TEXTS.items() if "```python" in text}
-    assert shown == {"README.md", "docs/training.md"}

@@ -29,8 +29,10 @@ BODIES = (
 )
 """The 24 bodies in order: links 1-13 (supporting leg, crank, hip), then the swing leg's 11 (p)."""
 
-SUPPORT_START, SUPPORT_END = np.pi / 2, 3 * np.pi / 2
-"""A leg carries the weight while its crank angle is between these [rad]."""
+SUPPORT_START = np.pi / 2
+"""Crank angle [rad] at which a leg begins to carry the weight."""
+SUPPORT_END = 3 * np.pi / 2
+"""Crank angle [rad] at which the other leg takes over."""
 
 # int32: JAX 0.10 cannot index with NumPy's int64 in float32 once the same shapes ran in float64
 LINK_OF_BODY = np.array([int(name.rstrip("p")) - 1 for name in BODIES], np.int32)

@@ -1,0 +1,49 @@
+"""What mkdocs calls while it builds: generated pages, and generated parts of written ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+from documentation import inserts, notebooks, reference
+
+
+def on_startup(**kwargs: Any) -> None:
+    """Lay out what mkdocstrings reads, before it looks for it."""
+    reference.lay_out()
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Put the generated pages in the navigation."""
+    generated = {
+        "API": ["api.md", *reference.pages()],
+        "Notebooks": [*notebooks.pages()],
+    }
+    config.nav = [_filled(entry, generated) for entry in config.nav or []]
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages."""
+    for path, text in {**reference.pages(), **notebooks.pages(), **inserts.pages()}.items():
+        files.append(File.generated(config, path, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **kwargs: Any) -> str:
+    """Put generated parts where a page asks for them."""
+    return inserts.filled(markdown, "../" * page.file.src_uri.count("/"))
+
+
+def on_page_content(html: str, **kwargs: Any) -> str:
+    """Name the sources where they lie."""
+    return reference.with_real_paths(html)
+
+
+def _filled(entry: Any, generated: dict[str, list[str]]) -> Any:
+    if isinstance(entry, dict):
+        return {name: generated.get(name, below) for name, below in entry.items()}
+    return entry

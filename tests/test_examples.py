@@ -1,0 +1,250 @@
+"""Every program in README and docs runs as printed and prints what is shown; commands are taken.
+
+Programs run in the quick tests or, where LONG names them, in the long ones. Blocks marked `py` need
+what no test has (a cluster, other programs) and are compiled alone. Commands are held to the parsers of
+`stickslip` and of the benchmarks, and are not run.
+"""
+
+import ast
+import re
+import shlex
+import tomllib
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.cli import make_parser
+from tests.documents import LANGUAGES, ROOT, Block, every_block, programs
+from tests.extras import SB3
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
+NEAR = {"rtol": 0.02, "atol": 0.002}
+"""Single precision, summed in another order on another machine."""
+LEARNS = "model.learn("
+"""What is learnt differs from machine to machine."""
+FEWER = {
+    "total_timesteps=500_000": "total_timesteps=2_048",
+    " timesteps=1_000_000": " timesteps=8_192",
+    " timesteps=200_000": " timesteps=16_384",
+    "range(60)": "range(2)",
+    '["crank-speed-pi", "runs/mine"]': '["crank-speed-pi"]',
+    '"0.02:0.3:64", "payload": [0, 5, 15]': '"0.02:0.3:2", "payload": [0, 5]',
+    "episodes=256": "episodes=2",
+}
+"""What a test makes less of; each stands in one program."""
+LONG = {
+    LEARNS: "training",
+    "train_population(": "training",
+    "recommend(": "every setting it tells of is a program",
+    "check_walk(": "event-exact walks and their derivatives",
+    "check_poses(": "a reference for thousands of poses",
+    "evaluate_task(": "whole episodes of a task",
+    "known(solution": "dynamic programming over an environment",
+    "bound_every_drive(": "interval arithmetic over all drives",
+    "bound_steady_reward(": "gaits at many rates",
+    "done = sweep(": "a sweep",
+    "read_sweep(": "a sweep first",
+    "env.default_params, policy, num_envs=4096": "docs/use.md collects, too",
+    "for _ in range(50)": "docs/use.md makes the same environment",
+    "def way(mu_ice)": "patches under vmap, a program of its own",
+    "walk.events():": "docs/use.md records events, too",
+    "as_scipy": "a drive's slopes, in float64",
+    "gait-time-d16": "a gait's program",
+}
+"""Words of the programs that only `make test-long` runs, and why."""
+BEFORE = {
+    "read_sweep(": """
+from stickslip.agents import sweep
+from stickslip.envs import BipedEnv
+task, axes = (BipedEnv(), BipedEnv().make_params()), {"mu": [0.06, 0.2], "commanded_rate": [3.0]}
+sweep(task, ["crank-speed-pi", "computed-torque"], axes, 2, "runs/floors")
+"""
+}
+"""What the page's commands would have made before."""
+PROGRAMS = programs()
+
+
+def code_of(chain: list[Block]) -> str:
+    """A program as it is run."""
+    code = "".join(block.code for block in chain)
+    for much, little in FEWER.items():
+        code = code.replace(much, little)
+    return "".join(more for word, more in BEFORE.items() if word in code) + code
+
+
+def program(chain: list[Block]):
+    """Named by page and line; a long one where it says so."""
+    code = "".join(block.code for block in chain)
+    marks = [pytest.mark.long] if any(words in code for words in LONG) else []
+    marks += [SB3] if "stable_baselines3" in code else []
+    return pytest.param(chain, id=f"{chain[0].page}:{chain[0].line}", marks=marks)
+
+
+@pytest.mark.parametrize("chain", [program(chain) for chain in PROGRAMS])
+def test_the_program_runs_and_prints_what_is_shown(chain, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    precision = jax.config.read("jax_enable_x64")
+    printed, code, names = code_of(chain), "".join(block.code for block in chain), {}
+    names["__name__"] = "example"
+    exec(compile(printed, chain[0].page, "exec"), names)
+    assert jax.config.read("jax_enable_x64") == precision
+    printed = capsys.readouterr().out
+    for words, holds in CHECKS.items():
+        if words in code:
+            holds(names, printed)
+    shown = [block.shown for block in chain if block.shown is not None]
+    if shown:
+        assert words_of(printed) == words_of("".join(shown))
+    if shown and LEARNS not in code:
+        np.testing.assert_allclose(numbers(printed), numbers("".join(shown)), **NEAR)
+
+
+def words_of(text: str) -> list[str]:
+    """A text without its numbers, spaces and rules."""
+    return re.sub(r"[─\s]+", " ", NUMBER.sub("0", text)).split()
+
+
+def numbers(text: str) -> list[float]:
+    return [float(one) for one in NUMBER.findall(text)]
+
+
+def learnt_with_sb3(names: dict, printed: str) -> None:
+    assert names["model"].num_timesteps == 2_048
+    assert "by hand" in printed
+
+
+def learnt_in_a_loop(names: dict, printed: str) -> None:
+    assert np.isfinite(names["mean"])
+    assert names["weights"].shape == (1, 7)
+    assert np.abs(names["weights"]).max() > 0.0
+
+
+def learnt_gently(names: dict, printed: str) -> None:
+    policy = names["policy"]
+    np.testing.assert_allclose(names["x"], policy(np.zeros(8, np.float32)), atol=1e-6)
+    assert Path("gentle.gif").stat().st_size > 10_000
+    assert "mine" in printed
+    assert names["found"].losses["return"].shape == (2, 1)
+    assert names["env"].observation_bounds(names["params"])[0].shape == (8,)
+
+
+def went_on(names: dict, printed: str) -> None:
+    assert names["check"].angle_error < 1e-2
+
+
+CHECKS: dict[str, Callable[[dict, str], None]] = {
+    "total_timesteps=500_000": learnt_with_sb3,
+    "def improved": learnt_in_a_loop,
+    "class Gentle": learnt_gently,
+    "check_walk(": went_on,
+}
+"""What else is true after a program."""
+
+
+def test_every_example_of_use_shows_what_it_prints():
+    of_use = [one for one in every_block() if one.language == "python" and one.page in SHOWING]
+    assert len(of_use) > 10
+    for block in of_use:
+        assert "print(" in block.code
+        assert block.shown, f"{block.page}:{block.line}"
+
+
+SHOWING = ("README.md", "docs/use.md", "docs/index.md", "docs/extending.md")
+
+
+def test_every_block_is_of_a_kind_that_is_looked_at():
+    unknown = {one.language for one in every_block()} - LANGUAGES
+    assert unknown == set()
+
+
+def test_what_is_made_less_or_run_apart_is_there():
+    codes = ["".join(block.code for block in chain) for chain in PROGRAMS]
+    assert [sum(much in code for code in codes) for much in FEWER] == [1] * len(FEWER)
+    assert [words for words in LONG if not any(words in code for code in codes)] == []
+    assert [words for words in CHECKS if not any(words in code for code in codes)] == []
+
+
+def test_programs_of_fifteen_lines_are_short():
+    for block in every_block():
+        if block.page == "docs/training.md" and block.language == "python":
+            assert len([line for line in block.code.splitlines() if line.strip()]) <= 24
+
+
+@pytest.mark.parametrize(
+    "block", [pytest.param(b, id=f"{b.page}:{b.line}") for b in every_block() if b.language == "py"]
+)
+def test_what_cannot_run_here_is_a_program_all_the_same(block: Block):
+    ast.parse(block.code)
+
+
+def commands() -> list:
+    """Every line of the blocks of commands, and of lists set in by four spaces."""
+    found = {}
+    for block in every_block():
+        if block.language in ("sh", ""):
+            for line in block.code.replace("\\\n", " ").splitlines():
+                found.setdefault(line.strip(), f"{block.page}: {line.strip()}")
+    for page in ("README.md", *(f"docs/{path.name}" for path in sorted(ROOT.glob("docs/*.md")))):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for line in re.findall(r"(?m)^ {4}((?:stickslip|python -m benchmarks)\S* .*)$", text):
+            found.setdefault(line, f"{page}: {line}")
+    return [pytest.param(line, id=name) for line, name in found.items() if line]
+
+
+@pytest.mark.parametrize("line", commands())
+def test_a_command_is_one_that_is_taken(line: str):
+    first, *rest = shlex.split(line, comments=True)
+    assert first in TAKEN, f"accepted: {', '.join(TAKEN)}"
+    TAKEN[first](rest)
+
+
+def stickslip_takes(rest: list[str]) -> None:
+    assert callable(make_parser(rest).parse_args(rest).run)
+
+
+def python_takes(rest: list[str]) -> None:
+    assert rest[0] == "-m"
+    found = find_spec(rest[1])
+    assert found is not None
+    flags = {one.partition("=")[0] for one in rest[2:] if one.startswith("--")}
+    assert flags <= flags_of(Path(str(found.origin))), rest[1]
+
+
+def flags_of(file: Path) -> set[str]:
+    """The flags that a module's parser, or those of its package, may take."""
+    files = file.parent.glob("*.py") if file.name == "__init__.py" else [file]
+    calls = [node for one in files for node in ast.walk(ast.parse(one.read_text("utf-8")))]
+    return {"--out", "--help"} | {
+        one.value
+        for node in calls
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("add_argument")
+        for one in node.args
+        if isinstance(one, ast.Constant) and isinstance(one.value, str)
+    }
+
+
+def make_takes(rest: list[str]) -> None:
+    targets = re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    assert {one for one in rest if "=" not in one} <= {*targets}
+
+
+def pip_takes(rest: list[str]) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    asked = re.findall(r"\[([\w,]+)\]", " ".join(rest))
+    assert {one for names in asked for one in names.split(",")} <= {
+        *project["optional-dependencies"]
+    }
+
+
+TAKEN: dict[str, Callable[[list[str]], None]] = {
+    "stickslip": stickslip_takes,
+    "python": python_takes,
+    "make": make_takes,
+    "pip": pip_takes,
+    "dask": lambda rest: None,
+}
+"""First words of commands, and what their rest is held to; nothing is known of dask's."""
