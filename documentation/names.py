@@ -44,17 +44,19 @@ def sources() -> dict[str, Path]:
 
 @cache
 def public_modules() -> list[Module]:
-    """All modules with an `__all__`: the layers first, deeper ones after them."""
+    """All modules of the layers with an `__all__`, the upper ones first; the command line's is no
+    one's to import."""
+    order = [f"stickslip.{layer}" for layer in ("envs", "agents", "optim", "dynamics")]
     found = []
     for name in sources():
         names = _listed(_tree(name))
-        if names is not None:
+        if names is not None and _layer(name) in order:
             about = ast.get_docstring(_tree(name)) or ""
             origins = {one: origin(name, one) for one in sorted(names, key=str.lower)}
             found.append(Module(name, about.partition("\n\n")[0].replace("\n", " "), origins))
-    order = [f"stickslip.{layer}" for layer in ("envs", "agents", "optim", "dynamics")]
-    layer = {name: place for place, name in enumerate(order)}
-    return sorted(found, key=lambda one: (_depth(one.name), layer[_layer(one.name)], one.name))
+    return sorted(
+        found, key=lambda one: (_depth(one.name), order.index(_layer(one.name)), one.name)
+    )
 
 
 def homes() -> dict[str, str]:
