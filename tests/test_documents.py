@@ -3,12 +3,9 @@
 import builtins
 import importlib.util
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-
-from stickslip.cli import make_parser
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md")]
@@ -41,12 +38,6 @@ def test_a_path_that_is_named_is_there(document: str, path: str):
 @pytest.mark.parametrize(("document", "module"), found(r"python -m (benchmarks(?:\.[a-z_]+)+)"))
 def test_a_module_that_is_run_is_there(document: str, module: str):
     assert importlib.util.find_spec(module) is not None
-
-
-@pytest.mark.parametrize(("document", "line"), found(r"(?m)^(?: {4})?(stickslip [a-z]+ [^\n|]*)$"))
-def test_a_command_is_one_that_the_parser_takes(document: str, line: str):
-    arguments = shlex.split(line, comments=True)[1:]
-    assert make_parser(arguments).parse_args(arguments).command == arguments[0]
 
 
 @pytest.mark.parametrize(("document", "name"), found(r"`([A-Z][a-z]\w*|[A-Z]\w*[a-z]\w*)[`.(]"))
