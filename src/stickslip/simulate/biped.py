@@ -110,7 +110,7 @@ def _one(flag: str, values: Sequence[float]) -> float:
         return values[0]
     raise ValueError(
         f"{flag} {' '.join(f'{one:g}' for one in values)} without --edges; accepted: one number, "
-        f"or --edges with {len(values) - 1} places where friction changes"
+        "or --edges too, one fewer of them than numbers"
     )
 
 

@@ -78,10 +78,11 @@ def _rows(path: Path, accepted: str) -> list[tuple[int, list[str]]]:
 
 def _text(path: Path, accepted: str) -> str:
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    about = os.fstat(descriptor)
+    if not stat.S_ISREG(about.st_mode):
+        os.close(descriptor)
+        raise ValueError(f"{path} is not a regular file; accepted: {accepted}")
     with os.fdopen(descriptor, "rb") as file:
-        about = os.fstat(file.fileno())
-        if not stat.S_ISREG(about.st_mode):
-            raise ValueError(f"{path} is not a regular file; accepted: {accepted}")
         require_memory(str(path), "bytes of text", about.st_size, BYTES)
         content = file.read()
     try:

@@ -1,0 +1,69 @@
+"""`stickslip simulate ugv`: a drive by its file or by two angles, beside the posture problem."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.optim import CRITERIA, PostureProblem
+from stickslip.simulate.posture import read_posture
+
+HELD = ["simulate", "ugv", "--angles", "60", "90", "--spacing=1"]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_posture_held_is_worth_what_the_problem_says(capsys):
+    assert main([*HELD, "--json", "--plot=drive.png"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    problem = PostureProblem.along("bump", spacing=1.0)
+    x = np.tile(np.radians([60.0, 90.0]), len(problem.x))
+    assert [row["criterion"] for row in told["criteria"]] == list(CRITERIA)
+    (energy,) = (row for row in told["criteria"] if row["criterion"] == "wheel_energy")
+    assert energy["value"] == problem.objective(x)
+    posture = read_posture("drive.csv")
+    np.testing.assert_array_equal(posture.x, problem.x)
+    np.testing.assert_array_equal(posture.angles.ravel(), x)
+    assert Path("drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):
+    assert main([*HELD, "--out=a.csv"]) == OK
+    assert main(["simulate", "ugv", "--posture=a.csv", "--out=b.csv"]) == OK
+    assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
+    capsys.readouterr()
+    again = ["simulate", "ugv", "--posture=a.csv", "--friction=0.02", "--out=c.csv", "--json"]
+    assert main(again) == NOTHING_FOUND
+    told = json.loads(capsys.readouterr().out)
+    assert told["summary"][0]["status"] == "WHEEL_SLIP"
+    assert told["summary"][0]["slips"] == Path("c.csv").read_text().count("WHEEL_SLIP")
+    assert told["missed"]["grip"] > 0
+    assert (told["feasible"], told["exit_status"]) == (False, NOTHING_FOUND)
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ("", "one of --posture FILE and --angles"),
+        ("--angles 60 90 --posture a.csv", "one of --posture FILE and --angles"),
+        ("--angles 60 200", "each from 30 to 150 degrees"),
+        ("--angles 60 nan", "each from 30 to 150 degrees"),
+        ("--angles 60 90 --track moon", "neither a name nor a file"),
+        ("--angles 60 90 --spacing 1e-12", "waypoints"),
+        ("--posture nowhere.csv", "nowhere.csv"),
+        ("--posture a.csv --start 1", "--start with --posture"),
+        ("--angles 60 90 --max-torque lots", "--max-torque 'lots'"),
+        ("--angles 60 90 --out drive.xls", "accepted: .csv, .parquet"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(capsys, flags: str, said: str):
+    assert main(["simulate", "ugv", *flags.split()]) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert said in line
+    assert line.count("\n") == 1
+    assert list(Path().iterdir()) == []

@@ -1,0 +1,87 @@
+"""A torque as arithmetic: what it comes to, and that nothing else is ever run."""
+
+import math
+
+import jax
+import pytest
+
+from stickslip.dynamics.biped import BipedState
+from stickslip.simulate.expression import ACCEPTED, DEEPEST, FUNCTIONS, LONGEST, STATE, Expression
+
+AT = BipedState(phase=2.0, steps=3, crank_rate=1.5, foot_position=-0.2, foot_velocity=0.0, time=0.7)
+NAMES = {"t": 0.7, "phase": 2.0, "crank_angle": 2.0 + 3 * math.pi, "crank_rate": 1.5}
+NAMES |= {"foot_position": -0.2, "foot_velocity": 0.0, "steps": 3, "pi": math.pi}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0.8 + 0.3 * sin(2 * crank_angle)",
+        "-2 ** 2 / 3 - +t % 0.3",
+        "1 if t < 0.5 else 2 if crank_rate >= 1.5 and not steps < 3 else 3",
+        "max(0.2, min(1, 8 * (3 - crank_rate))) + foot_position * phase",
+        "sqrt(abs(foot_position)) + exp(-t) * cos(pi / 3) + log(steps) + floor(2.7) + tan(tanh(1))",
+        "(t > 1) + (t <= 1 or t > 5)",
+        "1e-3 * 10 ** 9",
+    ],
+)
+@pytest.mark.parametrize("compiled", [False, True])
+def test_it_is_what_python_makes_of_it(text: str, compiled: bool):
+    known = {name: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)}
+    expected = eval(
+        text, {"__builtins__": {}}, known | NAMES | {"abs": abs, "min": min, "max": max}
+    )
+    law = Expression(text)
+    found = (jax.jit(law) if compiled else law)(AT)
+    assert float(found) == pytest.approx(float(expected), rel=1e-5)
+
+
+def test_every_function_takes_as_many_values_as_it_says():
+    for name, (count, _) in FUNCTIONS.items():
+        assert math.isfinite(Expression(f"{name}({', '.join(['0.5'] * count)})")(AT))
+        with pytest.raises(ValueError, match=f"{name} takes {count} values, not {count + 1}"):
+            Expression(f"{name}({', '.join(['0.5'] * (count + 1))})")
+
+
+def test_the_same_text_is_the_same_law_to_a_compiler():
+    assert Expression("t + 1") == Expression("t + 1")
+    assert hash(Expression("t + 1")) != hash(Expression("t + 2"))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("crank_rat", r"'crank_rat' is unknown \(did you mean crank_rate\?\)"),
+        ("__import__('os').system('true')", "is no function here|is not accepted"),
+        ("open('f', 'w')", "'open' is no function here"),
+        ("t.real", "is not accepted"),
+        ("(lambda: 1)()", "is not accepted"),
+        ("[t for t in (1, 2)][0]", "is not accepted"),
+        ("f'{t}'", "is not accepted"),
+        ("'a' * 9", "is no finite number"),
+        ("True", "is no finite number"),
+        ("1j", "is no finite number"),
+        ("1e999", "is no finite number"),
+        ("9" * 400, "is no finite number"),
+        ("sin(x=1)", "sin takes 1 values"),
+        ("sin(*[1])", "is not accepted"),
+        ("t := 3", "accepted: arithmetic"),
+        ("t;t", "accepted: arithmetic"),
+        ("1 +", "accepted: arithmetic"),
+        ("", "accepted: arithmetic"),
+        ("t\0", "accepted: arithmetic"),
+        ("1 // 2", "is not accepted"),
+        ("1 < t < 2", "is not accepted"),
+        ("(" * 300 + "1" + ")" * 300, "accepted: arithmetic"),
+        ("-" * (DEEPEST + 2) + "1", "nested deeper"),
+        ("1+" * LONGEST + "1", "characters"),
+    ],
+)
+def test_what_is_no_such_arithmetic_is_refused_with_what_is(text: str, said: str):
+    with pytest.raises(ValueError, match=said):
+        Expression(text)
+
+
+def test_the_refusal_lists_all_names():
+    for name in (*STATE, *FUNCTIONS, "pi"):
+        assert name in ACCEPTED

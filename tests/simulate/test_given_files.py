@@ -1,0 +1,120 @@
+"""Torques and postures from users' files: read to the last digit, or refused by name and line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.simulate.posture import read_posture
+from stickslip.simulate.torque import Recorded, torque_of
+
+HEAD = "time [s],torque [N m]\n"
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def recorded(content: str | bytes, name: str = "given.csv") -> Recorded:
+    Path(name).write_bytes(content.encode() if isinstance(content, str) else content)
+    found = torque_of(name)
+    assert isinstance(found, Recorded)
+    return found
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        HEAD + "0,0.1\n0.30000000000000004,2\n",
+        "\ufeffother,torque,time\n7,0.1,0\n# a note\n\n,2,0.30000000000000004\n",
+        "0,0.1\r\n0.30000000000000004,2\r\n",
+    ],
+)
+def test_times_and_torques_are_found_by_name_or_place(content: str):
+    found = recorded(content)
+    assert found.times.tolist() == [0.0, 0.30000000000000004]
+    assert found.torques.tolist() == [0.1, 2.0]
+    np.testing.assert_allclose(found.at(np.array([0.0, 0.15, 0.3])), [0.1, 1.05, 2.0], rtol=1e-12)
+    with pytest.raises(ValueError, match=r"torques from 0 to 0\.3 s"):
+        found.at(np.array([0.0, 0.4]))
+
+
+def test_an_array_is_read_as_it_is():
+    np.save("given.npy", np.array([[0, 1], [1, 3]], np.float32))
+    found = torque_of("given.npy")
+    assert isinstance(found, Recorded)
+    assert (found.end, found.torques.dtype) == (1.0, np.float64)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "given.csv is empty"),
+        ("\n# only a note\n", "given.csv is empty"),
+        (HEAD, "no rows below the head"),
+        (HEAD + "0,1\n1,nan\n", "given.csv:3: torque = 'nan' is no finite number"),
+        (HEAD + "0,1\n1,\n", "given.csv:3: torque = ''"),
+        (HEAD + "0,1\n1,1_0\n", "given.csv:3: torque = '1_0'"),
+        (HEAD + "0,1\n1\n", "given.csv:3: 1 cells where the first line has 2"),
+        ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
+        ("time,torque,torque\n0,1,1\n", "more than one column 'torque'"),
+        (HEAD + "0,1\n0,2\n", "time 0 s follows 0 s"),
+        (HEAD + '0,"1\n', "given.csv:2: unexpected end of data"),
+        (b"\x80\x81", "is no text in UTF-8"),
+    ],
+)
+def test_a_damaged_file_is_refused_by_name_and_line(content: str | bytes, said: str):
+    with pytest.raises(ValueError, match=said):
+        recorded(content)
+
+
+def test_a_damaged_array_is_refused_and_nothing_is_unpickled():
+    np.save("good.npy", np.array([[0.0, 1.0], [1.0, 2.0]]))
+    whole = Path("good.npy").read_bytes()
+    np.save("objects.npy", np.array([{}], dtype=object))
+    np.save("nan.npy", np.array([[0.0, 1.0], [1.0, np.nan]]))
+    np.save("wide.npy", np.zeros((2, 3)))
+    huge = whole.replace(b"(2, 2)", b"(9999999999, 2)".ljust(6))
+    cases = {
+        "objects.npy": (None, "memory-mapped"),
+        "nan.npy": (None, "row 2 is"),
+        "wide.npy": (None, r"shape \(2, 3\)"),
+        "cut.npy": (whole[:-8], "accepted: a .csv"),
+        "head.npy": (whole[:90], "accepted: a .csv"),
+        "none.npy": (b"", "accepted: a .csv"),
+        "huge.npy": (huge, "accepted: a .csv"),
+    }
+    for name, (content, said) in cases.items():
+        if content is not None:
+            Path(name).write_bytes(content)
+        with pytest.raises(ValueError, match=said):
+            torque_of(name)
+
+
+def test_a_file_of_another_kind_is_told_from_arithmetic():
+    Path("t").write_text("0,1")
+    with pytest.raises(ValueError, match="is a file that ends in ''"):
+        torque_of("t")
+    Path("d.csv").mkdir()
+    with pytest.raises(ValueError, match="not a regular file"):
+        torque_of("d.csv")
+    with pytest.raises(OSError, match=r"nowhere\.csv"):
+        torque_of("nowhere.csv")
+    assert torque_of("1e-3") == 1e-3
+
+
+def test_a_file_larger_than_memory_allows_is_not_read(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("STICKSLIP_MEMORY_LIMIT", "100")
+    with pytest.raises(ValueError, match="bytes of text"):
+        recorded(HEAD + "0,1\n1,2\n")
+
+
+def test_a_posture_needs_places_that_advance():
+    head = "front wheel [m],rear leg angle [rad],front leg angle [rad]\n"
+    for rows, said in (("1,1,1\n", "one row"), ("1,1,1\n1,2,2\n", "row 2 does not lie ahead")):
+        Path("drive.csv").write_text(head + rows)
+        with pytest.raises(ValueError, match=said):
+            read_posture("drive.csv")
+    with pytest.raises(ValueError, match=r"ends in '\.txt'"):
+        read_posture("drive.txt")

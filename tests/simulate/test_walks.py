@@ -1,0 +1,155 @@
+"""`stickslip simulate biped` from flags to files, beside `dynamics.simulate` itself."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.dynamics import PRESETS, Scene, Status
+from stickslip.dynamics.biped import (
+    FIDELITIES,
+    INTEGRATORS,
+    BipedParams,
+    BipedState,
+    SemiImplicitEuler,
+    floor_position,
+    prepare,
+    simulate,
+)
+from stickslip.simulate import names, walk
+from stickslip.simulate.expression import Expression
+
+WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
+HOW = ["--integrator=semi_implicit", "--step=0.0025"]  # the quickest to compile
+WALK += [*HOW, "--seconds=0.3", "--period=0.01"]
+LAW = "8 * (3 - crank_rate)"
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(walk, "PIECE", 16)  # several pieces, the last one shorter
+
+
+def rows(path: str) -> list[dict[str, str]]:
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def column(found: list[dict[str, str]], name: str) -> np.ndarray:
+    return np.array([float(row[name]) for row in found if row[name] != ""])
+
+
+def found_in_json(capsys: pytest.CaptureFixture[str]) -> dict:
+    return json.loads(capsys.readouterr().out)
+
+
+def test_rows_are_those_of_the_library_digit_for_digit(capsys):
+    assert main([*WALK, f"--torque={LAW}", "--json"]) == OK
+    told = found_in_json(capsys)
+    found = rows("walk.csv")
+    robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
+    start, scene = BipedState(crank_rate=3.0), Scene.named("wet")
+    once = SemiImplicitEuler(substeps=4, record_events=True)
+    law, period = Expression(LAW), 0.3 / 30
+    path = simulate(robot, scene, start, law, 15 * period, period, integrator=once)
+    more = simulate(robot, scene, path.final, law, 15 * period, period, integrator=once)
+    assert len(found) == 31
+    both = np.concatenate([path.states.crank_rate, more.states.crank_rate[1:]])
+    shown = [np.float32(row["crank rate [rad/s]"]) for row in found]
+    np.testing.assert_array_equal(shown, both)
+    torques = np.concatenate([path.torques, more.torques])
+    assert [np.float32(row["torque [N m]"]) for row in found[:-1]] == torques.tolist()
+    (summary,) = told["summary"]
+    ankle = floor_position(robot, more.final)
+    assert column(found, "ankle on the floor [m]")[-1] == pytest.approx(float(ankle), abs=1e-6)
+    for name, of in (("slid", "slide_distance"), ("work", "work")):
+        total = sum(float(np.sum(getattr(one.contacts, of))) for one in (path, more))
+        assert summary[name] == pytest.approx(total, abs=1e-5)
+    assert summary["status"] == Status(int(max(path.status, more.status))).name
+    events = [*path.events(), *more.events()]
+    assert summary["slips"] == sum(kind == "slip" for _, kind, _ in events)
+    assert len(told["events"]) == len(events)
+    assert told["units"]["summary"]["distance"] == "m"
+
+
+def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
+    assert main([*WALK, f"--torque={LAW}"]) == OK
+    assert "distance" in capsys.readouterr().out
+    again = [*WALK[:-2], "--period=0.01", "--torque=walk.csv"]
+    assert main([*again, "--out=again.parquet"]) == OK
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = parquet.read_table("again.parquet")
+    assert table.schema.field("torque").metadata == {b"unit": b"N m"}
+    first = rows("walk.csv")
+    for name in ("crank rate", "centre of mass", "time"):
+        unit = table.schema.field(name).metadata[b"unit"].decode()
+        np.testing.assert_allclose(table[name], column(first, f"{name} [{unit}]"), atol=2e-5)
+    assert table["status"].to_pylist()[0] is None
+
+
+def test_a_fall_ends_the_rows_and_says_so(capsys):
+    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
+    arguments += [*HOW, "--seconds=0.3", "--torque=4", "--crank-rate=3"]
+    assert main([*arguments, "--plot=walk.png"]) == NOTHING_FOUND
+    said = capsys.readouterr().out
+    assert re.search(r"status +TOPPLE\n", said)
+    assert "it falls: the zero-moment point leaves the foot" in said
+    found = rows("walk.csv")
+    assert found[-1]["status"] == "TOPPLE"
+    assert len(found) < 31
+    assert Path("walk.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_no_file_is_replaced_unasked(capsys):
+    Path("walk.csv").write_text("mine")
+    assert main([*WALK, "--torque=1"]) == WRONG_INPUT
+    assert "walk.csv exists" in capsys.readouterr().err
+    Path("walk.png").write_text("mine")
+    assert main([*WALK, "--torque=1", "--out=w.csv", "--plot=walk.png"]) == WRONG_INPUT
+    assert Path("walk.csv").read_text() == Path("walk.png").read_text() == "mine"
+    assert not Path("w.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        ("--torque nan", "accepted: a finite torque"),
+        ("--torque x", "'x' is unknown; accepted: arithmetic"),
+        ("--torque 1 --seconds 1e9", "from 1e-06 to 1e+07 s"),
+        ("--torque 1 --seconds 1e6 --period 1e-6", "makes 1e+12 rows"),
+        ("--torque 1 --seconds nan", "--seconds = nan"),
+        ("--torque 1 --period 0", "--period = 0"),
+        ("--torque 1 --out walk.txt", "accepted: .csv, .parquet"),
+        ("--torque 1 --plot walk.jpg", "accepted: .png"),
+        ("--torque 1 --phase 0", "pi/2 to 3 pi/2"),
+        ("--torque 1 --scene wet --mu-static 1", "both say which floor"),
+        ("--torque 1 --mu-static 1 2", "or --edges too"),
+        ("--torque 1 --edges 1", "--edges without --mu-static"),
+        ("--torque 1 --mu-static 1 --kinetic-ratio 1.5", "a share, 0 to 1"),
+        ("--torque 1 --mu-static 1 --kinetic-ratio 1 --mu-kinetic 1", "accepted: one of them"),
+        ("--torque 1 --mu-static 1 2 --edges 2 3", "one more entry than edges"),
+        ("--torque 1 --tolerance 1e-30", "no measured setting keeps it"),
+        ("--torque 1 --tolerance 1 --setting fast", "accepted: one of them"),
+        ("--torque 1 --step 0.1", "which chooses its own steps"),
+        ("--torque 1 --payload -1", "payload = -1"),
+        ("--seconds 1", "required: --torque"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, flags: str, said: str):
+    assert main(["simulate", "biped", *flags.split()]) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
+    assert said in line
+    assert list(Path().iterdir()) == []
+
+
+def test_names_in_the_help_are_those_of_the_library():
+    assert tuple(names.SETTINGS) == tuple(PRESETS)
+    assert tuple(names.FIDELITIES) == tuple(FIDELITIES)
+    assert tuple(names.INTEGRATORS) == tuple(INTEGRATORS)
+    assert tuple(names.STATUS) == tuple(status.name for status in Status)
