@@ -1,0 +1,101 @@
+"""`make` installs what a target needs, adds what another one needs, and begins anew what is torn.
+
+A checkout of the Makefile alone, with interpreters that only write down how they were called.
+"""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+
+PYTHON = """#!/usr/bin/env bash
+case "$*" in
+"-m venv --clear .venv")
+    echo venv >> calls; rm -rf .venv; mkdir -p .venv/bin; cp "$0" .venv/bin/python ;;
+*"pip "*" -e "*)
+    echo "${@: -1}" >> calls
+    [ "$FATE" != killed ] || kill -9 $PPID
+    [ "$FATE" != refused ] ;;
+esac
+"""
+
+
+class Checkout:
+    """A folder with the Makefile, and what was called in it."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        path.mkdir()
+        for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+            shutil.copy2(ROOT / name, path)
+        (path / "python").write_text(PYTHON)
+        (path / "python").chmod(0o755)
+
+    def make(self, *arguments: str, fate: str = "") -> list[str]:
+        """Environments made and extras installed by a call of make."""
+        calls = self.path / "calls"
+        calls.write_text("")
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+        done = subprocess.run(
+            ["make", "PYTHON=./python", *arguments],
+            cwd=self.path,
+            env=kept | {"FATE": fate},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode == 0) is (fate == ""), done.stdout + done.stderr
+        return calls.read_text().split()
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Checkout:
+    return Checkout(tmp_path / "a checkout")
+
+
+def test_the_demo_installs_what_it_needs_and_tests_add_the_rest(checkout: Checkout):
+    assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
+    assert checkout.make(".venv/.demo") == []
+    assert checkout.make("venv") == [".[all]"]
+    assert checkout.make("venv") == checkout.make(".venv/.demo") == []
+    assert checkout.make("venv", "EXTRAS=all,sb3") == [".[all,sb3]"]
+    assert checkout.make("venv") == checkout.make("venv", "EXTRAS=sb3") == []
+
+
+def test_what_changes_is_installed_again_into_the_same_environment(checkout: Checkout):
+    checkout.make("venv")
+    for name in ("pyproject.toml", "constraints.txt"):
+        later = (checkout.path / ".venv/.demo").stat().st_mtime + 1
+        os.utime(checkout.path / name, (later, later))
+        assert checkout.make("venv") == [".[all]"]
+        marks = [checkout.path / ".venv" / mark for mark in (".installed", ".demo")]
+        for mark in marks:
+            os.utime(mark, (later + 1, later + 1))
+
+
+def test_what_pip_refuses_leaves_what_was_there(checkout: Checkout):
+    assert checkout.make("venv", fate="refused") == ["venv", ".[all]"]
+    assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
+    assert checkout.make("venv", fate="refused") == [".[all]"]
+    assert checkout.make(".venv/.demo") == []
+    assert checkout.make("venv") == [".[all]"]
+
+
+def test_what_was_killed_or_moved_begins_anew(checkout: Checkout, tmp_path: Path):
+    checkout.make(".venv/.demo")
+    assert checkout.make("venv", fate="killed") == [".[all]"]
+    assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
+    checkout.path = checkout.path.rename(tmp_path / "elsewhere")
+    assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
+
+
+def test_an_environment_of_before_is_kept_and_added_to(checkout: Checkout):
+    checkout.make("venv")
+    (checkout.path / ".venv/.demo").unlink()
+    (checkout.path / ".venv/.installed").write_text(f"{checkout.path} ")
+    assert checkout.make("venv") == [".[all]"]

@@ -1,0 +1,139 @@
+"""What is checked before a release is complete, and what a release says of itself agrees."""
+
+import re
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from release import artefacts, installs
+from release.report import FailedError, Report
+from stickslip.cli import EXTRAS
+from tests.packaging.test_layers import IMPORT_NAMES
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+OPTIONAL = PROJECT["optional-dependencies"]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+def brought(extra: str) -> set[str]:
+    """Names of the packages that an extra asks for itself."""
+    return {Requirement(line).name for line in OPTIONAL[extra]}
+
+
+def test_every_program_of_a_newcomer_is_of_an_extra():
+    programs = {path.stem for path in installs.NEWCOMER.glob("*.py")} - {"core"}
+    assert programs
+    assert programs <= set(installs.light())
+    assert installs.program("train").name == "train.py"
+    assert installs.program("an extra without one").name == "core.py"
+
+
+def test_pytorch_comes_with_its_own_extras_alone():
+    needs = {"stable-baselines3", "sbx-rl", "torchrl", "torch"}
+    assert {name for name in OPTIONAL if needs & brought(name)} == set(installs.PYTORCH)
+    asked = [Requirement(line) for line in OPTIONAL["all"]]
+    large = [one for one in asked if one.extras & set(installs.PYTORCH)]
+    assert [str(one.marker) for one in large] == ['sys_platform != "linux"']
+
+
+@pytest.mark.parametrize("package", EXTRAS)
+def test_a_missing_package_is_in_the_extra_that_is_named(package: str):
+    names = {IMPORT_NAMES.get(name, name) for name in brought(EXTRAS[package])}
+    assert package in names | ({"torch"} if "stable_baselines3" in names else set())
+
+
+def test_the_version_is_one():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"(?m)^version: (.*)$", citation) == [PROJECT["version"]]
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"(?m)^## \[?([^\]\n ]+)", changes)
+    assert versions[:2] == ["Unreleased", PROJECT["version"]]
+
+
+def test_tested_pythons_are_those_of_the_classifiers_and_of_the_checks():
+    from release.__main__ import PYTHONS
+
+    said = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
+    assert said == list(PYTHONS)
+    assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
+    for python in PYTHONS:
+        assert f'"{python}"' in (ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8")
+
+
+def test_workflows_make_what_the_makefile_has():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    asked = set(re.findall(r"run: make ([\w-]+)", text))
+    made = set(re.findall(r"(?m)^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8")))
+    pages = {"docs"} if not (ROOT / "mkdocs.yml").exists() else set()
+    assert "test" in asked
+    assert asked - pages <= made
+
+
+def test_workflows_hold_no_address_and_no_secret():
+    for path in WORKFLOWS:
+        text = path.read_text(encoding="utf-8")
+        assert re.findall(r"https?://|secrets\.|password", text) == [], path.name
+
+
+def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
+    files = ["optim/solve.py", "optim/suite/known.json", "tests/test_help.py", "README.md"]
+    right = artefacts.belongs_in_wheel(files)
+    assert right == {
+        "stickslip/optim/solve.py",
+        "stickslip/optim/suite/known.json",
+        "licenses/LICENSE",
+    }
+    about = f"stickslip-{PROJECT['version']}.dist-info"
+    with zipfile.ZipFile(tmp_path / "a.whl", "w") as archive:
+        for name in ("stickslip/optim/solve.py", "tests/test_help.py", f"{about}/METADATA"):
+            archive.writestr(name, "")
+        archive.writestr(f"{about}/licenses/LICENSE", "")
+    with pytest.raises(FailedError, match=r"(?s)too much: .*test_help.*missing: .*known\.json"):
+        artefacts.same(artefacts.in_wheel(tmp_path / "a.whl"), right)
+
+
+def test_what_is_missing_in_a_source_distribution_is_named(tmp_path: Path):
+    (tmp_path / "pyproject.toml").write_text("")
+    with tarfile.open(tmp_path / "a.tar.gz", "w:gz") as archive:
+        for name in ("pyproject.toml", "PKG-INFO"):
+            archive.add(tmp_path / "pyproject.toml", f"stickslip-1/{name}")
+    found = artefacts.in_source(tmp_path / "a.tar.gz")
+    assert found == {"pyproject.toml"}
+    right = artefacts.belongs_in_source(["pyproject.toml", "tests/test_help.py", ".gitignore"])
+    with pytest.raises(FailedError, match=r"missing: \['tests/test_help\.py'\]"):
+        artefacts.same(found, right)
+
+
+def test_checks_that_follow_a_failed_one_go_on(capsys: pytest.CaptureFixture[str]):
+    report = Report()
+    with report.check("one"):
+        raise FailedError("it fell")
+    with report.check("another"):
+        pass
+    assert report.end() == 1
+    said = capsys.readouterr().out
+    assert "one: FAILED\nit fell" in said
+    assert "1 checks passed, 1 failed" in said
+
+
+@pytest.mark.long
+def test_what_is_built_is_complete(tmp_path: Path):
+    pytest.importorskip("uv", reason="needs uv (extra release)")
+    from release.__main__ import main
+
+    assert main(["--only", "build", "--out", str(tmp_path)]) == 0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", ["install", "lowest"])
+def test_the_core_installs_and_works(tmp_path: Path, part: str):
+    pytest.importorskip("uv", reason="needs uv (extra release)")
+    from release.__main__ import main
+
+    given = ["--python", "3.11", "--extras", "core", "--out", str(tmp_path)]
+    assert main(["--only", part, *given]) == 0
