@@ -80,6 +80,8 @@ def _legend(figure: Figure) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles = [Line2D([], [], color=colour, label=kind) for kind, colour in COLOURS.items()]
-    handles.append(Patch(facecolor=theme.SLIDES, alpha=0.2, label="the foot slides"))
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
+    lines = [Line2D([], [], color=colour, label=kind) for kind, colour in COLOURS.items()]
+    shade = Patch(facecolor=theme.SLIDES, alpha=0.2, label="the foot slides")
+    figure.legend(
+        handles=[*lines, shade], loc="outside upper center", ncols=4, frameon=False, fontsize=9
+    )

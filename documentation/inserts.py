@@ -53,9 +53,8 @@ def citation() -> str:
     if not path.exists():
         return ""
     text = path.read_text(encoding="utf-8").strip()
-    return (
-        f"`CITATION.cff` of the repository says the same in its own format:\n\n```yaml\n{text}\n```"
-    )
+    said = "`CITATION.cff` of the repository says the same in its own format:"
+    return f"{said}\n\n```yaml\n{text}\n```"
 
 
 def _class(name: str) -> str:

@@ -8,9 +8,12 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import TypeAlias
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    Place: TypeAlias = Sequence[float] | np.ndarray
 
 INK, MUTED, BLUE, RED, GREEN, PALE = (
     "#1e2a36",
@@ -30,32 +33,39 @@ def bare(figure: Figure) -> Axes:
     return axes
 
 
-def label(
-    axes: Axes, at: Sequence[float], text: str, shift: tuple[float, float], **look: object
-) -> None:
+def pair(at: Place) -> tuple[float, float]:
+    """A point as matplotlib wants it."""
+    return float(at[0]), float(at[1])
+
+
+def label(axes: Axes, at: Place, text: str, shift: tuple[float, float], **look: object) -> None:
     """Words beside a point, `shift` in points of the page."""
     from matplotlib.patheffects import withStroke
 
     shown = {"color": INK, "fontsize": 10, "ha": "center", "va": "center", **look}
     rim = [withStroke(linewidth=3, foreground="white")]
     axes.annotate(
-        text, at, xytext=shift, textcoords="offset points", path_effects=rim, zorder=9, **shown
+        text,
+        pair(at),
+        xytext=shift,
+        textcoords="offset points",
+        path_effects=rim,
+        zorder=9,
+        **shown,
     )
 
 
-def disc(axes: Axes, at: Sequence[float], number: str, shift: tuple[float, float] = (0, 0)) -> None:
+def disc(axes: Axes, at: Place, number: str, shift: tuple[float, float] = (0, 0)) -> None:
     """A number, white in a filled circle."""
     box = {"boxstyle": "circle,pad=0.25", "facecolor": BLUE, "edgecolor": "white"}
     look = {"ha": "center", "va": "center", "fontsize": 9, "color": "white", "bbox": box}
-    axes.annotate(number, at, xytext=shift, textcoords="offset points", zorder=9, **look)
+    axes.annotate(number, pair(at), xytext=shift, textcoords="offset points", zorder=9, **look)
 
 
-def arrow(
-    axes: Axes, start: Sequence[float], end: Sequence[float], colour: str = INK, style: str = "-|>"
-) -> None:
+def arrow(axes: Axes, start: Place, end: Place, colour: str = INK, style: str = "-|>") -> None:
     """An arrow from one point to another."""
     look = {"arrowstyle": style, "color": colour, "lw": 1.3, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", end, xytext=start, arrowprops=look, zorder=7)
+    axes.annotate("", pair(end), xytext=pair(start), arrowprops=look, zorder=7)
 
 
 def arc(

@@ -1,8 +1,8 @@
 """Every program in README and docs runs as printed and prints what is shown; commands are taken.
 
 Programs run in the quick tests or, where LONG names them, in the long ones. Blocks marked `py` need
-what no test has (a cluster, other programs) and are compiled alone. Commands are held to the
-parsers of `stickslip` and of the benchmarks, and are not run.
+what no test has (a cluster, other programs) and are parsed alone. Commands are held to the parsers
+of `stickslip` and of the benchmarks, and are not run.
 """
 
 import ast
