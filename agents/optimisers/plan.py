@@ -88,7 +88,7 @@ class RacePlan:
         """What decides the results, as JSON values; of functions of the user's only their names."""
         methods = {one.method.name: one.method for one in self.tasks}
         first = self.tasks[0]
-        return {
+        found = {
             "instances": list(dict.fromkeys(one.instance for one in self.tasks)),
             "methods": {
                 name: asdict(one) | {"function": one.function if name in METHODS else "yours"}
@@ -100,6 +100,7 @@ class RacePlan:
             "seconds": first.seconds,
             "outside": first.outside,
         }
+        return json.loads(json.dumps(found, allow_nan=False))
 
     @cached_property
     def digest(self) -> str:

@@ -93,15 +93,15 @@ def from_pymoo(objective: Objective, seed: int, module: str, name: str, offsprin
     )
 
 
-def nevergrad_ngopt(objective: Objective, seed: int) -> None:
-    """nevergrad's own choice, for the budget that there is."""
+def nevergrad_de(objective: Objective, seed: int) -> None:
+    """nevergrad's TwoPointsDE; its NGOpt (1.0.12) raises TypeError with NumPy 2.4 here."""
     ng = _library("nevergrad")
     where, function = as_nevergrad(objective)
     where.random_state = np.random.RandomState(seed)
     budget = objective.budget or MANY
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of its surrogates
-        search: Foreign = ng.optimizers.NGOpt(where, budget=budget)
+        warnings.simplefilter("ignore")  # of its own
+        search: Foreign = ng.optimizers.TwoPointsDE(where, budget=budget)
         while True:
             asked = search.ask()
             search.tell(asked, function(asked.value))
