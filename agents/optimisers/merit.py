@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 LEAST = 1e-12
 REFERENCE = 1.1
-"""Where hypervolume is measured from, when 0 to 1 are a goal's best and worst on the known front."""
+"""Where hypervolume is measured from; 0 to 1 are each goal's best and worst on the known front."""
 
 
 class Target(NamedTuple):

@@ -1,4 +1,4 @@
-"""One run: an instance, a method, a seed; made ready before, so that no compiling is in its time."""
+"""One run: an instance, a method, a seed; made ready before, so that its time has no compiling."""
 
 from __future__ import annotations
 

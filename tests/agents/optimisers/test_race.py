@@ -21,8 +21,9 @@ ROOT = Path(__file__).parents[3]
 
 
 def test_what_goes_wrong_is_recorded_and_the_others_go_on():
-    names = ("raises", "dies", "hangs_in_c", "gives_nan", "goes_outside", "hides_the_end")
-    given = {name: getattr(users, name) for name in (*names, "gives_up", "searches")}
+    names = ("raises", "gives_nan", "goes_outside", "hides_the_end", "gives_up")
+    names += ("dies", "searches", "hangs_in_c")
+    given = {name: getattr(users, name) for name in names}
     found = race(given, NAME, budget=40, seeds=1, limit=3.0, workers=1)
     runs = {run.method: run for run in found}
     assert {name: run.outcome for name, run in runs.items()} == {
@@ -44,12 +45,12 @@ def test_what_goes_wrong_is_recorded_and_the_others_go_on():
     assert runs["searches"].counts["values"] == runs["searches"].evaluations[-1] == 40
 
 
-RACE = """
+RACE = f"""
 import sys
 from stickslip.agents.optimisers import race
 from tests.agents.optimisers import users
-race({"slow": users.is_slow}, ["%s"], budget=5, seeds=8, workers=1, out=sys.argv[1])
-""" % NAME
+race({{"slow": users.is_slow}}, ["{NAME}"], budget=5, seeds=8, workers=1, out=sys.argv[1])
+"""
 
 
 def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):

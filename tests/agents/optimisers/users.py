@@ -36,8 +36,8 @@ def dies(objective):
 
 def hangs_in_c(objective):
     """With the interpreter's lock, so that nothing in its process can stop it, from the 12th on."""
-    for _ in range(12):
-        objective(objective.middle)
+    for share in np.linspace(0.3, 0.6, 12):
+        objective(objective.from_unit(np.full(objective.n, share)))
     ctypes.PyDLL(None).sleep(1000)
 
 
