@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
 from stickslip.agents.sweeps.engine import Watch, run_here, threads_of
@@ -129,16 +130,16 @@ def run_plan(
     plan = plan.cut(chunk, threads, tile)
     with only_writer(path, "sweeping"):
         plan = open_sweep(path, plan, resume=resume, overwrite=overwrite, chunk=chunk)
-        todo = missing_chunks(path, plan)
-        sizes = [plan.chunks[index] for index in todo]
-        left = sum(one.last - one.first for one in sizes) * plan.episodes
+        todo, work = missing_chunks(path, plan), Chunks(plan, path)
+        left = sum(map(work.size, todo))
         with Progress(plan.total, plan.total - left, progress) as told:
             watch = Watch(told.advance, stop)
             if beyond:
                 from stickslip.agents.sweeps.cluster import run_beyond
 
-                run_beyond(plan, path, todo, watch, workers=workers, scheduler=scheduler)
+                run_beyond(work, todo, watch, workers=workers, scheduler=scheduler)
                 programs = None
             else:
-                programs = run_here(plan, path, todo, threads, watch)
+                run_here(work, todo, threads, watch)
+                programs = work.player.programs.count
     return Swept(path, plan.total, len(plan.chunks), len(todo), programs)

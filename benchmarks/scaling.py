@@ -38,7 +38,7 @@ from benchmarks.timing import seconds_of
 from stickslip.agents import CrankSpeedPI
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.sweep import run_plan
-from stickslip.agents.sweeps import cluster, engine
+from stickslip.agents.sweeps import chunks
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Layout, Plan
@@ -106,7 +106,7 @@ def vars_of(plan: Plan) -> dict[str, Any]:
 def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
     """A whole sweep into a directory that is deleted again."""
     written: list[tuple[float, float, int]] = []
-    keep = engine.keep_chunk
+    keep = chunks.keep_chunk
 
     def kept(plan: Plan, path: Path, index: int, columns: dict[str, np.ndarray]) -> None:
         keep(plan, path, index, columns)
@@ -116,11 +116,11 @@ def sweep_row(plan: Plan, chunk: int, **how: Any) -> dict[str, Any]:
 
     with tempfile.TemporaryDirectory() as folder:
         begun, used = time.perf_counter(), time.process_time()
-        engine.keep_chunk = cluster.keep_chunk = kept
+        chunks.keep_chunk = kept
         try:
             done = run_plan(plan, Path(folder) / "sweep", chunk=chunk, **how)
         finally:
-            engine.keep_chunk = cluster.keep_chunk = keep
+            chunks.keep_chunk = keep
         took, processor = time.perf_counter() - begun, time.process_time() - used
         again = time.perf_counter()
         run_plan(plan, Path(folder) / "sweep", resume=True)

@@ -1,8 +1,8 @@
-"""Playing the chunks of a sweep on Dask's workers: of this machine, or of a scheduler anywhere.
+"""Doing pieces of work on Dask's workers: of this machine, or of a scheduler anywhere.
 
-Chunks are tasks that depend on nothing. What a worker played comes back to this process, which
-alone writes: no file system need be shared. A worker that is lost loses what it was playing, which
-Dask plays elsewhere; a scheduler that comes back gets what it had not done again.
+Pieces are tasks that depend on nothing. What a worker did comes back to this process, which alone
+writes: no file system need be shared. A worker that is lost loses what it was doing, which Dask
+does elsewhere; a scheduler that comes back gets what it had not done again.
 """
 
 from __future__ import annotations
@@ -13,26 +13,23 @@ from collections import deque
 from contextlib import ExitStack
 from functools import lru_cache
 from threading import Event
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Generic, cast
 
-from stickslip.agents.sweeps.engine import keep_chunk
-from stickslip.agents.sweeps.play import Player, StoppedError
+from stickslip.agents.sweeps.engine import Found
+from stickslip.agents.sweeps.play import StoppedError
 from stickslip.dynamics.checks import require_integer, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Sequence
 
-    import numpy as np
     from distributed import Client, Future
 
-    from stickslip.agents.sweeps.engine import Watch
-    from stickslip.agents.sweeps.plan import Plan
+    from stickslip.agents.sweeps.engine import Watch, Work
 
 AHEAD = 2
-"""Chunks given out for each thread of the workers: one to play, one to go on with."""
+"""Pieces given out for each thread of the workers: one to do, one to go on with."""
 RETRIES = 3
-"""Times that a chunk is played again after what went wrong in it."""
+"""Times that a piece is done again after what went wrong in it."""
 CONNECT = 30.0
 """How long a scheduler may take to answer at first [s]."""
 PATIENCE = 60.0
@@ -42,8 +39,7 @@ POLL = 0.2
 
 
 def run_beyond(
-    plan: Plan,
-    path: Path,
+    work: Work[Found],
     todo: Sequence[int],
     watch: Watch,
     *,
@@ -52,7 +48,7 @@ def run_beyond(
     processes: bool = True,
     patience: float | None = None,
 ) -> None:
-    """Play the chunks and write each as it comes back.
+    """Do the pieces and keep each as it comes back.
 
     workers: processes to start here; scheduler: the address of one that runs; one of both.
     ValueError where nothing answers there; OSError where it is gone for longer than `patience` [s]
@@ -63,26 +59,25 @@ def run_beyond(
         raise ValueError("workers and scheduler; accepted: one of them")
     with ExitStack() as stack:
         client = _client(stack, workers, scheduler, processes)
-        _Feed(plan, path, todo, watch, client, PATIENCE if patience is None else patience).run()
+        _Feed(work, todo, watch, client, PATIENCE if patience is None else patience).run()
 
 
-class _Feed:
-    """Gives chunks out, takes what comes back, and gives out again what was lost."""
+class _Feed(Generic[Found]):
+    """Gives pieces out, takes what comes back, and gives out again what was lost."""
 
     def __init__(
         self,
-        plan: Plan,
-        path: Path,
+        work: Work[Found],
         todo: Sequence[int],
         watch: Watch,
         client: Client,
         patience: float,
     ):
-        self._plan, self._path, self._watch = plan, path, watch
+        self._work, self._watch = work, watch
         self._client, self._patience = client, patience
         self._todo = deque(todo)
         self._given: dict[Future, int] = {}
-        self._content = pickle.dumps(plan)
+        self._content = work.sent()
         self._came, self._seen = Event(), time.monotonic()
 
     def run(self) -> None:
@@ -106,12 +101,12 @@ class _Feed:
         elif time.monotonic() - self._seen > self._patience or self._client.status == "closed":
             raise OSError(
                 f"no worker of the Dask scheduler answers any more; {len(self._todo)} of "
-                f"{len(self._plan.chunks)} chunks are left: start it again, and go on with --resume"
+                f"{self._work.count} pieces are left: start it again, and go on with --resume"
             )
         while self._todo and len(self._given) < AHEAD * threads:
             index = self._todo.popleft()
             future = self._client.submit(
-                play_there, self._content, self._plan.digest, index, retries=RETRIES, pure=False
+                play_there, self._content, self._work.digest, index, retries=RETRIES, pure=False
             )
             future.add_done_callback(lambda _: self._came.set())
             self._given[future] = index
@@ -126,21 +121,20 @@ class _Feed:
             return 0
 
     def _take(self) -> None:
-        """Write what was played; put back what a scheduler has forgotten."""
+        """Keep what was done; put back what a scheduler has forgotten."""
         for future in [one for one in self._given if one.status != "pending"]:
             index = self._given.pop(future)
             if future.status == "error":
                 raise _told(cast("BaseException", future.exception()))
-            columns = self._result(future) if future.status == "finished" else None
-            if columns is None:
+            found = self._result(future) if future.status == "finished" else None
+            if found is None:
                 self._todo.appendleft(index)
                 continue
-            keep_chunk(self._plan, self._path, index, columns)
-            chunk = self._plan.chunks[index]
-            self._watch.advance((chunk.last - chunk.first) * self._plan.episodes)
+            self._work.keep(index, found)
+            self._watch.advance(self._work.size(index))
 
-    def _result(self, future: Future) -> dict[str, np.ndarray] | None:
-        """What a worker played; None where it was lost on the way."""
+    def _result(self, future: Future) -> Found | None:
+        """What a worker found; None where it was lost on the way."""
         from concurrent.futures import CancelledError
 
         try:
@@ -149,22 +143,17 @@ class _Feed:
             return None
 
 
-def play_there(content: bytes, digest: str, index: int) -> dict[str, np.ndarray]:
-    """A chunk's columns, in a worker. Its programs are kept for the next chunk."""
-    player = _player(digest, content)
-    return player.play(player.plan.chunks[index])
+def play_there(content: bytes, digest: str, index: int) -> object:
+    """What comes of a piece, in a worker. What does it is kept for the next one."""
+    held = _held(digest)
+    if not held:
+        held.append(pickle.loads(content)())
+    return held[0](index)
 
 
 @lru_cache(maxsize=4)
-def _player_of(digest: str) -> list[Player]:
+def _held(digest: str) -> list[Callable[[int], object]]:
     return []
-
-
-def _player(digest: str, content: bytes) -> Player:
-    held = _player_of(digest)
-    if not held:
-        held.append(Player(pickle.loads(content)))
-    return held[0]
 
 
 def _client(
@@ -201,7 +190,7 @@ def _told(error: BaseException) -> BaseException:
 
     if isinstance(error, KilledWorker):
         return OSError(
-            f"a chunk ended {RETRIES} workers, one after the other; accepted: workers with more "
-            "memory, or a smaller --chunk in a new directory. What was written stays"
+            f"a piece of work ended {RETRIES} workers, one after the other; accepted: workers with "
+            "more memory, or (sweeps) a smaller --chunk in a new directory. What was written stays"
         )
     return error

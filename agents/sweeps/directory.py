@@ -26,6 +26,8 @@ from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, wri
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stickslip.agents.sweeps.definition import AxisEntry, Definition, Whole
     from stickslip.agents.sweeps.plan import Plan
 
@@ -125,20 +127,32 @@ def chunk_path(path: str | Path, index: int) -> Path:
 
 def missing_chunks(path: Path, plan: Plan) -> list[int]:
     """The chunks that are not there. ValueError naming a file that is damaged or foreign."""
+    each = 1 if plan.summaries else plan.episodes
+
+    def whole(file: Path, index: int) -> None:
+        chunk = plan.chunks[index]
+        require_chunk(file, index, plan.digest, (chunk.last - chunk.first) * each)
+
+    return missing_of(path, len(plan.chunks), whole)
+
+
+def missing_of(
+    path: Path, count: int, whole: Callable[[Path, int], None], what: str = "sweep"
+) -> list[int]:
+    """The numbers, below `count`, whose files are not there; whole: raises for a damaged one."""
     folder, missing = path / DATA, []
     folder.mkdir(exist_ok=True)
     for one in folder.iterdir():
         if is_remains(one.name, _Names(CHUNK)):
             one.unlink()  # a killed process left it half written
-        elif not (found := CHUNK.fullmatch(one.name)) or int(found[1]) >= len(plan.chunks):
-            raise ValueError(f"{one} is no chunk of the sweep in {path}; accepted: its own alone")
-    for chunk in plan.chunks:
-        file = chunk_path(path, chunk.number)
-        if not file.exists():
-            missing.append(chunk.number)
-            continue
-        each = 1 if plan.summaries else plan.episodes
-        require_chunk(file, plan.digest, chunk.number, (chunk.last - chunk.first) * each)
+        elif not (found := CHUNK.fullmatch(one.name)) or int(found[1]) >= count:
+            raise ValueError(f"{one} is no chunk of the {what} in {path}; accepted: its own alone")
+    for index in range(count):
+        file = chunk_path(path, index)
+        if file.exists():
+            whole(file, index)
+        else:
+            missing.append(index)
     return missing
 
 
@@ -168,10 +182,10 @@ def _content(plan: Plan) -> dict[str, object]:
     }
 
 
-def versions() -> dict[str, str]:
-    """What the sweep is computed with."""
+def versions(more: tuple[str, ...] = ()) -> dict[str, str]:
+    """What it is computed with. more: packages besides PACKAGES."""
     found = {"python": platform.python_version(), "platform": platform.platform()}
-    for package in PACKAGES:
+    for package in (*PACKAGES, *more):
         with suppress(PackageNotFoundError):
             found[package] = version(package)
     return found

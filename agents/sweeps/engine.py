@@ -1,4 +1,4 @@
-"""Playing the chunks of a sweep in this process: every core, or every device."""
+"""Doing numbered pieces of work that depend on nothing, in this process: every core or device."""
 
 from __future__ import annotations
 
@@ -7,35 +7,69 @@ from dataclasses import dataclass
 from itertools import count
 from queue import Empty, SimpleQueue
 from threading import Event
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import jax
 
-from stickslip.agents.sweeps.directory import chunk_path
-from stickslip.agents.sweeps.parquet import chunk_table, write_chunk
-from stickslip.agents.sweeps.play import Player, StoppedError
+from stickslip.agents.sweeps.play import StoppedError
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from pathlib import Path
 
-    import numpy as np
     from jaxtyping import PyTree
 
-    from stickslip.agents.sweeps.plan import Plan
-
+Found = TypeVar("Found")
 POLL = 0.2
 """How often `stop` is asked [s]."""
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Who is told of what. advance: of episodes played. stop: whether to end before the end."""
+    """Who is told of what. advance: of what was done. stop: whether to end before the end."""
 
     advance: Callable[[int], None] = lambda count: None
     stop: Callable[[], bool] = lambda: False
+
+
+class Work(Protocol[Found]):
+    """Pieces by number, done anywhere in any order, and kept by one process.
+
+    digest: of what decides all of them. count: how many there are.
+    """
+
+    @property
+    def digest(self) -> str:
+        """See above."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """See above."""
+        ...
+
+    def size(self, index: int) -> int:
+        """What a piece counts for in the progress."""
+        ...
+
+    def play(
+        self,
+        index: int,
+        device: PyTree,
+        advance: Callable[[int], None],
+        stop: Callable[[], bool],
+    ) -> Found:
+        """Do a piece, in one of several threads; StoppedError where `stop` says so."""
+        ...
+
+    def keep(self, index: int, found: Found) -> None:
+        """Write what came of it, whole or not at all."""
+        ...
+
+    def sent(self) -> bytes:
+        """What other processes are sent: pickled, what makes the function from index to Found."""
+        ...
 
 
 def threads_of(cores: int | None) -> int:
@@ -52,30 +86,29 @@ def devices_here() -> list[PyTree]:
     return found if len(found) > 1 or jax.default_backend() != "cpu" else []
 
 
-def run_here(plan: Plan, path: Path, todo: Sequence[int], threads: int, watch: Watch) -> int:
-    """Play the chunks and write each as it is done; return how many programs were compiled.
+def run_here(work: Work[Found], todo: Sequence[int], threads: int, watch: Watch) -> None:
+    """Do the pieces and keep each as it is done.
 
-    A thread keeps to a device and takes the next chunk that nobody has. What fails in one ends the
-    others at their next tile, and is raised; what is written stays. StoppedError where `watch.stop`
-    says so.
+    A thread keeps to a device and takes the next piece that nobody has. What fails in one ends the
+    others at their next look at `stop`, and is raised; what is kept stays. StoppedError where
+    `watch.stop` says so.
     """
-    player, waiting, ended = Player(plan), SimpleQueue[int](), Event()
+    waiting, ended = SimpleQueue[int](), Event()
     for index in todo:
         waiting.put(index)
     devices, turn = devices_here() or [None], count()
 
-    def work() -> None:
+    def take() -> None:
         device = devices[next(turn) % len(devices)]
         while not ended.is_set():
             try:
-                chunk = plan.chunks[waiting.get_nowait()]
+                index = waiting.get_nowait()
             except Empty:
                 return
-            columns = player.play(chunk, device, watch.advance, ended.is_set)
-            keep_chunk(plan, path, chunk.number, columns)
+            work.keep(index, work.play(index, device, watch.advance, ended.is_set))
 
     with ThreadPoolExecutor(min(threads, max(1, len(todo)))) as pool:
-        running = {pool.submit(work) for _ in range(min(threads, len(todo)))}
+        running = {pool.submit(take) for _ in range(min(threads, len(todo)))}
         try:
             while running:
                 done, running = wait(running, POLL, FIRST_EXCEPTION)
@@ -85,17 +118,3 @@ def run_here(plan: Plan, path: Path, todo: Sequence[int], threads: int, watch: W
                     raise StoppedError
         finally:
             ended.set()
-    return player.programs.count
-
-
-def keep_chunk(plan: Plan, path: Path, index: int, columns: dict[str, np.ndarray]) -> None:
-    """Write a chunk. OSError naming the file and what to do where the disk will not take it."""
-    file = chunk_path(path, index)
-    try:
-        write_chunk(file, chunk_table(plan, plan.chunks[index], columns))
-    except OSError as error:
-        raise OSError(
-            error.errno,
-            f"{file}: {error.strerror or error}; what was written before is whole: make room, and "
-            "go on with --resume",
-        ) from error

@@ -69,8 +69,9 @@ def write_chunk(path: Path, table: pa.Table) -> None:
         parquet.write_table(table, file, compression="zstd")
 
 
-def require_chunk(path: Path, digest: str, index: int, rows: int) -> None:
-    """Raise ValueError naming the file unless it is the chunk of that sweep, whole."""
+def require_chunk(path: Path, index: int, digest: str, rows: int | None = None) -> None:
+    """Raise ValueError naming the file unless it is the chunk of that sweep, whole. rows: None for
+    any number."""
     from pyarrow import parquet
 
     with _chunk_at(path):
@@ -78,7 +79,7 @@ def require_chunk(path: Path, digest: str, index: int, rows: int) -> None:
         about = json.loads((found.metadata or {}).get(ABOUT, b"{}"))
         if about.get("digest") != digest or about.get("chunk") != index:
             raise RefusedError("it belongs to another sweep")
-        if found.num_rows != rows:
+        if rows is not None and found.num_rows != rows:
             raise RefusedError(f"it has {found.num_rows} rows, not {rows}")
 
 

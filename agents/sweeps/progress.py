@@ -1,4 +1,4 @@
-"""How far a sweep is: a bar on a terminal, a line now and then elsewhere."""
+"""How far pieces of work are: a bar on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 
@@ -14,19 +14,29 @@ EVERY = 10.0
 
 
 class Progress:
-    """Told of episodes from any thread. shown: False is silent."""
+    """Told of episodes from any thread, or of another `unit` of what `name` does. shown: False is
+    silent."""
 
-    def __init__(self, total: int, at: int, shown: bool, to: TextIO | None = None):
+    def __init__(
+        self,
+        total: int,
+        at: int,
+        shown: bool,
+        to: TextIO | None = None,
+        *,
+        name: str = "sweep",
+        unit: str = "episode",
+    ):
         self._to = sys.stderr if to is None else to
         self._lines = shown and not self._to.isatty()
-        self._total, self._at, self._first = total, at, at
+        self._total, self._at, self._first, self._unit = total, at, at, unit
         self._begun = self._told = time.monotonic()
         self._lock = Lock()
         bar = shown and not self._lines
-        self._bar = Bar("sweep", total, "episode", bar, at=at, to=self._to, large=True)
+        self._bar = Bar(name, total, unit, bar, at=at, to=self._to, large=True)
 
     def advance(self, count: int) -> None:
-        """So many more episodes were played."""
+        """So many more were done."""
         with self._lock:
             self._at += count
             self._bar.advance(count)
@@ -39,7 +49,8 @@ class Progress:
         rate = (self._at - self._first) / seconds
         left = (self._total - self._at) / rate
         return (
-            f"{self._at:,} of {self._total:,} episodes, {rate:,.0f} a second, about "
+            f"{self._at:,} of {self._total:,} {self._unit}s, {rate:,.{0 if rate >= 10 else 2}f} a "
+            "second, about "
             f"{int(left) // 60}:{int(left) % 60:02d} to go"
         )
 

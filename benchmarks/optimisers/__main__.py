@@ -1,20 +1,26 @@
-"""The suite for optimisers: what is known of its instances.
+"""The suite for optimisers: what is known of its instances, and methods raced on them.
 
     python -m benchmarks.optimisers --verify [--only ID ...]
     python -m benchmarks.optimisers --find [--only ID ...]
     python -m benchmarks.optimisers --bound [--only ID ...]
     python -m benchmarks.optimisers --costs [--only ID ...]
     python -m benchmarks.optimisers --docs docs/suite.md
+    python -m benchmarks.optimisers --race DIR [--workers N]
+    python -m benchmarks.optimisers --store DIR | --redraw
 
 --verify: whether each instance is the one that was recorded, and whether the recorded point is
 feasible and has the recorded value; leaves with 1 where not. --find: looks for better points by
 what suits each family and keeps what is better. --bound: what no drive of the UGV is below,
 minutes each; kept where it is higher than what was recorded. --costs: measures what an evaluation
-costs. --docs: puts the table of instances into a page.
+costs. --docs: puts the table of instances into a page. --race: all methods on some instances, into
+a directory, going on where it holds a part; keeps the runs in benchmarks/results. --store: keeps
+those of a race that is not at its end. --redraw: tables and pictures of docs/optimisers.md from
+what is kept. Races of one's own: `stickslip bench optimisers`.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -120,16 +126,35 @@ def table() -> str:
     return markdown([{name: row.get(name, "") for name in columns} for row in rows])
 
 
+def _races(given: argparse.Namespace) -> None:
+    """What is asked of races."""
+    if not (given.race or given.store or given.redraw):
+        return
+    from benchmarks.optimisers import race
+
+    if given.race:
+        race.run(given.race, given.workers)
+    if given.store:
+        race.store(given.store)
+    if given.redraw:
+        race.redraw()
+
+
 def main() -> None:
     """Do what is asked."""
     parser = options("optimisers", __doc__)
     parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
     for name in ("find", "verify", "bound", "costs"):
         parser.add_argument(f"--{name}", action="store_true")
+    parser.add_argument("--race", type=Path, metavar="DIR", help="race the methods into it")
+    parser.add_argument("--workers", type=int, metavar="N", help="processes of the race")
+    parser.add_argument("--store", type=Path, metavar="DIR", help="keep the runs of a race")
+    parser.add_argument("--redraw", action="store_true", help="from what is kept")
     parser.add_argument("--docs", type=Path, help="put the table into this page")
     given = parser.parse_args()
     for name in given.only:
         require_choice("--only", name, tuple(suite()))
+    _races(given)
     for name in given.only:
         if given.find:
             find(suite()[name])

@@ -13,6 +13,7 @@ import pytest
 
 from stickslip.agents import read_sweep, sweep
 from stickslip.agents.sweeps import cluster
+from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
 from stickslip.agents.sweeps.engine import Watch
@@ -33,26 +34,24 @@ def plan_in(path: Path) -> Plan:
 
 
 def test_a_worker_plays_from_what_it_was_sent(tmp_path):
-    import pickle
-
     plan = plan_in(tmp_path)
-    sent = cluster.play_there(pickle.dumps(plan), plan.digest, 3)
+    sent = cluster.play_there(Chunks(plan, tmp_path).sent(), plan.digest, 3)
     here = Player(plan).play(plan.chunks[3])
     assert sent.keys() == here.keys()
     assert all((sent[name] == here[name]).all() for name in here)
 
 
 def test_one_of_workers_and_a_scheduler_and_one_that_answers(tmp_path, monkeypatch):
-    plan = plan_in(tmp_path)
+    work = Chunks(plan_in(tmp_path), tmp_path)
     for how in ({}, {"workers": 1, "scheduler": "tcp://127.0.0.1:1"}):
         with pytest.raises(ValueError, match="accepted: one of them"):
-            cluster.run_beyond(plan, tmp_path, [0], Watch(), **how)
+            cluster.run_beyond(work, [0], Watch(), **how)
     monkeypatch.setattr(cluster, "CONNECT", 0.2)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         with pytest.raises(ValueError, match="no Dask scheduler answers at"):
-            cluster.run_beyond(plan, tmp_path, [0], Watch(), scheduler=address)
+            cluster.run_beyond(work, [0], Watch(), scheduler=address)
     with pytest.raises(ValueError, match="workers = 0"):
-        cluster.run_beyond(plan, tmp_path, [0], Watch(), workers=0)
+        cluster.run_beyond(work, [0], Watch(), workers=0)
 
 
 def test_threads_as_workers_write_the_same_rows(tmp_path):
@@ -60,7 +59,8 @@ def test_threads_as_workers_write_the_same_rows(tmp_path):
     plan, told = plan_in(tmp_path / "there"), []
     watch = Watch(told.append)
     todo = missing_chunks(tmp_path / "there", plan)
-    cluster.run_beyond(plan, tmp_path / "there", todo, watch, workers=2, processes=False)
+    work = Chunks(plan, tmp_path / "there")
+    cluster.run_beyond(work, todo, watch, workers=2, processes=False)
     assert sum(told) == 420
     here, there = (read_sweep(tmp_path / one).combine_chunks() for one in ("here", "there"))
     assert there.equals(here)

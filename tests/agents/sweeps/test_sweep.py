@@ -9,7 +9,7 @@ import pyarrow as pa
 import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
-from stickslip.agents.sweeps import engine, program
+from stickslip.agents.sweeps import chunks, program
 from stickslip.agents.sweeps.directory import missing_chunks
 from stickslip.agents.sweeps.play import StoppedError, summary
 from tests.agents.mass import MassEnv, MassParams, Pull
@@ -91,14 +91,14 @@ def test_a_summary_counts_endings_and_has_no_spread_of_one_episode():
 
 def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, monkeypatch):
     swept(tmp_path / "whole", chunk=1)
-    write, written = engine.write_chunk, []
+    write, written = chunks.write_chunk, []
 
     def slower(path, table):
         write(path, table)
         written.append(path)
         time.sleep(0.5 if len(written) > 2 else 0)  # until somebody looks
 
-    monkeypatch.setattr(engine, "write_chunk", slower)
+    monkeypatch.setattr(chunks, "write_chunk", slower)
     with pytest.raises(StoppedError):
         swept(tmp_path / "a", chunk=1, cores=1, stop=lambda: len(written) > 2)
     assert 3 <= len(written) < 12
@@ -148,18 +148,18 @@ def test_another_failure_is_no_lack_of_memory(tmp_path, monkeypatch):
 
 
 def test_a_full_disk_is_named_and_loses_nothing(tmp_path, monkeypatch):
-    write, left = engine.write_chunk, iter(range(5))
+    write, left = chunks.write_chunk, iter(range(5))
 
     def full(path, table):
         if next(left, None) is None:
             raise OSError(FULL_DISK, "No space left on device")
         write(path, table)
 
-    monkeypatch.setattr(engine, "write_chunk", full)
+    monkeypatch.setattr(chunks, "write_chunk", full)
     with pytest.raises(OSError, match="No space left on device; what was written before is whole"):
         swept(tmp_path, chunk=1, cores=1)
     assert len(list((tmp_path / "data").iterdir())) == 5
-    monkeypatch.setattr(engine, "write_chunk", write)
+    monkeypatch.setattr(chunks, "write_chunk", write)
     assert swept(tmp_path, chunk=1, cores=1, resume=True).played == 7
 
 

@@ -1,0 +1,40 @@
+"""Optimisers on the suite: races of methods by name, results that others can add to, reports.
+
+from stickslip.agents.optimisers import race
+
+runs = race({"mine": my_optimiser}, ["shoot-grip-d10-v1"], budget=500)
+"""
+
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.agents.optimisers.measures import ert, gaps, hits
+    from stickslip.agents.optimisers.method import METHODS, Method
+    from stickslip.agents.optimisers.race import race
+    from stickslip.agents.optimisers.reading import read_results
+    from stickslip.agents.optimisers.results import Run, write_results
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "measures": ("ert", "gaps", "hits"),
+            "method": ("METHODS", "Method"),
+            "race": ("race",),
+            "reading": ("read_results",),
+            "results": ("Run", "write_results"),
+        },
+    )
+
+__all__ = [
+    "METHODS",
+    "Method",
+    "Run",
+    "ert",
+    "gaps",
+    "hits",
+    "race",
+    "read_results",
+    "write_results",
+]

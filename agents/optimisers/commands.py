@@ -1,0 +1,198 @@
+"""What `stickslip bench optimisers` does: races, reports, exports. Help needs no JAX."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stickslip.agents.optimisers.method import METHODS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.agents.optimisers.results import Run
+
+OK, STOPPED, WRONG_INPUT = 0, 1, 2
+PROGRAM = "stickslip bench optimisers"
+EXAMPLES = """\
+examples:
+  stickslip bench optimisers methods
+  stickslip bench optimisers run --instances shoot-grip-d10-v1 --methods cma slsqp random \\
+      --budget 500 --seeds 3 --out runs/race
+  stickslip bench optimisers run ... --out runs/race --resume
+  stickslip bench optimisers report runs/race --with theirs.csv --out runs/report
+  stickslip bench optimisers export runs/race --ioh runs/ioh
+"""
+
+
+def main(arguments: list[str]) -> int:
+    """Do what is asked; the exit status: 0, 1 where it was stopped, 2 for wrong input."""
+    given = make_parser().parse_args(arguments)
+    try:
+        return given.run(given)
+    except (ValueError, ModuleNotFoundError) as error:
+        print(f"{PROGRAM}: {error}", file=sys.stderr)
+        return WRONG_INPUT
+
+
+def make_parser(program: str = PROGRAM) -> argparse.ArgumentParser:
+    """Its flags."""
+    parser = argparse.ArgumentParser(
+        prog=program,
+        description="Optimisers on the suite of instances: run them, compare them.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parts = parser.add_subparsers(required=True, metavar="run | report | export | methods")
+    add_run(parts.add_parser("run", help="run methods on instances into a directory"))
+    report = parts.add_parser("report", help="compare runs, in words and pictures")
+    _add_sources(report)
+    report.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new directory")
+    report.set_defaults(run=_report)
+    export = parts.add_parser("export", help="write runs as one table, or for IOHanalyzer")
+    _add_sources(export)
+    export.add_argument("--table", type=Path, metavar="FILE", help="a new .parquet or .csv")
+    export.add_argument("--ioh", type=Path, metavar="DIR", help="a new folder of IOHprofiler's")
+    export.set_defaults(run=_export)
+    parts.add_parser("methods", help="list the methods").set_defaults(run=_methods)
+    return parser
+
+
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """The flags of a race."""
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory of it")
+    parser.add_argument(
+        "--methods", nargs="+", metavar="NAME", default=list(METHODS), help="(default: all)"
+    )
+    parser.add_argument(
+        "--instances", nargs="+", metavar="ID", help="ids of the suite (default: all)"
+    )
+    parser.add_argument("--budget", type=int, metavar="N", help="values and gradients of a run")
+    parser.add_argument("--seconds", type=float, metavar="S", help="processor time of a run")
+    parser.add_argument("--seeds", type=int, default=3, metavar="N", help="(default: %(default)s)")
+    parser.add_argument(
+        "--outside", choices=("clip", "refuse"), default="clip", help="points out of bounds"
+    )
+    parser.add_argument(
+        "--limit", type=float, default=120.0, metavar="S",
+        help="on the clock, after which a run is killed (default: %(default)g)",
+    )  # fmt: skip
+    parser.add_argument("--resume", action="store_true", help="go on with the race in --out")
+    parser.add_argument(
+        "--again", action="store_true", help="with --resume: the runs that failed, too"
+    )
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: cores)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, whose workers do it")
+    parser.set_defaults(run=_run)
+
+
+def _add_sources(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("source", nargs="+", type=Path, help="races' directories, tables")
+    parser.add_argument(
+        "--with", nargs="+", type=Path, default=[], dest="others", metavar="FILE",
+        help="tables of others",
+    )  # fmt: skip
+
+
+def _run(given: argparse.Namespace) -> int:
+    from stickslip.agents.commands import interruptible
+    from stickslip.agents.optimisers.plan import RacePlan
+    from stickslip.agents.optimisers.race import run_race
+    from stickslip.agents.optimisers.words import counted_text
+    from stickslip.agents.sweeps.play import StoppedError
+    from stickslip.optim.suite.catalogue import suite
+
+    if given.again and not given.resume:
+        raise ValueError("--again without --resume; accepted: with it")
+    plan = RacePlan.of(
+        given.methods,
+        list(suite()) if given.instances is None else given.instances,
+        budget=given.budget,
+        seconds=given.seconds,
+        seeds=given.seeds,
+        outside=given.outside,
+        limit=given.limit,
+    )
+    print(
+        f"{len(plan.tasks)} runs into {given.out}; {len(plan.left_out)} pairs of method and "
+        "instance do not suit each other",
+        flush=True,
+    )
+    with interruptible() as stop:
+        try:
+            runs = run_race(
+                plan,
+                given.out,
+                resume=given.resume,
+                again=given.again,
+                workers=given.workers,
+                scheduler=given.scheduler,
+                progress=True,
+                stop=stop,
+            )
+        except StoppedError:
+            print(
+                f"Stopped; go on with the same command and --resume ({given.out})", file=sys.stderr
+            )
+            return STOPPED
+    print(counted_text(runs), end="")
+    print(f"Compare them: {PROGRAM} report {given.out} --out DIR")
+    return OK
+
+
+def _read(given: argparse.Namespace) -> list[Run]:
+    from stickslip.agents.optimisers.reading import read_results
+
+    return read_results(*given.source, *given.others)
+
+
+def _report(given: argparse.Namespace) -> int:
+    from stickslip.agents.optimisers.pictures import draw_report
+    from stickslip.agents.optimisers.results import write_results
+    from stickslip.agents.optimisers.words import report_text
+    from stickslip.records.files import write_whole
+
+    if given.out.exists():
+        raise ValueError(f"{given.out} exists; accepted: a new directory")
+    runs = _read(given)
+    text = report_text(runs)
+    print(text)
+    print("Drawing ...", file=sys.stderr)
+    written = [write_whole(given.out / "report.md", text, overwrite=False)]
+    written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
+    written += draw_report(runs, given.out)
+    print("Written: " + ", ".join(map(str, written)))
+    return OK
+
+
+def _export(given: argparse.Namespace) -> int:
+    from stickslip.agents.optimisers.ioh import write_ioh
+    from stickslip.agents.optimisers.results import write_results
+
+    if given.table is None and given.ioh is None:
+        raise ValueError("neither --table nor --ioh; accepted: one of them, or both")
+    runs, written = _read(given), []
+    if given.table is not None:
+        written.append(write_results(runs, given.table))
+    if given.ioh is not None:
+        written += write_ioh(runs, given.ioh)
+    print("Written: " + ", ".join(map(str, written)))
+    return OK
+
+
+def _methods(given: argparse.Namespace) -> int:
+    from stickslip.agents.optimisers.words import methods_table
+
+    print(methods_table().terminal())
+    return OK
+
+
+def command(arguments: Sequence[str] | None = None) -> None:
+    """`python -m stickslip.agents.optimisers.commands`."""
+    sys.exit(main(list(sys.argv[1:] if arguments is None else arguments)))
+
+
+if __name__ == "__main__":
+    command()

@@ -1,0 +1,61 @@
+"""The methods of stickslip.optim: those for a problem's structure, and those for all problems."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.agents.optimisers.methods.counted import CountedProblem
+from stickslip.agents.optimisers.methods.starts import restarted
+from stickslip.optim.cma import solve_cma
+from stickslip.optim.gradient import solve_gradient
+from stickslip.optim.solve import solve
+
+if TYPE_CHECKING:
+    from stickslip.optim.suite.objective import Objective
+
+MANY = 10**9
+
+
+def dp(objective: Objective, seed: int) -> None:
+    """The grid's best drive, without polishing; one evaluation, of what it found."""
+    _inside(objective, "dp")
+
+
+def scp(objective: Objective, seed: int) -> None:
+    """Convex programming from there; one evaluation, of what it found."""
+    _inside(objective, "scp")
+
+
+def _inside(objective: Objective, method: str) -> None:
+    found = solve(objective.problems[0], method, polish=False)
+    if found.x is None:
+        raise RuntimeError(found.message or found.status.value)
+    objective(objective.free[0].reduce(found.x))
+
+
+def conic(objective: Objective, seed: int) -> None:
+    """A convex program by cvxpy; one evaluation, of what it found."""
+    program, found = objective.problems[0].in_cvxpy()
+    program.solve(solver="CLARABEL")
+    objective(np.clip(objective.free[0].reduce(found()), *objective.bounds))
+
+
+def gradient(objective: Objective, seed: int) -> None:
+    """`solve(problem, "gradient")` from one start after the other."""
+    problem = CountedProblem(objective)
+    restarted(
+        objective, seed, lambda start, _: solve_gradient(problem, start=start, iterations=1000)
+    )
+
+
+def cma(objective: Objective, seed: int) -> None:
+    """`solve(problem, "cma")` from one start after the other."""
+    problem = CountedProblem(objective)
+
+    def search(start: np.ndarray, number: int) -> None:
+        own = 10_000 * seed + number
+        solve_cma(problem, start=start, seed=own, evaluations=MANY, sigma=0.2)
+
+    restarted(objective, seed, search)

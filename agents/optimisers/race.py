@@ -1,0 +1,194 @@
+"""Races: methods on instances of the suite with seeds, in processes that can be killed."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import partial
+from pathlib import Path
+from threading import Lock, local
+from typing import TYPE_CHECKING, Literal
+
+from stickslip.agents.optimisers.directory import (
+    about,
+    missing_runs,
+    open_race,
+    run_path,
+)
+from stickslip.agents.optimisers.names import FAILED
+from stickslip.agents.optimisers.plan import RacePlan
+from stickslip.agents.optimisers.reading import read_runs
+from stickslip.agents.optimisers.results import Run, table_of
+from stickslip.agents.optimisers.seat import Seat
+from stickslip.agents.sweeps.engine import Watch, run_here
+from stickslip.agents.sweeps.parquet import write_chunk
+from stickslip.agents.sweeps.progress import Progress
+from stickslip.agents.training.directory import only_writer
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.collecting import cores_here
+from stickslip.envs.rendering.extras import require
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from jaxtyping import PyTree
+
+    from stickslip.agents.optimisers.method import Method, Optimiser
+    from stickslip.agents.optimisers.task import Task
+
+LIMIT = 120.0
+
+
+def race(
+    methods: Iterable[str] | Mapping[str, Optimiser | str | Method],
+    instances: str | Iterable[str],
+    *,
+    budget: int | None = None,
+    seconds: float | None = None,
+    seeds: int | Sequence[int] = 3,
+    outside: Literal["clip", "refuse"] = "clip",
+    limit: float = LIMIT,
+    out: str | Path | None = None,
+    resume: bool = False,
+    again: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Run]:
+    """Run every method on every instance that suits it, with every seed; all runs there are.
+
+    methods: names of METHODS, or functions by names of one's own. A function takes an Objective
+    and, if it has two arguments, the seed; it minimises until the budget ends it or it returns.
+    instances: ids. budget: evaluations, values and gradients alike; seconds: of processor time; one
+    of both at least. seeds: how many, or which. outside: see Objective.
+
+    limit: what a run may take on the clock [s]: one that takes longer is killed, also inside C
+    code, and recorded with what it had found ("timed out"), as are those that raise or whose
+    process ends; the others go on. What is compiled counts in neither.
+
+    out: a directory that keeps each run as it is made; resume: go on with what is missing there,
+    and, with again, with those that failed. workers: processes here, one for each core if None;
+    scheduler: the address of a Dask scheduler, whose workers do it. progress: a bar, or lines.
+    stop: asked now and then; StoppedError where it says so.
+
+    ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
+    """
+    plan = RacePlan.of(
+        methods,
+        instances,
+        budget=budget,
+        seconds=seconds,
+        seeds=seeds,
+        outside=outside,
+        limit=limit,
+    )
+    how = {"resume": resume, "again": again, "workers": workers, "scheduler": scheduler}
+    if out is not None:
+        return run_race(plan, Path(out), progress=progress, stop=stop, **how)
+    if resume or again:
+        raise ValueError("resume without out; accepted: with the directory of the race")
+    with tempfile.TemporaryDirectory() as folder:
+        return run_race(plan, Path(folder) / "race", progress=progress, stop=stop, **how)
+
+
+def run_race(
+    plan: RacePlan,
+    path: Path,
+    *,
+    resume: bool = False,
+    again: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[Run]:
+    """`race`, of a plan."""
+    if workers is not None:
+        require_integer("workers", workers, high=256)
+    if scheduler is not None and workers is not None:
+        raise ValueError("workers and scheduler; accepted: one of them")
+    require("cloudpickle", "a race", "sweep")
+    with only_writer(path, "racing"):
+        open_race(path, plan, resume=resume)
+        todo = missing_runs(path, plan)
+        if again:
+            gone = set(todo)
+            todo = sorted(
+                gone
+                | {
+                    i
+                    for i in range(len(plan.tasks))
+                    if i not in gone and read_runs(run_path(path, i))[0].outcome in FAILED
+                }
+            )
+        done = len(plan.tasks) - len(todo)
+        work = Runs(plan, path)
+        with Progress(len(plan.tasks), done, progress, name="race", unit="run") as told:
+            watch = Watch(told.advance, stop)
+            try:
+                if scheduler is None:
+                    run_here(work, todo, workers or cores_here(), watch)
+                else:
+                    from stickslip.agents.sweeps.cluster import run_beyond
+
+                    run_beyond(work, todo, watch, scheduler=scheduler)
+            finally:
+                work.close()
+        return [read_runs(run_path(path, index))[0] for index in range(len(plan.tasks))]
+
+
+class Runs:
+    """A plan's runs as pieces of work; see `sweeps.engine.Work`. Every thread has a Seat."""
+
+    def __init__(self, plan: RacePlan, path: Path):
+        self._plan, self._path = plan, path
+        self.digest, self.count = plan.digest, len(plan.tasks)
+        self._own, self._seats, self._lock = local(), list[Seat](), Lock()
+
+    def size(self, index: int) -> int:
+        """One."""
+        return 1
+
+    def play(
+        self,
+        index: int,
+        device: PyTree,
+        advance: Callable[[int], None],
+        stop: Callable[[], bool],
+    ) -> Run:
+        """Make a run."""
+        seat = getattr(self._own, "seat", None)
+        if seat is None:
+            seat = self._own.seat = Seat(self._plan.limit)
+            with self._lock:
+                self._seats.append(seat)
+        found = seat.run(self._plan.tasks[index], stop)
+        advance(1)
+        return found
+
+    def keep(self, index: int, found: Run) -> None:
+        """Write it."""
+        own = {"digest": self.digest, "chunk": index, "race": about(self._plan)["versions"]}
+        write_chunk(run_path(self._path, index), table_of([found], own))
+
+    def sent(self) -> bytes:
+        """The tasks, with what makes the runs."""
+        parts = partial(_running, self._plan.tasks, self._plan.limit)
+        return require("cloudpickle", "a race", "sweep").dumps(parts)
+
+    def close(self) -> None:
+        """End the processes."""
+        for seat in self._seats:
+            seat.close()
+
+
+def _running(tasks: tuple[Task, ...], limit: float) -> Callable[[int], Run]:
+    """What makes runs by their numbers, in a worker: a Seat for each of its threads."""
+    own = local()
+
+    def run(index: int) -> Run:
+        if not hasattr(own, "seat"):
+            own.seat = Seat(limit)
+        return own.seat.run(tasks[index])
+
+    return run

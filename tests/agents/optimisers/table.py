@@ -1,0 +1,42 @@
+"""Runs by hand."""
+
+import numpy as np
+
+from stickslip.agents.optimisers.results import COUNTED, Run
+from stickslip.optim import suite
+
+NAME = "gait-time-d16-v1"
+BEST = suite()[NAME].best_known
+
+
+def run(
+    found: list[tuple[int, float]],
+    end: int,
+    *,
+    method: str = "mine",
+    seed: int = 0,
+    name: str = NAME,
+    outcome: str = "spent",
+) -> Run:
+    """A run that had gaps after so many evaluations, and ended; 10 evaluations take 1 s."""
+    best = suite()[name].best_known
+    values = [best + gap * abs(best) for _, gap in found]
+    at = np.array([count for count, _ in found] + [end])
+    return Run(
+        name,
+        method,
+        seed,
+        outcome,
+        "",
+        False,
+        1000,
+        None,
+        dict.fromkeys(COUNTED, 0) | {"values": end},
+        end / 9,
+        suite()[name].known.digest,
+        (*["value"] * len(found), "end"),
+        at,
+        at / 10,
+        np.array([*values, values[-1] if values else np.nan]),
+        np.zeros(len(at)) if found else np.full(len(at), 0.5),
+    )

@@ -1,0 +1,78 @@
+"""The commands: what they write, and wrong input in a line."""
+
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from stickslip.agents.optimisers import METHODS, read_results, write_results
+from stickslip.agents.optimisers.commands import main
+from tests.agents.optimisers.table import NAME, run
+
+pytest.importorskip("pyarrow")
+pytest.importorskip("matplotlib")
+PAGE = Path(__file__).parents[3] / "docs" / "optimisers.md"
+
+
+def test_methods_are_listed_as_on_the_page(capsys):
+    assert main(["methods"]) == 0
+    printed, page = capsys.readouterr().out, PAGE.read_text("utf-8")
+    for name, one in METHODS.items():
+        assert f"`{name}`" in printed
+        assert re.search(rf"\| `{name}` .*\| {one.constraints} ", page)
+
+
+def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
+    goals = "goals-gait-time-energy-d32-v1"
+    runs = [run([(3, 1.0), (9, 0.005)], 50, seed=seed) for seed in range(2)]
+    several = run([], 9, name="goals-gait-time-energy-d32-v1")
+    mine = write_results([*runs, several], tmp_path / "mine.parquet")
+    theirs = write_results([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs.csv")
+    out = tmp_path / "report"
+    assert main(["report", str(mine), "--with", str(theirs), "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    assert "4 runs of 2 methods on 2 instances" in printed
+    assert "mine 9 (9 to 9, 2/2)" in printed
+    assert "| theirs | 0.1 (0%)" in printed
+    assert len(list(out.glob("*.png"))) == 6
+    assert {one.method for one in read_results(out / "results.csv")} == {"mine", "theirs"}
+    assert goals in (out / "results.csv").read_text()
+    assert main(["report", str(mine), "--out", str(out)]) == 2
+    assert "exists; accepted: a new directory" in capsys.readouterr().err
+    table, folder = tmp_path / "all.csv", tmp_path / "ioh"
+    assert main(["export", str(mine), "--table", str(table), "--ioh", str(folder)]) == 0
+    assert len(read_results(table)) == 3
+    assert (folder / "mine").is_dir()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "--instances", "gait-time-d17-v1", "--budget", "5"], "did you mean gait-time-d16"),
+        (["run", "--methods", "cme", "--budget", "5"], "did you mean cma"),
+        (["run", "--budget", "0"], "budget = 0"),
+        (["run"], "neither budget nor seconds"),
+        (["run", "--budget", "5", "--again"], "--again without --resume"),
+        (["report", "nowhere.csv"], r"nowhere\.csv: no such file"),
+    ],
+)
+def test_wrong_input_is_a_line(tmp_path, capsys, arguments, words):
+    assert main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("stickslip bench optimisers: ")
+    assert error.count("\n") == 1
+    assert re.search(words, error)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_program_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
+    (code,) = re.findall(r"(?m)^((?:    .*\n|\n)*    .*race\(.*\n(?:    .*\n)*)", PAGE.read_text())
+    lines = [line[4:] for line in code.splitlines() if line.strip()]
+    assert len(lines) <= 12
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(import_module("stickslip.agents.optimisers.race"), "cores_here", lambda: 1)
+    names: dict = {"__name__": "recipe"}
+    exec(compile("\n".join(lines), str(PAGE), "exec"), names)
+    assert f"{NAME} mine 0" in capsys.readouterr().out
+    assert len(names["runs"]) == 4

@@ -1,0 +1,62 @@
+"""Measures against what can be worked out by hand."""
+
+import numpy as np
+import pytest
+
+from stickslip.agents.optimisers.measures import ecdf, ert, gaps, hits, profile, share_feasible
+from stickslip.agents.optimisers.merit import hypervolume
+from tests.agents.optimisers.table import run
+
+
+def test_hits_are_the_first_time_a_gap_is_reached():
+    one = run([(3, 1.0), (10, 0.05), (40, 0.001)], 100)
+    assert gaps(one) == pytest.approx([1.0, 0.05, 0.001, 0.001])
+    found = hits(one, np.array([2.0, 0.1, 0.05000001, 0.002, 1e-6]), "evaluations")
+    assert found.tolist() == [3, 10, 10, 40, np.inf]
+    assert hits(one, np.array([0.1]), "seconds") == [1.0]
+    assert hits(run([], 50), np.array([10.0]), "evaluations") == [np.inf]
+
+
+def test_expected_running_time_counts_what_failures_spent():
+    runs = [run([(10, 0.005)], 90, seed=0), run([(30, 0.005)], 90, seed=1), run([], 100, seed=2)]
+    found = ert(runs, 0.01)
+    assert (found.value, found.successes, found.runs) == ((10 + 30 + 100) / 2, 2, 3)
+    assert found.low == pytest.approx(10)  # draws of the first run alone: 1 of 27
+    assert found.high == np.inf  # of the last alone: as often
+    assert ert(runs, 0.001).value == np.inf
+    assert ert([run([(20, 0.0)], 50)], 0.01, "seconds")[:3] == (2.0, 2.0, 2.0)
+
+
+def test_a_distribution_rises_to_the_share_of_pairs_that_are_hit():
+    runs = [run([(16, 0.05)], 100), run([(160, 0.5)], 200, seed=1)]
+    at, share = ecdf(runs, "evaluations", np.array([1.0, 0.1]))
+    assert at.tolist() == [1, 1, 10]  # by 16 free numbers
+    assert share == pytest.approx([0.25, 0.5, 0.75])
+    assert [len(part) for part in ecdf([], "seconds")] == [0, 0]
+
+
+def test_profiles_rank_by_ratios_to_the_best_method():
+    other = "gait-energy-d32-v1"
+    runs = [
+        run([(10, 0.0)], 100, method="a"),
+        run([(40, 0.0)], 100, method="b"),
+        run([], 100, method="a", name=other),
+        run([(70, 0.0)], 100, method="b", name=other),
+    ]
+    found = profile(runs, 0.01, "evaluations")
+    assert [part.tolist() for part in found["a"]] == [[1], [0.5]]
+    assert [part.tolist() for part in found["b"]] == [[1, 4], [0.5, 1]]
+
+
+def test_feasibility_is_counted_by_evaluations():
+    runs = [run([(16, 3.0)], 100), run([], 100, seed=1)]
+    assert share_feasible(runs, np.array([0.9, 1.0, 99.0])).tolist() == [0, 0.5, 0.5]
+
+
+def test_hypervolume_is_an_area():
+    points = np.array([[0.0, 1.0], [0.5, 0.5], [0.6, 0.6], [1.0, 0.0], [2.0, -1.0]])
+    assert hypervolume(points, 1.1) == pytest.approx(1.1 * 0.1 + 0.6 * 0.5 + 0.1 * 0.5)
+    rng = np.random.default_rng(0)
+    points, drawn = rng.random((6, 2)), rng.uniform(0, 1.1, (100_000, 2))
+    inside = np.any(np.all(points[None] <= drawn[:, None], axis=2), axis=1)
+    assert hypervolume(points, 1.1) == pytest.approx(1.21 * inside.mean(), abs=0.01)

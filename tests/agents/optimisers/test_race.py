@@ -1,0 +1,136 @@
+"""Races: what goes wrong is recorded and the others go on; what is killed goes on as it was."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents.optimisers import race
+from stickslip.agents.optimisers.reading import read_results
+from tests.agents.optimisers import users
+from tests.agents.optimisers.table import NAME
+
+pytest.importorskip("pyarrow")
+pytest.importorskip("cloudpickle")
+ROOT = Path(__file__).parents[3]
+
+
+def test_what_goes_wrong_is_recorded_and_the_others_go_on():
+    names = ("raises", "gives_nan", "goes_outside", "hides_the_end", "gives_up")
+    names += ("dies", "searches", "hangs_in_c")
+    given = {name: getattr(users, name) for name in names}
+    found = race(given, NAME, budget=40, seeds=1, limit=3.0, workers=1)
+    runs = {run.method: run for run in found}
+    assert {name: run.outcome for name, run in runs.items()} == {
+        "raises": "raised",
+        "dies": "died",
+        "hangs_in_c": "timed out",
+        "gives_nan": "spent",
+        "goes_outside": "ended",
+        "hides_the_end": "spent",
+        "gives_up": "ended",
+        "searches": "spent",
+    }
+    assert runs["raises"].message == "RuntimeError: no luck"
+    assert runs["dies"].message == "its process ended with code 3"
+    assert runs["hangs_in_c"].message == "stopped after 3 s of the run"
+    assert runs["hangs_in_c"].violations[-1] > 0  # what it told of before is kept
+    assert runs["gives_nan"].counts["not_numbers"] >= 40
+    assert runs["goes_outside"].counts["clipped"] == 1
+    assert runs["searches"].counts["values"] == runs["searches"].evaluations[-1] == 40
+
+
+RACE = f"""
+import sys
+from stickslip.agents.optimisers import race
+from tests.agents.optimisers import users
+race({{"slow": users.is_slow}}, ["{NAME}"], budget=5, seeds=8, workers=1, out=sys.argv[1])
+"""
+
+
+def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
+    path = tmp_path / "race"
+    paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
+    process = subprocess.Popen(
+        [sys.executable, "-c", RACE, str(path)],
+        env=os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu"},
+    )
+    until = time.monotonic() + 120
+    while len(kept := sorted(path.glob("data/chunk-*"))) < 2:
+        assert time.monotonic() < until
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    before = {one: one.stat().st_mtime_ns for one in kept}
+    (path / "data" / ".chunk-000007.parquet-0a1b2c3d.part").write_bytes(b"half")
+    assert 2 <= len(read_results(path)) < 8
+    given = {"methods": {"slow": users.is_slow}, "instances": [NAME], "workers": 1, "out": path}
+    with pytest.raises(ValueError, match="not empty; accepted: a new directory, or --resume"):
+        race(**given, budget=5, seeds=8)
+    with pytest.raises(ValueError, match="begun with other budget; accepted: to resume without"):
+        race(**given, budget=6, seeds=8, resume=True)
+    told = []
+    runs = race(**given, budget=5, seeds=8, resume=True, stop=lambda: bool(told.append(1)))
+    assert [run.seed for run in runs] == list(range(8))
+    assert all(run.outcome == "ended" for run in runs)
+    assert {one: one.stat().st_mtime_ns for one in kept} == before
+    assert len(list((path / "data").iterdir())) == 8
+    kept[0].write_bytes(kept[0].read_bytes()[:100])
+    with pytest.raises(ValueError, match=r"chunk-000000\.parquet: it is damaged"):
+        race(**given, budget=5, seeds=8, resume=True)
+    assert len(list((path / "data").iterdir())) == 8
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"budget": 0}, "budget = 0"),
+        ({"budget": None}, "neither budget nor seconds"),
+        ({"seconds": -1.0}, "seconds = -1.0 .*accepted: a time > 0"),
+        ({"seconds": np.nan}, "seconds = nan"),
+        ({"limit": 0}, "limit = 0"),
+        ({"seeds": 0}, "seeds = 0"),
+        ({"seeds": [1, 1]}, "each once"),
+        ({"outside": "wrap"}, "outside = 'wrap' is unknown"),
+        ({"instances": ["gait-time-d17-v1"]}, "did you mean gait-time-d16-v1"),
+        ({"instances": [NAME, NAME]}, "is given twice"),
+        ({"instances": []}, "no instances"),
+        ({"methods": ["slsq"]}, "did you mean slsqp"),
+        ({"methods": {}}, "no methods"),
+        ({"methods": {"cma": users.gives_up}}, "a name of your own"),
+        ({"methods": {"mine": 3}}, "accepted: a function of an objective"),
+        ({"methods": ["dp"]}, "takes posture, not gait"),
+        ({"resume": True}, "resume without out"),
+        ({"workers": 0}, "workers = 0"),
+    ],
+)
+def test_bad_input_is_named_before_anything_runs(changed, words):
+    usual = {"methods": ["random"], "instances": [NAME], "budget": 5}
+    with pytest.raises(ValueError, match=words):
+        race(**(usual | changed))
+
+
+def test_a_directory_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("years")
+    with pytest.raises(ValueError, match=r"holds thesis\.tex, but no race"):
+        race(["random"], [NAME], budget=5, out=tmp_path)
+    assert [one.name for one in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.long
+def test_dask_workers_make_the_same_runs(tmp_path):
+    pytest.importorskip("distributed")
+    from distributed import LocalCluster
+
+    here = race(["random"], [NAME], budget=100, seeds=2, workers=1)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as some:
+        there = race(["random"], [NAME], budget=100, seeds=2, scheduler=some.scheduler_address)
+    for one, other in zip(here, there, strict=True):
+        assert (one.key, one.outcome, one.counts) == (other.key, other.outcome, other.counts)
+        assert one.violations[-1] == other.violations[-1]

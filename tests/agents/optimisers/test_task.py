@@ -1,0 +1,65 @@
+"""What a run tells of on its way: values that fall, in evaluations and time."""
+
+import numpy as np
+import pytest
+
+from stickslip.agents.optimisers.merit import Merit, Target
+from stickslip.agents.optimisers.method import methods_of
+from stickslip.agents.optimisers.task import Task, run_task
+from stickslip.agents.optimisers.watched import Watched
+from stickslip.optim import suite
+from tests.agents.optimisers.table import BEST, NAME
+
+
+def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
+    known = suite()[NAME].known
+    middle = suite()[NAME].objective().middle
+
+    def walks(objective):
+        for share in np.linspace(0, 1, 30):
+            objective(share * known.x + (1 - share) * middle)
+
+    told = []
+    (method,) = methods_of({"walks": walks})
+    ending = run_task(Task(NAME, method, 0, 100, None), told.append)
+    assert (ending.outcome, ending.counts["values"]) == ("ended", 30)
+    values = [one for one in told if one.kind == "value"]
+    assert [one.evaluations for one in values] == sorted({one.evaluations for one in values})
+    assert np.all(np.diff([one.value for one in values]) < 0)
+    assert ending.last.value == pytest.approx(BEST, rel=1e-6)
+    assert (ending.last.evaluations, ending.last.violation) == (30, 0)
+    assert all(one.seconds <= ending.last.seconds for one in told)
+
+
+def test_time_is_the_processor_s_and_ends_a_run():
+    def idles(objective):
+        rng = np.random.default_rng(0)
+        while True:
+            objective(objective.from_unit(rng.random(objective.n)))
+
+    (method,) = methods_of({"idles": idles})
+    ending = run_task(Task(NAME, method, 0, None, 0.05), lambda event: None)
+    assert ending.outcome == "spent"
+    assert 0.05 < ending.last.seconds < 1
+
+
+def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monkeypatch):
+    noisy = suite()["gains-rate3-d4-v1"]
+    monkeypatch.setattr(type(noisy), "value", lambda self, x: (np.array([float(x[0])]), True))
+    merit = Merit(noisy)
+    told = []
+    record = Watched(merit=merit, tell=told.append)
+    best = noisy.best_known
+    for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
+        record.values = number
+        record.see(np.full(4, mean * best), np.array([drawn]), 0.0, True, number)
+    assert [one.value / best for one in told] == pytest.approx([3.0, 2.0])
+    assert record.end().value == pytest.approx(2 * best)
+    assert Target.of(noisy).gap(2 * best) == pytest.approx(1.0)
+
+
+def test_the_known_front_misses_nothing_and_a_part_of_it_more():
+    goals = suite()["goals-gait-time-energy-d32-v1"]
+    merit, front = Merit(goals), goals.known.front
+    assert merit.of_front(front) == pytest.approx(0.0)
+    assert 0 < merit.of_front(front[::2]) < merit.of_front(front[:1]) <= 1
