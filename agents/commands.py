@@ -197,6 +197,11 @@ def view_command(given: Options) -> None:
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
+    if len(given["who"]) > 1:
+        raise ValueError(
+            f"view of {', '.join(given['who'])}; accepted: one, or several with --html"
+        )
+    given = {**given, "who": given["who"][0]}
     name, seconds, machine = given["who"], given["seconds"], machine_of([given["who"]])
     named = read_named([name], machine)
     scene = machine.usual_scene(viewed=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -36,8 +36,32 @@ def ugv_frame(
 
     preview: how many points ahead are observed.
     """
-    placed, turned, points, seen, mu = jax.device_get(_sampled(solver, preview, state, params))
-    at = jax.device_get(state.station)
+    sampled = jax.device_get(_sampled(solver, preview, state, params))
+    return _frame(sampled, jax.device_get(state), info, params)
+
+
+def ugv_frames(
+    states: UGVEnvState,
+    infos: Mapping[str, np.ndarray],
+    params: UGVEnvParams,
+    solver: PoseSolver,
+    preview: int = 0,
+) -> list[UGVFrame]:
+    """The same of states in a row, every leaf [n], with the info of the step that led to each."""
+    sampled = jax.device_get(_sampled_each(solver, preview, states, params))
+    states = jax.device_get(states)
+    return [
+        _frame(*jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, states, dict(infos))), params)
+        for i in range(len(states.elapsed))
+    ]
+
+
+def _frame(
+    sampled: Any, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams
+) -> UGVFrame:
+    """From what was sampled of a state, as NumPy arrays."""
+    placed, turned, points, seen, mu = sampled
+    at = state.station
     wheels = []
     hinges = placed.rear_hinge, placed.front_hinge
     for i, contact in enumerate((placed.rear, placed.front)):
@@ -74,17 +98,30 @@ def ugv_frame(
 def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams):
     """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
     points where the ground has a surface."""
+    placed, turned = _posed(solver, state, params)
     odometer, friction = ground(state.drawn, params)
     track, vehicle, at = odometer.track, params.vehicle, state.station
-    placed = place(vehicle, track, at.x, at.leg_angles, solver)
-    turned = [
-        wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
-        for wheel in (placed.rear, placed.front)
-    ]
     reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
     x = at.x + reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=at.x.dtype)
     part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
     ahead = at.x + params.preview_length * part
     points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, ahead))
     mu = None if track.surface is None else friction * track.surface.at(x)
-    return placed, jnp.stack(turned), points, seen, mu
+    return placed, turned, points, seen, mu
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _sampled_each(solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams):
+    return jax.vmap(lambda state: _sampled(solver, preview, state, params))(states)
+
+
+def _posed(solver: PoseSolver, state: UGVEnvState, params: UGVEnvParams):
+    """The vehicle in its place, and the angles of its wheels in the world [2]."""
+    odometer, _ = ground(state.drawn, params)
+    vehicle, at = params.vehicle, state.station
+    placed = place(vehicle, odometer.track, at.x, at.leg_angles, solver)
+    turned = [
+        wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
+        for wheel in (placed.rear, placed.front)
+    ]
+    return placed, jnp.stack(turned)

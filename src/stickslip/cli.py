@@ -189,7 +189,12 @@ def _add_compare(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> N
 
 
 def _add_view(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    parser.add_argument("who", metavar="POLICY", help=WHO)
+    parser.add_argument(
+        "who", nargs="+", metavar="POLICY", help=f"{WHO}; several with --html, also pages of it"
+    )
+    parser.add_argument(
+        "--html", metavar="FILE", help="a page to play in a browser, with curves; of one or several"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
     parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
@@ -364,6 +369,11 @@ def _compare(given: argparse.Namespace) -> int:
 
 
 def _view(given: argparse.Namespace) -> int:
+    if given.html is not None:
+        from stickslip.agents.reports.view import view_page_command
+
+        view_page_command(vars(given))
+        return OK
     from stickslip.agents.commands import view_command
 
     view_command(vars(given))
@@ -425,7 +435,7 @@ COMMANDS: dict[str, tuple[AddFlags, Callable[[Any], int], str]] = {
         "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
     ),
     "compare": (_add_compare, _compare, "two sweeps side by side"),
-    "view": (_add_view, _view, "an animation of a policy or baseline at work"),
+    "view": (_add_view, _view, "an animation or a page of a policy or baseline at work"),
     "demo": (_add_demo, _demo, "train a machine on a task of its own and compare it"),
     "tasks": (_add_tasks, _tasks, "named tasks that never change, and the best known on each"),
     "policies": (_add_policies, _policies, "trained policies of the package, one for each task"),
