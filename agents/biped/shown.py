@@ -58,7 +58,11 @@ def shown(
             (Line("crank rate", rate), Line("commanded mean", commanded, dashed=True)),
         ),
         Panel("friction used", "-", tuple(friction)),
-        Panel("feet on the floor", "mm", (Line("slid", slid), Line("slide, signed", slide))),
+        Panel(
+            "slid by the feet",
+            "mm",
+            (Line("slid, either direction", slid), Line("slide, signed", slide)),
+        ),
         *reward_panels(played, terms, "-", scale),
     )
     numbers = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import numpy as np
@@ -12,7 +12,9 @@ from stickslip.envs.rendering.html.data import MOST_SAMPLES, Line, Panel
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.evaluation.rollout import Rollout
+    from jaxtyping import Array
+
+    from stickslip.agents.evaluation.rollout import AnyRollout, Rollout
     from stickslip.envs.tasks.scale import Scale
 
 T = TypeVar("T")
@@ -38,23 +40,29 @@ def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
     return states, infos
 
 
-def from_start(values: np.ndarray) -> np.ndarray:
+def from_start(values: Array | np.ndarray) -> np.ndarray:
     """Values of the steps [n] as those of the samples [n + 1]: none at the start."""
     return np.concatenate([[np.nan], np.asarray(values, float)])
 
 
-def total(values: np.ndarray) -> np.ndarray:
+def total(values: Array | np.ndarray) -> np.ndarray:
     """Sums so far of what each step brought, [n + 1], zero at the start."""
     return np.concatenate([[0.0], np.cumsum(np.asarray(values, float))])
 
 
-def panel(title: str, unit: str, values: np.ndarray, **look: Any) -> Panel:
+def panel(
+    title: str,
+    unit: str,
+    values: np.ndarray,
+    limits: tuple[float, ...] = (),
+    steps: bool = False,
+) -> Panel:
     """A panel of one line."""
-    return Panel(title, unit, (Line(title, values),), **look)
+    return Panel(title, unit, (Line(title, values),), limits, steps)
 
 
 def reward_panels(
-    played: Rollout[Any], terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
+    played: AnyRollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
 ) -> tuple[Panel, ...]:
     """Reward terms, the return so far, and on a named task the score so far.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -27,18 +27,21 @@ def biped_frame(
     state: BipedEnvState, info: Mapping[str, float], params: BipedEnvParams
 ) -> BipedFrame:
     """One unbatched state as plain numbers; `info` of the step that led to it, {} after a reset."""
-    return _frame(jax.device_get((_seen(state, params), state)), info)
+    place, friction = jax.device_get(_seen(state, params))
+    return _frame(place, friction, jax.device_get(state), info)
 
 
 def biped_frames(
     states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
 ) -> list[BipedFrame]:
     """The same of states in a row, every leaf [n], with the info of the step that led to each."""
-    seen = jax.device_get((_seen_each(states, params), states))
-    return [
-        _frame(*jax.tree.map(lambda leaf, i=i: leaf[i], (seen, dict(infos))))
-        for i in range(len(states.elapsed))
-    ]
+    place, friction = jax.device_get(_seen_each(states, params))
+    whole = place, friction, jax.device_get(states), dict(infos)
+    frames = []
+    for i in range(len(place)):
+        rows = jax.tree.map(lambda leaf, i=i: leaf[i], whole)
+        frames.append(_frame(rows[0], rows[1], rows[2], rows[3]))
+    return frames
 
 
 @jax.jit
@@ -57,9 +60,13 @@ def _seen_each(states: BipedEnvState, params: BipedEnvParams):
     return jax.vmap(lambda state: _seen(state, params))(states)
 
 
-def _frame(seen: Any, info: Mapping[str, float]) -> BipedFrame:
+def _frame(
+    place: np.ndarray,
+    friction: tuple[np.ndarray | None, np.ndarray | None],
+    state: BipedEnvState,
+    info: Mapping[str, float],
+) -> BipedFrame:
     """From what was seen of a state, and the state, as NumPy arrays."""
-    (place, friction), state = seen
     biped = state.biped
     mu_static, mu_kinetic = (None if mu is None else float(mu) for mu in friction)
     status = Status(int(info.get("status", Status.OK)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -17,8 +17,11 @@ from stickslip.envs.ugv.draw import ground
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.dynamics.ugv import Pose
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
+
+    Sampled: TypeAlias = tuple[Pose, np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]
 
 GROUND_POINTS = 361
 REACH = 4.0
@@ -50,14 +53,15 @@ def ugv_frames(
     """The same of states in a row, every leaf [n], with the info of the step that led to each."""
     sampled = jax.device_get(_sampled_each(solver, preview, states, params))
     states = jax.device_get(states)
-    return [
-        _frame(*jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, states, dict(infos))), params)
-        for i in range(len(states.elapsed))
-    ]
+    frames = []
+    for i in range(len(states.elapsed)):
+        rows = jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, states, dict(infos)))
+        frames.append(_frame(rows[0], rows[1], rows[2], params))
+    return frames
 
 
 def _frame(
-    sampled: Any, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams
+    sampled: Sampled, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams
 ) -> UGVFrame:
     """From what was sampled of a state, as NumPy arrays."""
     placed, turned, points, seen, mu = sampled

@@ -5,15 +5,18 @@ from __future__ import annotations
 import base64
 import json
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from stickslip.envs.plain import Entries
 
 LEVELS = 65534
 """Steps between the least and the greatest number; the code above them stands for "none"."""
 
 
-def encoded(values: np.ndarray) -> dict[str, Any]:
+def encoded(values: np.ndarray) -> Entries:
     """An array as {"shape", "low", "step", "data"}: a number is low + step x its code.
 
     In single precision it is kept as it is, little-endian, and low and step are None. Else it is
@@ -43,7 +46,7 @@ def encoded(values: np.ndarray) -> dict[str, Any]:
     }
 
 
-def decoded(entry: dict[str, Any]) -> np.ndarray:
+def decoded(entry: Entries) -> np.ndarray:
     """The array of `encoded`, float64 or float32 as it was; NaN for what was not finite."""
     if entry["step"] is None:
         return np.frombuffer(base64.b64decode(entry["data"]), "<f4").reshape(entry["shape"])
@@ -52,7 +55,7 @@ def decoded(entry: dict[str, Any]) -> np.ndarray:
     return np.where(codes > LEVELS, np.nan, values)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """Dataclasses as dictionaries, arrays encoded, the rest as JSON knows it."""
     if is_dataclass(value) and not isinstance(value, type):
         return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
@@ -69,7 +72,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def script_text(value: Any) -> str:
+def script_text(value: object) -> str:
     """JSON that may stand within a <script>: no character that could end it or begin a comment."""
     text = json.dumps(plain(value), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")

@@ -8,13 +8,16 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from stickslip.envs.rendering.html import data
 from stickslip.envs.rendering.html.data import Shown
 from stickslip.envs.rendering.html.encode import decoded
+
+if TYPE_CHECKING:
+    from stickslip.envs.plain import Entries
 
 MOST_BYTES = 200_000_000
 """Of a page that is read."""
@@ -34,7 +37,8 @@ def read_episodes(path: str | Path) -> tuple[Shown, ...]:
     if found is None:
         raise ValueError(f"{path} holds no episodes; {ACCEPTED}")
     try:
-        episodes = made(tuple[Shown, ...], json.loads(found.group(1))["episodes"])
+        entry = json.loads(found.group(1))["episodes"]
+        episodes = cast("tuple[Shown, ...]", made(tuple[Shown, ...], entry))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(f"{path} is damaged ({str(error)[:200]}); {ACCEPTED}") from error
     if not episodes:
@@ -42,32 +46,35 @@ def read_episodes(path: str | Path) -> tuple[Shown, ...]:
     return episodes
 
 
-def made(kind: Any, entry: Any) -> Any:
+def made(kind: object, entry: object) -> object:
     """What `encode.plain` made an entry of. ValueError for one of another kind."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
         if entry is None and NoneType in parts:
             return None
-        (kind,) = (part for part in parts if part is not NoneType)
-        return made(kind, entry)
-    if kind is np.ndarray:
-        return decoded(entry)
+        return made(next(part for part in parts if part is not NoneType), entry)
     if origin is tuple:
-        repeated = parts[-1] is Ellipsis
-        kinds = [parts[0]] * len(entry) if repeated else parts
-        if not isinstance(entry, list) or len(kinds) != len(entry):
-            raise ValueError(f"a list of {len(entry)}; accepted: of {len(kinds)}")
-        return tuple(made(one, value) for one, value in zip(kinds, entry, strict=True))
-    if is_dataclass(kind):
-        known = _hints(kind)
-        return kind(**{one.name: made(known[one.name], entry[one.name]) for one in fields(kind)})  # pyright: ignore[reportCallIssue], a class
+        rows = cast("list[object]", _require(entry, list))
+        kinds = [parts[0]] * len(rows) if parts[-1] is Ellipsis else parts
+        if len(kinds) != len(rows):
+            raise ValueError(f"a list of {len(rows)}; accepted: of {len(kinds)}")
+        return tuple(made(one, value) for one, value in zip(kinds, rows, strict=True))
+    if kind is np.ndarray:
+        return decoded(cast("Entries", _require(entry, dict)))
+    if isinstance(kind, type) and is_dataclass(kind):
+        given, known = cast("Entries", _require(entry, dict)), _hints(kind)
+        return kind(**{one.name: made(known[one.name], given[one.name]) for one in fields(kind)})
     if kind is float and isinstance(entry, int | float):
         return float(entry)
+    return _require(entry, cast("type", kind))
+
+
+def _require(entry: object, kind: type) -> object:
     if not isinstance(entry, kind):
         raise ValueError(f"a {type(entry).__name__}; accepted: {kind.__name__}")
     return entry
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
-    return get_type_hints(kind, vars(data))
+def _hints(kind: type) -> Entries:
+    return get_type_hints(kind, dict(vars(data)))

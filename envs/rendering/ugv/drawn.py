@@ -90,7 +90,7 @@ def _parts(length: float, radius: float) -> tuple[Part, ...]:
             spoke = np.array([across, end + across, end - across, -across])
             parts.append(Part("mid", outline=spoke, body=body, edge="mid"))
     hinges = np.array([[0.0, 0.0], [length, 0.0]])
-    outline = body_corners(*hinges, THICK * length)
+    outline = body_corners(hinges[0], hinges[1], THICK * length)
     parts.append(Part("hip", outline=outline, body=0, edge="hip-edge"))
     width = theme.BAR_WIDTH["main"] + 2.0
     parts += [Part("mid", bars=(pair,), width=width) for pair in ((0, 1), (2, 3))]

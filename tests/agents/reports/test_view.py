@@ -8,6 +8,7 @@ import pytest
 
 from stickslip.agents.evaluation.rollout import rollout, without_resets
 from stickslip.agents.registry import machine_by_name
+from stickslip.agents.reports.course import total
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 from stickslip.envs.rendering.html.data import Shown
@@ -47,6 +48,7 @@ def test_the_page_of_a_walk_holds_its_numbers():
     parts = np.sum([one.values[1:] for one in terms.lines if not one.dashed], axis=0)
     np.testing.assert_allclose(parts, played.reward, atol=1e-6)
     assert line(shown, "return so far")[-1] == pytest.approx(played.reward.sum(), rel=1e-5)
+    np.testing.assert_allclose(line(shown, "return so far"), total(played.reward))
     slid = shown.slips
     assert slid is not None
     np.testing.assert_array_equal(slid[1:], (played.info["slid"] > 1e-7) | (played.state.mode != 0))
