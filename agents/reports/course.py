@@ -8,6 +8,8 @@ import jax
 import numpy as np
 
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Line, Panel
+from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -84,6 +86,12 @@ def reward_panels(
             panel("score so far (0: trivial, 1: best known)", "-", score, limits=(0.0, 1.0))
         )
     return tuple(panels)
+
+
+def scale_of(task: str | None) -> Scale | None:
+    """Of a named task's scores; None without one, or where nothing was measured."""
+    known = None if task is None else known_of(task_by_name(task))
+    return None if known is None else known.scale
 
 
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import planned, rollout
+from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.writing import KINDS, require_page, write_page
 from stickslip.agents.tasks.named import common_task, title_of
 from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
@@ -14,13 +15,10 @@ from stickslip.agents.view_files import require_new, require_writable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.html.data import Page
 from stickslip.envs.rendering.html.reading import read_episodes
-from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from stickslip.agents.machine import Options
     from stickslip.envs.rendering.html.data import Shown
-    from stickslip.envs.tasks.scale import Scale
 
 MOST_PLAYERS = 8
 """Side by side on a page."""
@@ -70,7 +68,7 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
         given = {**given, "scenes": given["scenes"] or [usual]}
     places = places_of(named, given, machine, viewed=True)
     task = common_task(given)
-    scale = _scale(task)
+    scale = scale_of(task)
     shown, seed = [], given["seed"]
     for place in places:
         params = machine.params_to_view(place.params, given["seconds"])
@@ -82,9 +80,3 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
             shown.append(machine.shown(played, env, params, title, scale))
     lead = [place.line() for place in places] if task is None else [title_of(task)]
     return shown, lead, [task] if task else [place.label for place in places]
-
-
-def _scale(task: str | None) -> Scale | None:
-    """Of a named task's scores; None without one, or where nothing was measured."""
-    known = None if task is None else known_of(task_by_name(task))
-    return None if known is None else known.scale

@@ -13,11 +13,18 @@ from stickslip.envs.rendering.ugv.drawn import ugv_drawing
 from stickslip.envs.ugv.picture import ugv_frames
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.envs.rendering.ugv.frame import UGVFrame
     from stickslip.envs.tasks.scale import Scale
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.optim.posture.criteria import Criterion
+    from stickslip.optim.posture.station import Station
 
 
 def shown(
@@ -32,24 +39,57 @@ def shown(
     played = played.trimmed()
     states, infos = samples(played)
     frames = ugv_frames(states, infos, params, env.solver, env.preview)
+    work = [from_start(played.info[name]) for name in ("wheel_work", "total_work")]
+    totals, unit = played.info, env.measure.unit
+    drive = drive_panels(
+        frames, states.station, states.cost, work, float(params.spacing), env.measure
+    )
+    whole = facts(
+        [
+            ("return", float(totals["episode_return"][-1]), unit),
+            ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
+            ("with legs", float(totals["episode_total_energy"][-1]), "J"),
+            ("shown at", float(params.speed), "m/s"),
+        ]
+    )
+    status = Status(int(totals["status"][-1]))
+    ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
     slips = np.array([frame.slips for frame in frames])
-    at = states.station
+    return Shown(
+        name=name,
+        period=float(params.control_period),
+        panels=(*drive, *reward_panels(played, {}, unit, scale)),
+        events=_events(slips, ended),
+        numbers=drive_numbers(frames, env.measure),
+        slips=slips,
+        drawing=ugv_drawing(frames, params.vehicle),
+        ended=ended,
+        facts=whole,
+    )
+
+
+def drive_panels(
+    frames: Sequence[UGVFrame],
+    at: Station,
+    cost: Array | np.ndarray,
+    work: Sequence[np.ndarray],
+    spacing: float,
+    measure: Criterion,
+) -> tuple[Panel, ...]:
+    """Torque, work, legs, friction, grip and the criterion so far, station by station.
+
+    work: of the motors, and with the legs' actuators, put in since the station before [J].
+    """
     angles = np.degrees(np.asarray(at.leg_angles, float))
-    torque, cost = np.asarray(at.torque, float), np.asarray(states.cost, float)
-    demand = np.array([frame.demand for frame in frames])
-    mu = np.array([frame.mu for frame in frames])
-    unit = env.measure.unit
-    criterion = env.measure.name.replace("_", " ")
-    spacing = float(params.spacing)
-    panels = (
-        panel("torque on each wheel, negative drives forwards", "N m", torque),
+    motors, legs = (each / spacing for each in work)
+    return (
+        panel(
+            "torque on each wheel, negative drives forwards", "N m", np.asarray(at.torque, float)
+        ),
         Panel(
             "work put in, for each metre",
             "J/m",
-            (
-                Line("motors", from_start(played.info["wheel_work"]) / spacing),
-                Line("with the legs", from_start(played.info["total_work"]) / spacing),
-            ),
+            (Line("motors", motors), Line("with the legs", legs)),
             steps=True,
         ),
         Panel(
@@ -60,41 +100,29 @@ def shown(
         Panel(
             "friction used",
             "-",
-            (Line("greater |F| / N", demand), Line("friction there is", mu, dashed=True)),
+            (
+                Line("greater |F| / N", np.array([frame.demand for frame in frames])),
+                Line("friction there is", np.array([frame.mu for frame in frames]), dashed=True),
+            ),
         ),
         panel("margin of grip", "kN", np.asarray(at.grip, float) / 1000, limits=(0.0,)),
-        panel(criterion, unit, cost),
-        *reward_panels(played, {}, unit, scale),
+        panel(measure.name.replace("_", " "), measure.unit, np.asarray(cost, float)),
     )
-    x = np.asarray(at.x, float)
-    numbers = (
-        ("driven [m]", x - float(params.start), 2),
+
+
+def drive_numbers(
+    frames: Sequence[UGVFrame], measure: Criterion
+) -> tuple[tuple[str, np.ndarray, int], ...]:
+    """What stands above the picture."""
+    criterion = measure.name.replace("_", " ") + (
+        "" if measure.unit == "-" else f" [{measure.unit}]"
+    )
+    return (
+        ("driven [m]", np.array([frame.x - frame.start for frame in frames]), 2),
         ("pitch [°]", np.degrees([frame.pitch for frame in frames]), 1),
-        ("torque [N m]", torque, 1),
-        ("friction / normal", demand, 2),
-        (criterion if unit == "-" else f"{criterion} [{unit}]", cost, 2),
-    )
-    status = Status(int(played.info["status"][-1]))
-    ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
-    totals = played.info
-    whole = facts(
-        [
-            ("return", float(totals["episode_return"][-1]), unit),
-            ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
-            ("with legs", float(totals["episode_total_energy"][-1]), "J"),
-            ("shown at", float(params.speed), "m/s"),
-        ]
-    )
-    return Shown(
-        name=name,
-        period=float(params.control_period),
-        panels=panels,
-        events=_events(slips, ended),
-        numbers=numbers,
-        slips=slips,
-        drawing=ugv_drawing(frames, params.vehicle),
-        ended=ended,
-        facts=whole,
+        ("torque [N m]", np.array([frame.torque for frame in frames]), 1),
+        ("friction / normal", np.array([frame.demand for frame in frames]), 2),
+        (criterion, np.array([frame.cost for frame in frames]), 2),
     )
 
 

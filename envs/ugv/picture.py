@@ -17,11 +17,14 @@ from stickslip.envs.ugv.draw import ground
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.dynamics.ugv import Pose
+    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.optim.posture.station import Station
 
-    Sampled: TypeAlias = tuple[Pose, np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]
+    Array: TypeAlias = jax.Array | np.ndarray
+    Sampled: TypeAlias = tuple[Pose, Array, Array, Array, Array | None]
 
 GROUND_POINTS = 361
 REACH = 4.0
@@ -39,8 +42,9 @@ def ugv_frame(
 
     preview: how many points ahead are observed.
     """
-    sampled = jax.device_get(_sampled(solver, preview, state, params))
-    return _frame(sampled, jax.device_get(state), info, params)
+    sampled, state = jax.device_get((_sampled(solver, preview, state, params), state))
+    status = int(info.get("status", state.station.status))
+    return _frame(sampled, state.station, float(state.cost), float(params.start), status)
 
 
 def ugv_frames(
@@ -52,20 +56,38 @@ def ugv_frames(
 ) -> list[UGVFrame]:
     """The same of states in a row, every leaf [n], with the info of the step that led to each."""
     sampled = jax.device_get(_sampled_each(solver, preview, states, params))
-    states = jax.device_get(states)
+    stations, costs = jax.device_get((states.station, states.cost))
+    return _frames(sampled, stations, costs, float(params.start), infos["status"])
+
+
+def station_frames(
+    stations: Station,
+    costs: np.ndarray,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+    solver: PoseSolver,
+) -> list[UGVFrame]:
+    """The frames of a drive, every entry of its stations [n]; costs: so far [n]; friction: mu, by
+    which a surface's is multiplied."""
+    sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
+    stations = jax.device_get(stations)
+    return _frames(sampled, stations, costs, float(stations.x[0]), stations.status)
+
+
+def _frames(
+    sampled: Sampled, stations: Station, costs: np.ndarray, start: float, statuses: np.ndarray
+) -> list[UGVFrame]:
     frames = []
-    for i in range(len(states.elapsed)):
-        rows = jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, states, dict(infos)))
-        frames.append(_frame(rows[0], rows[1], rows[2], params))
+    for i in range(len(costs)):
+        rows = jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, stations))
+        frames.append(_frame(rows[0], rows[1], float(costs[i]), start, int(statuses[i])))
     return frames
 
 
-def _frame(
-    sampled: Sampled, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams
-) -> UGVFrame:
-    """From what was sampled of a state, as NumPy arrays."""
+def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) -> UGVFrame:
+    """From what was sampled at a station, as NumPy arrays."""
     placed, turned, points, seen, mu = sampled
-    at = state.station
     wheels = []
     hinges = placed.rear_hinge, placed.front_hinge
     for i, contact in enumerate((placed.rear, placed.front)):
@@ -80,17 +102,17 @@ def _frame(
                 **dict(zip(("friction", "normal", "mu"), map(float, at.wheels[i]), strict=True)),
             )
         )
-    status = Status(int(info.get("status", at.status)))
+    status = Status(code)
     return UGVFrame(
         x=float(at.x),
-        start=float(params.start),
+        start=start,
         rear=wheels[0],
         front=wheels[1],
         ground=points,
         preview=seen,
         pitch=float(placed.pitch),
         torque=float(at.torque),
-        cost=float(state.cost),
+        cost=cost,
         mu=float(np.min(at.friction)),
         grip=float(at.grip),
         status="ok" if status == Status.OK else status.name.lower().replace("_", " "),
@@ -99,33 +121,50 @@ def _frame(
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams):
+def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams) -> Sampled:
     """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
     points where the ground has a surface."""
-    placed, turned = _posed(solver, state, params)
     odometer, friction = ground(state.drawn, params)
-    track, vehicle, at = odometer.track, params.vehicle, state.station
-    reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
-    x = at.x + reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=at.x.dtype)
-    part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
-    ahead = at.x + params.preview_length * part
-    points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, ahead))
-    mu = None if track.surface is None else friction * track.surface.at(x)
-    return placed, turned, points, seen, mu
+    length = params.preview_length
+    return _at(solver, state.station, odometer, friction, params.vehicle, preview, length)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _sampled_each(solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams):
+def _sampled_each(
+    solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams
+) -> Sampled:
     return jax.vmap(lambda state: _sampled(solver, preview, state, params))(states)
 
 
-def _posed(solver: PoseSolver, state: UGVEnvState, params: UGVEnvParams):
-    """The vehicle in its place, and the angles of its wheels in the world [2]."""
-    odometer, _ = ground(state.drawn, params)
-    vehicle, at = params.vehicle, state.station
-    placed = place(vehicle, odometer.track, at.x, at.leg_angles, solver)
+@partial(jax.jit, static_argnums=0)
+def _at_each(
+    solver: PoseSolver,
+    stations: Station,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+) -> Sampled:
+    return jax.vmap(lambda at: _at(solver, at, odometer, friction, vehicle))(stations)
+
+
+def _at(
+    solver: PoseSolver,
+    at: Station,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+    preview: int = 0,
+    length: Number = 0.0,
+) -> Sampled:
+    track = odometer.track
+    placed = place(vehicle, track, at.x, at.leg_angles, solver)
     turned = [
         wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
         for wheel in (placed.rear, placed.front)
     ]
-    return placed, jnp.stack(turned)
+    reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
+    x = at.x + reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=at.x.dtype)
+    part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
+    points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, at.x + length * part))
+    mu = None if track.surface is None else friction * track.surface.at(x)
+    return placed, jnp.stack(turned), points, seen, mu

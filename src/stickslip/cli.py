@@ -123,7 +123,9 @@ def _add_train(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> Non
     )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
-    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
+    parser.add_argument(
+        "--no-pictures", action="store_true", help="no plots, no animation, no report.html"
+    )
     _add_devices(parser)
     parser.description = (
         f"{parser.description} The settings of train {machine.name} come after the options; "
@@ -165,7 +167,10 @@ def _add_evaluate(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> 
         action="store_true",
         help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
     )
-    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
+    parser.add_argument(
+        "--out", metavar="DIR", help="write evaluation.csv and .json and report.html there"
+    )
+    parser.add_argument("--html", metavar="FILE", help="the report alone, or elsewhere")
     parser.add_argument("--overwrite", action="store_true", help="replace what is in --out")
     _add_scene(parser, many=True)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -215,7 +215,8 @@ class Curve:
 @dataclass(frozen=True)
 class Page:
     """Everything that a page holds. lead: a sentence below the title. tables, pictures: with their
-    titles; a picture is the bytes of a PNG file."""
+    titles; a picture is the bytes of a PNG file. text: as it stands in a
+    terminal. closing: tables below all else."""
 
     title: str
     lead: str = ""
@@ -224,4 +225,6 @@ class Page:
     tables: tuple[tuple[str, Table], ...] = ()
     curves: tuple[Curve, ...] = ()
     pictures: tuple[tuple[str, bytes], ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    text: str = ""
+    closing: tuple[tuple[str, Table], ...] = ()

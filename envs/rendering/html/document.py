@@ -37,8 +37,11 @@ def page_text(page: Page) -> str:
         policy=escape(_policy(library, program)),
         style=style_of_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
         lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
-        summary=_facts(page.facts) + "".join(table_text(*one) for one in page.tables),
-        pictures="".join(_picture(*one) for one in page.pictures),
+        summary=_facts(page.facts)
+        + "".join(table_text(*one) for one in page.tables)
+        + (f'<pre class="scroll" tabindex="0">{escape(page.text)}</pre>' if page.text else ""),
+        pictures="".join(_picture(*one) for one in page.pictures)
+        + "".join(table_text(*one) for one in page.closing),
         notes="".join(f'<p class="note">{escape(words)}</p>' for words in page.notes),
         data=script_text({"episodes": page.episodes, "curves": page.curves}),
         library=library,
