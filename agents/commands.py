@@ -15,6 +15,8 @@ from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
+from stickslip.agents.reports.evaluated import report_of, write_evaluation
+from stickslip.agents.reports.trained import write_training
 from stickslip.agents.tasks.named import (
     common_task,
     earned_in_words,
@@ -38,6 +40,7 @@ from stickslip.agents.view_files import (
     view_files,
 )
 from stickslip.dynamics.checks import require_integer
+from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.records.content import Content
 
 if TYPE_CHECKING:
@@ -91,6 +94,7 @@ def train_command(given: Options) -> bool:
     if not given["no_pictures"]:
         print("Drawing ...", file=sys.stderr)
         machine.write_products(trained)
+        write_training(trained, machine)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
@@ -127,7 +131,9 @@ def evaluate_command(given: Options) -> Content:
     targets = []
     if given["out"] is not None:
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
-        require_new(targets, given["overwrite"])
+    page = report_of(given)
+    written = targets + ([] if page is None else [page])
+    require_new(written, given["overwrite"])
 
     def progress(line: str) -> None:
         print(f"running {line} ...", file=sys.stderr)
@@ -135,7 +141,7 @@ def evaluate_command(given: Options) -> Content:
     task = common_task(given)
     if task is not None:
         named = named_on({**given, "task": task})
-        require_writable(targets)
+        require_writable(written)
         about = task_in_words(task)
         print(about)
         table = evaluate_task(
@@ -146,25 +152,41 @@ def evaluate_command(given: Options) -> Content:
             bound=given["bound"],
         )
         tasks = {table.rows[0].scene: about}
+        env, params = task_by_name(task).make()
+        players = [(task, name, env, player, params) for name, player in named.items()]
     else:
         machine = machine_of(given["who"])
         policies = read_named(given["who"], machine)
         places = places_of(policies, given, machine)
-        require_writable(targets)
+        require_writable(written)
         for place in places:
             print(place.line())
         table = evaluation(
             machine, policies, places, given["episodes"] or EPISODES, progress, given["bound"]
         )
         tasks = {place.label: place.line() for place in places}
+        players = [
+            (
+                place.label,
+                name,
+                env,
+                controller_of(policies[name], name, env, place.params, machine),
+                place.params,
+            )
+            for place in places
+            for name, env in place.who.items()
+        ]
     print("\n" + table.to_text())
     if task is not None and given["episodes"] is None:
         print("\n" + measured_before(task))
     if targets:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
-        print("Written: " + ", ".join(map(str, targets)))
-    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
+    if page is not None:
+        write_evaluation(table, tasks, players, page, given["overwrite"], task, progress)
+    if written:
+        print("Written: " + ", ".join(map(str, written)))
+    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, written))}
     return Content({"evaluation": table.as_table()}, about)
 
 
@@ -200,6 +222,11 @@ def view_command(given: Options) -> None:
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
+    if len(given["who"]) > 1:
+        raise ValueError(
+            f"view of {', '.join(given['who'])}; accepted: one, or several with --html"
+        )
+    given = {**given, "who": given["who"][0]}
     name, seconds, machine = given["who"], given["seconds"], machine_of([given["who"]])
     named = read_named([name], machine)
     scene = machine.usual_scene(viewed=True)

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.training.trained import Trained
+    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.tasks.scale import Scale
 
 Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
 Params_co = TypeVar("Params_co", bound="Timed", covariant=True)
@@ -262,6 +264,17 @@ class Machine(ABC, Generic[Env, Params, Config]):
         self, played: AnyRollout, env: Env, params: Params, path: str | Path, title: str
     ) -> Path:
         """An episode over time as a PNG."""
+
+    def shown(
+        self, played: AnyRollout, env: Env, params: Params, name: str, scale: Scale | None = None
+    ) -> Shown:
+        """An episode as a page shows it; name: of the player, scale: of a named task's scores.
+
+        Unless a machine says more: curves over time, without a drawing.
+        """
+        from stickslip.agents.reports.standard import shown
+
+        return shown(played, env, params, name, scale)
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

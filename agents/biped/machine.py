@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
+    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.tasks.scale import Scale
 
 STARTS = ("moving", "rest")
 
@@ -222,6 +224,19 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.plots import plot_episode
 
         return plot_episode(played, params, path, title)
+
+    def shown(
+        self,
+        played: AnyRollout,
+        env: BipedEnv,
+        params: BipedEnvParams,
+        name: str,
+        scale: Scale | None = None,
+    ) -> Shown:
+        """See Machine."""
+        from stickslip.agents.biped.shown import shown
+
+        return shown(played, params, name, scale)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

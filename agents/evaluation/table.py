@@ -63,11 +63,11 @@ class Evaluation:
 
     def to_markdown(self) -> str:
         """A GitHub table."""
-        return self._shown().markdown()
+        return self.shown().markdown()
 
     def to_text(self) -> str:
         """The same for a terminal: aligned, with a note on the intervals."""
-        return self._shown().terminal(grouped=True)
+        return self.shown().terminal(grouped=True)
 
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""
@@ -117,7 +117,8 @@ class Evaluation:
             for row in self.rows
         ]
 
-    def _shown(self) -> Table:
+    def shown(self) -> Table:
+        """The rows with their titles and units, numbers as they are shown."""
         metrics = {name: column for name, (column, _) in self.columns.items()}
         words = (table.Column(name, words=True) for name in ("scene", "controller"))
         rows = [

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
+    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.tasks.scale import Scale
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
@@ -192,6 +194,19 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         from stickslip.agents.ugv.plots import plot_drive
 
         return plot_drive(played, env, params, path, title)
+
+    def shown(
+        self,
+        played: AnyRollout,
+        env: UGVEnv,
+        params: UGVEnvParams,
+        name: str,
+        scale: Scale | None = None,
+    ) -> Shown:
+        """See Machine."""
+        from stickslip.agents.ugv.shown import shown
+
+        return shown(played, env, params, name, scale)
 
     def demonstration(self) -> Demonstration:
         """See Machine."""

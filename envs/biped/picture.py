@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped import floor_position
@@ -16,6 +17,8 @@ from stickslip.envs.rendering import BipedFrame
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
+
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
@@ -24,14 +27,48 @@ def biped_frame(
     state: BipedEnvState, info: Mapping[str, float], params: BipedEnvParams
 ) -> BipedFrame:
     """One unbatched state as plain numbers; `info` of the step that led to it, {} after a reset."""
-    biped = state.biped
-    place = floor_position(params.robot, biped)
+    place, friction = jax.device_get(_seen(state, params))
+    return _frame(place, friction, jax.device_get(state), info)
+
+
+def biped_frames(
+    states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
+) -> list[BipedFrame]:
+    """The same of states in a row, every leaf [n], with the info of the step that led to each."""
+    place, friction = jax.device_get(_seen_each(states, params))
+    whole = place, friction, jax.device_get(states), dict(infos)
+    frames = []
+    for i in range(len(place)):
+        rows = jax.tree.map(lambda leaf, i=i: leaf[i], whole)
+        frames.append(_frame(rows[0], rows[1], rows[2], rows[3]))
+    return frames
+
+
+@jax.jit
+def _seen(state: BipedEnvState, params: BipedEnvParams):
+    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip."""
+    place = floor_position(params.robot, state.biped)
     floor = drawn_scene(state.drawn, params).floor
-    mu_static = mu_kinetic = None
-    if not isinstance(floor, Grip):
-        velocity = jnp.asarray(biped.foot_velocity)
-        patch = patch_at(floor, place, velocity)
-        mu_static, mu_kinetic = (float(mu) for mu in friction_on(floor, patch, velocity.dtype))
+    if isinstance(floor, Grip):
+        return place, (None, None)
+    velocity = jnp.asarray(state.biped.foot_velocity)
+    return place, tuple(friction_on(floor, patch_at(floor, place, velocity), velocity.dtype))
+
+
+@jax.jit
+def _seen_each(states: BipedEnvState, params: BipedEnvParams):
+    return jax.vmap(lambda state: _seen(state, params))(states)
+
+
+def _frame(
+    place: np.ndarray,
+    friction: tuple[np.ndarray | None, np.ndarray | None],
+    state: BipedEnvState,
+    info: Mapping[str, float],
+) -> BipedFrame:
+    """From what was seen of a state, and the state, as NumPy arrays."""
+    biped = state.biped
+    mu_static, mu_kinetic = (None if mu is None else float(mu) for mu in friction)
     status = Status(int(info.get("status", Status.OK)))
     return BipedFrame(
         phase=float(biped.phase),

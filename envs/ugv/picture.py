@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -17,8 +17,14 @@ from stickslip.envs.ugv.draw import ground
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.optim.posture.station import Station
+
+    Array: TypeAlias = jax.Array | np.ndarray
+    Sampled: TypeAlias = tuple[Pose, Array, Array, Array, Array | None]
 
 GROUND_POINTS = 361
 REACH = 4.0
@@ -36,8 +42,52 @@ def ugv_frame(
 
     preview: how many points ahead are observed.
     """
-    placed, turned, points, seen, mu = jax.device_get(_sampled(solver, preview, state, params))
-    at = jax.device_get(state.station)
+    sampled, state = jax.device_get((_sampled(solver, preview, state, params), state))
+    status = int(info.get("status", state.station.status))
+    return _frame(sampled, state.station, float(state.cost), float(params.start), status)
+
+
+def ugv_frames(
+    states: UGVEnvState,
+    infos: Mapping[str, np.ndarray],
+    params: UGVEnvParams,
+    solver: PoseSolver,
+    preview: int = 0,
+) -> list[UGVFrame]:
+    """The same of states in a row, every leaf [n], with the info of the step that led to each."""
+    sampled = jax.device_get(_sampled_each(solver, preview, states, params))
+    stations, costs = jax.device_get((states.station, states.cost))
+    return _frames(sampled, stations, costs, float(params.start), infos["status"])
+
+
+def station_frames(
+    stations: Station,
+    costs: np.ndarray,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+    solver: PoseSolver,
+) -> list[UGVFrame]:
+    """The frames of a drive, every entry of its stations [n]; costs: so far [n]; friction: mu, by
+    which a surface's is multiplied."""
+    sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
+    stations = jax.device_get(stations)
+    return _frames(sampled, stations, costs, float(stations.x[0]), stations.status)
+
+
+def _frames(
+    sampled: Sampled, stations: Station, costs: np.ndarray, start: float, statuses: np.ndarray
+) -> list[UGVFrame]:
+    frames = []
+    for i in range(len(costs)):
+        rows = jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, stations))
+        frames.append(_frame(rows[0], rows[1], float(costs[i]), start, int(statuses[i])))
+    return frames
+
+
+def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) -> UGVFrame:
+    """From what was sampled at a station, as NumPy arrays."""
+    placed, turned, points, seen, mu = sampled
     wheels = []
     hinges = placed.rear_hinge, placed.front_hinge
     for i, contact in enumerate((placed.rear, placed.front)):
@@ -52,17 +102,17 @@ def ugv_frame(
                 **dict(zip(("friction", "normal", "mu"), map(float, at.wheels[i]), strict=True)),
             )
         )
-    status = Status(int(info.get("status", at.status)))
+    status = Status(code)
     return UGVFrame(
         x=float(at.x),
-        start=float(params.start),
+        start=start,
         rear=wheels[0],
         front=wheels[1],
         ground=points,
         preview=seen,
         pitch=float(placed.pitch),
         torque=float(at.torque),
-        cost=float(state.cost),
+        cost=cost,
         mu=float(np.min(at.friction)),
         grip=float(at.grip),
         status="ok" if status == Status.OK else status.name.lower().replace("_", " "),
@@ -71,11 +121,42 @@ def ugv_frame(
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams):
+def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams) -> Sampled:
     """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
     points where the ground has a surface."""
     odometer, friction = ground(state.drawn, params)
-    track, vehicle, at = odometer.track, params.vehicle, state.station
+    length = params.preview_length
+    return _at(solver, state.station, odometer, friction, params.vehicle, preview, length)
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _sampled_each(
+    solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams
+) -> Sampled:
+    return jax.vmap(lambda state: _sampled(solver, preview, state, params))(states)
+
+
+@partial(jax.jit, static_argnums=0)
+def _at_each(
+    solver: PoseSolver,
+    stations: Station,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+) -> Sampled:
+    return jax.vmap(lambda at: _at(solver, at, odometer, friction, vehicle))(stations)
+
+
+def _at(
+    solver: PoseSolver,
+    at: Station,
+    odometer: Odometer,
+    friction: Number,
+    vehicle: UGVParams,
+    preview: int = 0,
+    length: Number = 0.0,
+) -> Sampled:
+    track = odometer.track
     placed = place(vehicle, track, at.x, at.leg_angles, solver)
     turned = [
         wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
@@ -84,7 +165,6 @@ def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEn
     reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
     x = at.x + reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=at.x.dtype)
     part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
-    ahead = at.x + params.preview_length * part
-    points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, ahead))
+    points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, at.x + length * part))
     mu = None if track.surface is None else friction * track.surface.at(x)
     return placed, jnp.stack(turned), points, seen, mu

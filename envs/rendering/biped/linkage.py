@@ -80,6 +80,8 @@ class Mechanism:
         self._params = _on_cpu(params)
         self.crank, self.offset = plain(params.crank), plain(params.offset)
         self.heel, self.toe = plain(params.heel), plain(params.toe)
+        self.sole = _sole(self)
+        """The drawn foot about its ankle, along it and upwards [n, 2] m."""
         phases = np.linspace(SUPPORT_START, SUPPORT_END, 33, dtype=np.float32)
         swept = jax.tree.map(np.asarray, _sweep(self._params, phases))
         pins = np.stack([*swept.pins])
@@ -100,12 +102,20 @@ class Mechanism:
 
     def pose(self, phase: float) -> Pose:
         """The links at a crank angle [rad] of the supporting leg."""
-        now: Kinematics = jax.device_get(_kinematics(self._params, np.float32(phase)))
-        pins = now.pins._asdict()
-        for name, place in zip("ABD", now.hip_pins, strict=True):
-            pins[name] = np.stack([place, place])
-        angles = now.angles[list(_FOOT_OF_LEG)]
-        return Pose(pins, np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+        return _pose(jax.device_get(_kinematics(self._params, np.float32(phase))))
+
+    def poses(self, phases: np.ndarray) -> Pose:
+        """The same for many angles [n] at once: every array with n before its axes."""
+        return _pose(jax.device_get(_sweep(self._params, np.asarray(phases, np.float32))))
+
+
+def _pose(now: Kinematics) -> Pose:
+    pins = now.pins._asdict()
+    for index, name in enumerate("ABD"):
+        place = now.hip_pins[..., index, :]
+        pins[name] = np.stack([place, place], axis=-2)
+    angles = now.angles[..., list(_FOOT_OF_LEG)]
+    return Pose(pins, np.stack([np.cos(angles), np.sin(angles)], axis=-1))
 
 
 class Linkage:
@@ -173,18 +183,21 @@ class _Leg:
         self._bars.set_segments([segment for segment in segments for _ in range(2)])
         own = [name for name in here if name not in ("A", "B", "D", "crank_pin")]
         self._pins.set_data(*np.array([here[name] for name in own]).T)
-        self._foot.set_verts([self._sole(here["E"], feet[self._leg])])
+        along, up = self._mechanism.sole.T
+        ahead = feet[self._leg]
+        outline = np.outer(along, ahead) + np.outer(up, [-ahead[1], ahead[0]])
+        self._foot.set_verts([here["E"] + outline])
 
-    def _sole(self, ankle: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-        """Outline of the foot: upright edges at heel and toe, and a bracket about the two pins."""
-        m = self._mechanism
-        bottom, edge, top = -SOLE * m.crank, -0.1 * SOLE * m.crank, 0.3 * m.crank
-        rear, front = -min(0.8 * m.crank, m.heel), min(m.offset + 0.8 * m.crank, m.toe)
-        slope = 0.6 * m.crank
-        last, first = max(rear - slope, -m.heel), min(front + slope, m.toe)
-        along = np.array([-m.heel, m.toe, m.toe, first, front, rear, last, -m.heel])
-        up = np.array([bottom, bottom, edge, edge, top, top, edge, edge])
-        return ankle + np.outer(along, ahead) + np.outer(up, [-ahead[1], ahead[0]])
+
+def _sole(m: Mechanism) -> np.ndarray:
+    """Outline of the foot: upright edges at heel and toe, and a bracket about the two pins."""
+    bottom, edge, top = -SOLE * m.crank, -0.1 * SOLE * m.crank, 0.3 * m.crank
+    rear, front = -min(0.8 * m.crank, m.heel), min(m.offset + 0.8 * m.crank, m.toe)
+    slope = 0.6 * m.crank
+    last, first = max(rear - slope, -m.heel), min(front + slope, m.toe)
+    along = np.array([-m.heel, m.toe, m.toe, first, front, rear, last, -m.heel])
+    up = np.array([bottom, bottom, edge, edge, top, top, edge, edge])
+    return np.stack([along, up], axis=-1)
 
 
 def _hull(points: np.ndarray, reach: float, corners: int = 12) -> np.ndarray:

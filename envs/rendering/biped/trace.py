@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from matplotlib.transforms import Affine2D
 
     from stickslip.envs.rendering.biped.frame import BipedFrame
@@ -18,6 +20,37 @@ LEAST_SLIDE = 1e-5
 KEPT_MARKS = 400
 THICKNESS = 5.0
 LABEL_ROOM = 46.0
+
+
+class SlipMarks:
+    """Where the supporting foot slid so far: one mark for each slide of one foothold."""
+
+    def __init__(self, most: int | None = KEPT_MARKS):
+        self._marks: deque[tuple[int, float, float]] = deque(maxlen=most)
+        self._slide: float | None = None
+
+    def __iter__(self) -> Iterator[tuple[int, float, float]]:
+        """Steps before the slide, and from where to where it went [m], the oldest first."""
+        return iter(self._marks)
+
+    def __len__(self) -> int:
+        return len(self._marks)
+
+    def record(self, frame: BipedFrame) -> tuple[float, float] | None:
+        """Add what the foot slid since the last frame, and return it; None where it did not."""
+        slid = 0.0 if self._slide is None else frame.slide - self._slide
+        self._slide = frame.slide
+        if abs(slid) < LEAST_SLIDE:
+            return None
+        here = frame.floor_position
+        new = low, high = min(here, here - slid), max(here, here - slid)
+        if self._marks:
+            steps, start, end = self._marks[-1]
+            if steps == frame.steps and low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE:
+                self._marks.pop()
+                low, high = min(low, start), max(high, end)
+        self._marks.append((frame.steps, low, high))
+        return new
 
 
 class SlipTrace:
@@ -35,23 +68,11 @@ class SlipTrace:
 
     def forget(self) -> None:
         """Wipe the floor."""
-        self._marks: deque[tuple[int, float, float]] = deque(maxlen=KEPT_MARKS)
-        self._slide: float | None = None
+        self._marks = SlipMarks()
 
     def record(self, frame: BipedFrame) -> None:
-        """Add what the foot slid since the last frame; one mark for each slide of one foothold."""
-        slid = 0.0 if self._slide is None else frame.slide - self._slide
-        self._slide = frame.slide
-        if abs(slid) < LEAST_SLIDE:
-            return
-        here = frame.floor_position
-        low, high = min(here, here - slid), max(here, here - slid)
-        if self._marks:
-            steps, start, end = self._marks[-1]
-            if steps == frame.steps and low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE:
-                self._marks.pop()
-                low, high = min(low, start), max(high, end)
-        self._marks.append((frame.steps, low, high))
+        """Add what the foot slid since the last frame."""
+        self._marks.record(frame)
 
     def move(self, left: float, right: float) -> None:
         """Show the marks between two floor positions [m]."""

@@ -41,7 +41,7 @@ class Ground:
         x, y = frame.ground.T
         self._surface.set_data(x, y)
         self._seen.set_data(*frame.preview.T)
-        parts = _alike(frame)
+        parts = alike(len(frame.ground), frame.ground_mu, frame.mu)
         self._fill.set_verts([_down_to(depth, frame.ground[a:b]) for a, b, _ in parts])
         self._fill.set_facecolor([theme.floor_colour(mu) for *_, mu in parts])
         ends = min(mu for *_, mu in parts), max(mu for *_, mu in parts)
@@ -70,14 +70,17 @@ class Ground:
             number.visible = True
 
 
-def _alike(frame: UGVFrame) -> list[tuple[int, int, float]]:
-    """Stretches of the ground's points of one friction: first, one past the last, and mu."""
-    if frame.ground_mu is None:
-        return [(0, len(frame.ground), frame.mu)]
-    mu = np.round(frame.ground_mu, 3)
-    starts = [0, *(np.flatnonzero(np.diff(mu)) + 1).tolist()]
-    ends = [*(start + 1 for start in starts[1:]), len(mu)]  # each reaches the next one
-    return [(a, b, float(mu[a])) for a, b in zip(starts, ends, strict=True)]
+def alike(count: int, ground_mu: np.ndarray | None, mu: float) -> list[tuple[int, int, float]]:
+    """Stretches of the ground's points of one friction: first, one past the last, and mu.
+
+    ground_mu: at each of `count` points, None where it is mu everywhere.
+    """
+    if ground_mu is None:
+        return [(0, count, mu)]
+    each = np.round(ground_mu, 3)
+    starts = [0, *(np.flatnonzero(np.diff(each)) + 1).tolist()]
+    ends = [*(start + 1 for start in starts[1:]), len(each)]  # each reaches the next one
+    return [(a, b, float(each[a])) for a, b in zip(starts, ends, strict=True)]
 
 
 def _down_to(depth: float, points: np.ndarray) -> np.ndarray:

@@ -60,16 +60,17 @@ class Vehicle:
         return [np.array([wheel.centre, wheel.centre + end]) for end in ends]
 
     def _outline(self, frame: UGVFrame) -> np.ndarray:
-        """A box about the hinges, flattened at the front's upper corner."""
-        a, b = frame.rear.hinge, frame.front.hinge
-        along = (b - a) / hypot(*(b - a))
-        up = np.array([-along[1], along[0]])
-        h = self._half
-        corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
-        ends = (a, b, b, b, a)
-        return np.array(
-            [end + x * along + y * up for end, (x, y) in zip(ends, corners, strict=True)]
-        )
+        return body_corners(frame.rear.hinge, frame.front.hinge, self._half)
+
+
+def body_corners(a: np.ndarray, b: np.ndarray, h: float) -> np.ndarray:
+    """Outline [5, 2] of the body about the hinges a and b, flattened at the front's upper corner;
+    h: half its thickness [m]."""
+    along = (b - a) / hypot(*(b - a))
+    up = np.array([-along[1], along[0]])
+    corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
+    ends = (a, b, b, b, a)
+    return np.array([end + x * along + y * up for end, (x, y) in zip(ends, corners, strict=True)])
 
 
 class Forces:
@@ -90,7 +91,7 @@ class Forces:
     def move(self, frame: UGVFrame, scale: float) -> None:
         """Show a frame's forces; `scale` page units a metre."""
         wheels = frame.rear, frame.front
-        colours = [theme.SLIDES if self._slips(frame, wheel) else theme.HOLDS for wheel in wheels]
+        colours = [theme.SLIDES if slipping(frame, wheel) else theme.HOLDS for wheel in wheels]
         cones, arrows = [], []
         for wheel in wheels:
             up = wheel.slope + pi / 2
@@ -108,9 +109,9 @@ class Forces:
         self._arrows.set_verts(arrows)
         self._arrows.set_facecolor(colours)
 
-    @staticmethod
-    def _slips(frame: UGVFrame, wheel: WheelFrame) -> bool:
-        """The wheel with the lesser margin, once the friction is used up."""
-        margins = [one.mu * one.normal - abs(one.friction) for one in (frame.rear, frame.front)]
-        own = wheel.mu * wheel.normal - abs(wheel.friction)
-        return frame.slips and own <= min(margins)
+
+def slipping(frame: UGVFrame, wheel: WheelFrame) -> bool:
+    """Whether it is the wheel with the lesser margin, once the friction is used up."""
+    margins = [one.mu * one.normal - abs(one.friction) for one in (frame.rear, frame.front)]
+    own = wheel.mu * wheel.normal - abs(wheel.friction)
+    return frame.slips and own <= min(margins)

@@ -40,7 +40,7 @@ COMMANDS = {
     "sweep": "policies at every point of a grid of frictions, loads, speeds and more, into a "
     "directory",
     "compare": "two sweeps side by side",
-    "view": "an animation of a policy or baseline at work",
+    "view": "an animation or a page of a policy or baseline at work",
     "demo": "train a machine on a task of its own and compare it",
     "tasks": "named tasks that never change, and the best known on each",
     "policies": "trained policies of the package, one for each task",

@@ -38,7 +38,10 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
         action="store_true",
         help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
     )
-    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
+    parser.add_argument(
+        "--out", metavar="DIR", help="write evaluation.csv and .json and report.html there"
+    )
+    parser.add_argument("--html", metavar="FILE", help="the report alone, or elsewhere")
     add_overwrite(parser, "what is in --out")
     add_scene(parser, many=True)
 

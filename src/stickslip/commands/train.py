@@ -39,7 +39,9 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
-    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
+    parser.add_argument(
+        "--no-pictures", action="store_true", help="no plots, no animation, no report.html"
+    )
     _add_devices(parser)
     parser.description = (
         f"{parser.description} The settings of train {machine.name} come after the options; "

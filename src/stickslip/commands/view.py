@@ -17,13 +17,19 @@ EXAMPLES = {
     "stickslip view optimal-gait --scene wet --seconds 3 --out gait.png --plot gait-plot.png": (
         "a baseline, and its episode over time"
     ),
+    "stickslip view biped-ice crank-speed-pi --html ice.html": "two side by side, in a browser",
 }
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
     """Who, where, how long, into which files."""
     del arguments
-    add_who(parser)
+    add_who(parser, many=True)
+    parser.add_argument(
+        "--html",
+        metavar="FILE",
+        help="a page to play in a browser, with curves; of one or several, also pages of it",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
     parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
@@ -35,6 +41,11 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 def run(given: argparse.Namespace) -> Outcome:
     """Play and draw."""
+    if given.html is not None:
+        from stickslip.agents.reports.view import view_page_command
+
+        view_page_command(vars(given))
+        return Outcome()
     from stickslip.agents.commands import view_command
 
     view_command(vars(given))

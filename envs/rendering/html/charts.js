@@ -1,0 +1,149 @@
+// Curves over time and over other axes, by uPlot.
+
+const DASH = [7, 4];
+
+/** One chart: lines over x, with a playhead where there is a clock. */
+class Chart {
+  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null }) {
+    this.home = element("div", { class: "chart" });
+    const heading = element("h2", {}, title, " ", element("small", {}, unit === "-" ? "" : `[${unit}]`));
+    this.place = element("div", { role: "img", "aria-label": `${title} over ${axis}` });
+    this.home.append(heading, this.place);
+    home.append(this.home);
+    Object.assign(this, { series, axis, limits, steps, seek });
+    this.data = joined(series);
+    this.head = element("div", { class: "playhead" });
+    this.build();
+  }
+
+  build() {
+    if (this.plot) this.plot.destroy();
+    const ink = colour("muted");
+    const grid = { stroke: colour("rule"), width: 1 };
+    const font = "11px system-ui, sans-serif";
+    const axes = [
+      { stroke: ink, grid, font, size: 34, label: this.axis, labelSize: 16, labelFont: font, ticks: { size: 4 } },
+      { stroke: ink, grid, font, size: 52, ticks: { size: 4 } },
+    ];
+    const paths = this.steps ? uPlot.paths.stepped({ align: -1 }) : undefined;
+    const lines = this.series.map((one) => ({
+      label: one.label, stroke: one.colour(), width: 1.5, dash: one.dash, paths, points: { show: false },
+      value: (_, number) => (number == null ? "–" : brief(number)),
+    }));
+    const options = {
+      width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 8, 0, 0],
+      series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
+      scales: { x: { time: false }, y: { range: (_, low, high) => this.range(low, high) } },
+      cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
+      hooks: { draw: [(plot) => this.drawLimits(plot)] },
+    };
+    this.plot = new uPlot(options, this.data, this.place);
+    if (!this.seek) return;
+    this.plot.over.append(this.head);
+    this.plot.over.addEventListener("click", (event) => this.seek(this.plot.posToVal(event.offsetX, "x")));
+  }
+
+  range(low, high) {
+    const known = [low, high, ...this.limits].filter(Number.isFinite);
+    if (!known.length) return [0, 1];
+    const [least, most] = [Math.min(...known), Math.max(...known)];
+    const room = 0.06 * (most - least) || 0.1 * Math.abs(most) || 1;
+    return [least - room, most + room];
+  }
+
+  drawLimits(plot) {
+    const { ctx: context, bbox } = plot;
+    context.save();
+    context.strokeStyle = colour("muted");
+    context.lineWidth = 1;
+    context.setLineDash([5, 4]);
+    for (const level of this.limits) {
+      const y = plot.valToPos(level, "y", true);
+      context.beginPath();
+      context.moveTo(bbox.left, y);
+      context.lineTo(bbox.left + bbox.width, y);
+      context.stroke();
+    }
+    context.restore();
+  }
+
+  show(time) {
+    this.head.style.transform = `translateX(${this.plot.valToPos(time, "x")}px)`;
+  }
+
+  /** The values at a time in the legend. */
+  tell(time) {
+    this.plot.setLegend({ idx: this.plot.valToIdx(time) });
+  }
+
+  resize() {
+    this.plot.setSize({ width: Math.max(200, this.home.clientWidth), height: 170 });
+  }
+}
+
+/** uPlot's columns: one x for all series, null where a series has no value there. */
+function joined(series) {
+  const tables = series.map((one) => [
+    Array.from(one.x), Array.from(one.values, (number) => (Number.isFinite(number) ? number : null)),
+  ]);
+  return tables.length > 1 ? uPlot.join(tables) : tables[0];
+}
+
+/** About four figures. */
+function brief(number) {
+  const size = Math.abs(number);
+  if (size !== 0 && (size < 1e-3 || size >= 1e6)) return number.toExponential(2).replace("-", "−");
+  return written(number, size < 10 ? 3 : size < 100 ? 2 : size < 1000 ? 1 : 0);
+}
+
+/** The panels of all episodes: those of one line (and dashed ones) hold all players, others are one a
+    player. */
+function panelCharts(home, episodes, seek) {
+  const charts = [];
+  const several = episodes.length > 1;
+  const titles = [...new Set(episodes.flatMap((one) => one.panels.map((panel) => panel.title)))];
+  for (const title of titles) {
+    const owners = episodes.map((episode, index) => ({
+      episode, index, panel: episode.panels.find((panel) => panel.title === title),
+    })).filter((one) => one.panel);
+    const { unit, limits, steps } = owners[0].panel;
+    const look = { axis: "time [s]", limits, steps, seek };
+    const one = (owner, line, label, tone) => ({
+      label, x: times(owner.episode), values: line.values, dash: line.dashed ? DASH : [], colour: tone,
+    });
+    const solid = ({ panel }) => panel.lines.filter((line) => !line.dashed);
+    if (owners.every((owner) => solid(owner).length === 1)) {
+      const series = owners.map((owner) => one(
+        owner, solid(owner)[0], several ? owner.episode.name : solid(owner)[0].name,
+        () => colour(`player-${owner.index % 6}`),
+      ));
+      const dashed = owners[0].panel.lines.filter((line) => line.dashed);
+      series.push(...dashed.map((line) => one(owners[0], line, line.name, () => colour("muted"))));
+      charts.push(new Chart(home, title, unit, series, look));
+      continue;
+    }
+    for (const owner of owners) {
+      const series = owner.panel.lines.map((line, i) => one(
+        owner, line, line.name, () => (line.dashed ? colour("muted") : colour(`player-${i % 6}`)),
+      ));
+      const named = several ? `${title}: ${owner.episode.name}` : title;
+      charts.push(new Chart(home, named, unit, series, { ...look, limits: owner.panel.limits }));
+    }
+  }
+  return charts;
+}
+
+function curveCharts(home, curves) {
+  return curves.map(({ axis, x, panel }) => {
+    const series = panel.lines.map((line, i) => ({
+      label: line.name, x, values: line.values, dash: line.dashed ? DASH : [], colour: () => colour(`player-${i % 6}`),
+    }));
+    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps });
+  });
+}
+
+/** The times of an episode's samples [s]. */
+function times(episode) {
+  const count = episode.panels[0].lines[0].values.length;
+  return Array.from({ length: count }, (_, i) => i * episode.period);
+}

@@ -1,0 +1,88 @@
+"""From what a page shows to its text: one file that loads nothing else."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from functools import cache
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
+
+from stickslip.envs.rendering.html.colours import style_of_colours
+from stickslip.envs.rendering.html.encode import script_text
+from stickslip.envs.rendering.html.table import table_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from stickslip.envs.rendering.html.data import Page
+
+FOLDER = Path(__file__).parent
+SCRIPTS = ("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js")
+"""Of a page, in the order in which they stand in it, as one script."""
+LIBRARY = "uPlot.iife.min.js"
+
+
+def page_text(page: Page) -> str:
+    """The whole page as HTML. Names and words are text in it, whatever characters they hold.
+
+    Its policy on contents allows the two scripts of this package by their digests and nothing from
+    anywhere else, so neither a name nor a picture can bring a script or a request with it.
+    """
+    library, program = _library(), _program()
+    return Template(_read("page.html")).substitute(
+        title=escape(page.title),
+        policy=escape(_policy(library, program)),
+        style=style_of_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
+        lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
+        summary=_facts(page.facts)
+        + "".join(table_text(*one) for one in page.tables)
+        + (f'<pre class="scroll" tabindex="0">{escape(page.text)}</pre>' if page.text else ""),
+        pictures="".join(_picture(*one) for one in page.pictures)
+        + "".join(table_text(*one) for one in page.closing),
+        notes="".join(f'<p class="note">{escape(words)}</p>' for words in page.notes),
+        data=script_text({"episodes": page.episodes, "curves": page.curves}),
+        library=library,
+        program=program,
+    )
+
+
+def _facts(rows: Iterable[tuple[str, str]]) -> str:
+    items = [f"<div><dt>{escape(a)}</dt><dd>{escape(b)}</dd></div>" for a, b in rows]
+    return f'<dl class="facts">{"".join(items)}</dl>' if items else ""
+
+
+def _picture(title: str, content: bytes) -> str:
+    if not content.startswith(b"\x89PNG"):
+        raise ValueError(f"the picture {title!r} is no PNG; accepted: the bytes of a PNG file")
+    source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
+    words = escape(title)
+    return f'<figure><img src="{source}" alt="{words}"><figcaption>{words}</figcaption></figure>'
+
+
+def _policy(*scripts: str) -> str:
+    digests = (hashlib.sha256(one.encode()).digest() for one in scripts)
+    allowed = " ".join(f"'sha256-{base64.b64encode(one).decode()}'" for one in digests)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+@cache
+def _library() -> str:
+    licence = _read("vendor/uPlot.LICENSE")
+    return f"/*\n{licence}*/\n{_read('vendor/' + LIBRARY)}"
+
+
+@cache
+def _program() -> str:
+    body = "\n".join(_read(name) for name in SCRIPTS)
+    return f'"use strict";\n(() => {{\n{body}}})();\n'
+
+
+@cache
+def _read(name: str) -> str:
+    return (FOLDER / name).read_text(encoding="utf-8")

@@ -1,0 +1,72 @@
+"""The drawing of a page has the links where the kinematics put them, and every slide."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped.kinematics import kinematics
+from stickslip.dynamics.scene import Patches, Scene
+from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.html.data import Drawing
+from tests.envs.rendering.frames import SCENE, walk
+
+
+def drawn(count: int, slide: float = 0.0, scene: Scene = SCENE) -> Drawing:
+    return biped_drawing(
+        walk(count, slide), BipedParams.from_bars(), scene, np.full(count, slide > 0)
+    )[0]
+
+
+def test_bars_end_at_the_pins_of_the_kinematics():
+    frames = walk(30)
+    drawing = drawn(30)
+    i = 25
+    exact = jax.jit(kinematics)(BipedParams.from_bars(), jnp.asarray(frames[i].phase))
+    leg = frames[i].steps % 2
+    tibia = [part for part in drawing.parts if part.group == leg and part.role == "main"]
+    (bar,) = next(part.bars for part in reversed(tibia) if part.bars)
+    ends = drawing.points[i, list(bar)] - [frames[i].floor_position, 0.0]
+    np.testing.assert_allclose(ends, np.stack([exact.pins.E[0], exact.pins.K[0]]), atol=1e-5)
+
+
+def test_a_leg_keeps_its_points_across_an_exchange_of_support():
+    drawing = drawn(60)
+    assert drawing.active is not None
+    assert len(np.unique(drawing.active)) == 2
+    leaps = np.abs(np.diff(drawing.points, axis=0)).max(axis=(1, 2))
+    exchange = np.flatnonzero(np.diff(drawing.active))
+    usual = np.delete(leaps, exchange)
+    assert leaps[exchange].max() < 1.5 * usual.max()
+
+
+def test_every_slide_is_marked_with_its_length():
+    marks = drawn(60, slide=2e-3).marks
+    assert sum(mark.high - mark.low for mark in marks) == pytest.approx(59 * 2e-3, rel=1e-6)
+    assert drawn(60).marks == ()
+
+
+def test_only_the_foot_that_carries_is_pushed_by_the_ground():
+    one, other = drawn(60).contacts
+    carried = np.isfinite(np.stack([one.normal, other.normal]))
+    np.testing.assert_array_equal(carried.sum(axis=0), 1)
+
+
+def test_patches_are_stretches_of_the_floor():
+    floor = Patches(jnp.array([0.5]), jnp.array([0.3, 0.05]), jnp.array([0.3, 0.04]))
+    first, second = drawn(3, scene=Scene(floor)).stretches
+    assert (first.end, second.start) == (0.5, 0.5)
+    assert (first.icy, second.icy) == (False, True)
+    assert "0.05" in second.words
+
+
+def test_all_poses_at_once_are_those_of_each():
+    from stickslip.envs.rendering.biped.linkage import Mechanism
+
+    mechanism = Mechanism(BipedParams.from_bars())
+    phases = np.array([1.6, 2.5, 4.6])
+    every = mechanism.poses(phases)
+    for i, phase in enumerate(phases):
+        one = mechanism.pose(float(phase))
+        jax.tree.map(lambda a, b, i=i: np.testing.assert_allclose(a[i], b, atol=1e-5), every, one)

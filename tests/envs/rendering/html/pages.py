@@ -1,0 +1,54 @@
+"""Pages to look at: a synthetic walk of ten seconds, without an environment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from stickslip.dynamics.biped import BipedParams
+from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.html.data import Event, Line, Page, Panel, Shown
+from tests.envs.rendering.frames import SCENE, walk
+
+PERIOD = 0.02
+SAMPLES = 501
+
+
+@cache
+def walked(name: str = "walker") -> Shown:
+    """Ten seconds at 50 samples a second; the foot slides all the while in the third second."""
+    frames = walk(SAMPLES)
+    slide = 0.0
+    for i, frame in enumerate(frames):
+        if 100 <= i < 150:
+            slide += 1e-3
+        frames[i] = replace(
+            frame,
+            slide=slide,
+            floor_position=frame.floor_position + slide,
+            sticking=not 100 <= i < 150,
+        )
+    slips = np.array([not frame.sticking for frame in frames])
+    drawing, ahead = biped_drawing(frames, BipedParams.from_bars(), SCENE, slips)
+    time = PERIOD * np.arange(SAMPLES)
+    terms = tuple(Line(f"term {i}", np.sin(time + i)) for i in range(4))
+    names = ("torque", "power", "crank rate", "friction used", "slid", "return", "score")
+    panels = tuple(Panel(one, "-", (Line(one, np.cos(time * 3)),)) for one in names)
+    return Shown(
+        name=name,
+        period=PERIOD,
+        panels=(*panels, Panel("reward", "-", terms, limits=(0.0,))),
+        events=(Event(100, "slip", "slips"), Event(150, "stick", "sticks")),
+        numbers=(("walked [m]", ahead, 2),),
+        slips=slips,
+        drawing=drawing,
+        ended="toppled",
+        facts=(("return", "1.2"),),
+    )
+
+
+def page(*names: str) -> Page:
+    """One of ten seconds for each name."""
+    return Page("A walk", "ten seconds", episodes=tuple(replace(walked(), name=n) for n in names))

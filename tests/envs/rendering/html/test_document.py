@@ -1,0 +1,100 @@
+"""A page is one file that loads nothing, and what is written into it stays text."""
+
+import base64
+import hashlib
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from stickslip.envs.rendering.html.data import Event, Page, Part, Shown
+from stickslip.envs.rendering.html.document import page_text
+from stickslip.records.table import Column, Table
+from tests.envs.rendering.html.pages import page, walked
+
+EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+
+
+class Elements(HTMLParser):
+    """The elements of a page with their attributes."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]):
+        self.found.append((tag, dict(attrs)))
+
+
+def evil_page() -> Page:
+    table = Table([Column(EVIL, words=True)], [[EVIL]])
+    shown = replace(walked(), name=EVIL, ended=EVIL, facts=((EVIL, EVIL),))
+    return Page(EVIL, EVIL, ((EVIL, EVIL),), (shown,), ((EVIL, table),), notes=(EVIL,))
+
+
+def test_ten_seconds_stay_far_below_two_megabytes():
+    assert len(page_text(page("walker")).encode()) < 450_000
+    assert len(page_text(page("a", "b", "c", "d")).encode()) < 2_000_000
+
+
+def test_nothing_is_loaded_from_anywhere():
+    text = page_text(page("walker"))
+    for tag, attributes in Elements(text).found:
+        for name in ("src", "href", "action", "data"):
+            value = attributes.get(name)
+            assert value is None or value.startswith("data:"), f"{tag} {name}={value}"
+    assert not re.search(r"@import|url\(|\bfetch\(|XMLHttpRequest|import\(", text)
+
+
+def test_only_the_two_scripts_of_the_package_are_allowed():
+    text = page_text(evil_page())
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digests = {base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts}
+    (policy,) = (
+        attributes["content"]
+        for tag, attributes in Elements(text).found
+        if tag == "meta" and "http-equiv" in attributes
+    )
+    assert policy is not None
+    assert {*re.findall(r"'sha256-([^']+)'", policy)} == digests
+    assert len(scripts) == 2
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy.partition("script-src")[2].partition(";")[0]
+
+
+def test_names_cannot_bring_elements():
+    ordinary = replace(walked(), name="x", ended="x", facts=(("x", "x"),))
+    table = Table([Column("x", words=True)], [["x"]])
+    same = Page("x", "x", (("x", "x"),), (ordinary,), (("x", table),), notes=("x",))
+    tags = [[tag for tag, _ in Elements(page_text(one)).found] for one in (same, evil_page())]
+    assert tags[0] == tags[1]
+    assert not any(
+        "onerror" in attributes for _, attributes in Elements(page_text(evil_page())).found
+    )
+
+
+def test_the_library_comes_with_its_licence():
+    text = page_text(page("walker"))
+    assert "Copyright (c) 2022 Leon Sorokin" in text
+    assert "Permission is hereby granted" in text
+
+
+def test_the_same_page_is_the_same_text():
+    assert page_text(page("walker")) == page_text(page("walker"))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda: Event(3, "jump", ""), "kind = 'jump'; accepted: slip"),
+        (lambda: Part("red"), "role = 'red'; accepted: ink"),
+        (lambda: Shown("x", 0.0, walked().panels), "period = 0.0; accepted: > 0 s"),
+        (lambda: Shown("x", 0.1, ()), "panels is empty"),
+        (lambda: page_text(Page("x", pictures=(("y", b"GIF89a"),))), "'y' is no PNG"),
+    ],
+)
+def test_what_a_page_cannot_show_is_refused(wrong, said: str):
+    with pytest.raises(ValueError, match=said):
+        wrong()

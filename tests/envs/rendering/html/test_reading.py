@@ -1,0 +1,56 @@
+"""The episodes of a page are read back as they were, and damaged pages are refused by name."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.envs.rendering.html.document import page_text
+from stickslip.envs.rendering.html.encode import script_text
+from stickslip.envs.rendering.html.reading import read_episodes
+from tests.envs.rendering.html.pages import page, walked
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Path:
+    path = tmp_path / "page.html"
+    path.write_text(page_text(page("one", "two")), encoding="utf-8")
+    return path
+
+
+def test_a_page_is_read_as_it_was_written(kept: Path):
+    one, two = read_episodes(kept)
+    assert (one.name, two.name) == ("one", "two")
+    assert one.drawing is not None
+    assert walked().drawing is not None
+    np.testing.assert_array_equal(one.drawing.points, walked().drawing.points)
+    assert one.drawing.parts[0].role == walked().drawing.parts[0].role
+    assert one.events == walked().events
+
+
+def test_what_is_read_is_written_the_same_again(kept: Path):
+    again = read_episodes(kept)
+    assert script_text(again) == script_text(read_episodes(kept))
+    np.testing.assert_allclose(
+        again[0].panels[0].lines[0].values, walked().panels[0].lines[0].values, atol=2e-5
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda text: text[:-400_000], "holds no episodes"),
+        (lambda text: text.replace('"period":0.02', '"period":"x"'), "is damaged"),
+        (lambda text: text.replace('"period":0.02', '"period":-1'), "is damaged"),
+        (lambda text: text.replace('"parts":[{', '"parts":[3,{', 1), "is damaged"),
+        (lambda text: text.replace('"data":"', '"data":"AAA', 1), "is damaged"),
+        (lambda text: "<p>another page</p>", "holds no episodes"),
+    ],
+)
+def test_a_damaged_page_is_refused_by_name(kept: Path, change, said: str):
+    text = kept.read_text(encoding="utf-8")
+    kept.write_text(change(text), encoding="utf-8")
+    with pytest.raises(ValueError, match=f"page.html {said}"):
+        read_episodes(kept)
+    with pytest.raises(ValueError, match="is no file"):
+        read_episodes(kept.with_name("none.html"))
