@@ -20,5 +20,8 @@ def require_scalar(name: str, value: Any, **rule: Any) -> None:
 
 def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
     """Numbers in double precision, or ValueError for what is none, or not finite there."""
+    usual = type(value) is np.ndarray and value.dtype == float and value.size > 0
+    if usual and np.isfinite(value).all():  # what optimisers ask with, again and again
+        return value
     require_number(name, value, accepted=accepted, dtype=np.float64)
     return np.asarray(value, dtype=float)

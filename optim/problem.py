@@ -103,6 +103,11 @@ class Problem(ABC, Generic[R]):
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
         return self.evaluate(x).margins
 
+    def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
+        """The objective and `constraints`, computed once: what optimisers ask for all the time."""
+        at = self.evaluate(x)
+        return at.value, at.margins
+
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
@@ -204,11 +209,15 @@ class FreeProblem(Problem[Result]):
     @property
     def n(self) -> int:
         """How many are."""
-        return int(np.sum(self.which))
+        return len(self._bounds[0])
 
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         """Their least and greatest values."""
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         low, high = self.problem.bounds
         return low[self.which], high[self.which]
 
@@ -233,6 +242,10 @@ class FreeProblem(Problem[Result]):
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
         """See Problem; all constraints, those of given numbers alone being constant."""
         return self.problem.evaluate(self.expand(x))
+
+    def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
+        """See Problem."""
+        return self.problem.value_and_margins(self.expand(x))
 
     def objective(self, x: Float[np.ndarray, "n"]) -> float:
         """See Problem."""

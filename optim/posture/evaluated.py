@@ -1,33 +1,79 @@
 """Stations of numbers at hand: any number of them by a few compiled programs.
 
-Compiling takes seconds and a thousand stations take a millisecond. So stations go through in one
-row, filled up to the next of SIZES, whatever problem, grid or batch of drives they come from:
-problems with ground and vehicle of one structure share programs whose waypoints, angles and limits
-differ.
+Compiling takes seconds and a thousand stations take half a millisecond. So stations go through in
+rows, filled up to SIZES, whatever problem, grid or batch of drives they come from: problems with
+ground and vehicle of one structure share programs whose waypoints, angles and limits differ. What
+a problem's stations have in common is handed to JAX once (`Waypoints`), and every program gives
+one array: a call costs as much as a hundred stations, and more for each array in and out.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from stickslip.optim.posture.traced import Posture
+from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.traced import Posture, packed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.optim.posture.station import Station
+    Program = Callable[..., Any]
 
-Result = TypeVar("Result")
-
-SIZES = (64, 1024, 16_384)
+SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
+A_CALL = 170
+"""Stations that take as long as a call takes beside its stations."""
+
+
+class Waypoints(NamedTuple):
+    """What the stations of one row have in common, where JAX keeps it."""
+
+    shared: Posture
+    """Vehicle, ground and solver."""
+    calls: tuple[tuple[int, int, Array, Array], ...]
+    """Of each call: where it begins in the row, its size, and x and friction [size]."""
+    count: int
+
+    @classmethod
+    def of(
+        cls, posture: Posture, x: Float[np.ndarray, "count"], friction: Float[np.ndarray, "count"]
+    ) -> Waypoints:
+        """Of so many stations, each with its x [m] and mu [-]."""
+        names = ("x", "friction", "leg_rate", "criterion")
+        names += ("min_normal", "min_grip", "min_clearance", "max_torque")
+        calls = [
+            (begin, size, padded(x[begin : begin + size], size), padded(friction[begin:], size))
+            for begin, size in _calls(len(x))
+        ]
+        with jax.enable_x64(True):
+            shared = replace(posture, **dict.fromkeys(names))
+            shared, rows = jax.device_put((shared, [of[2:] for of in calls]))
+        made = tuple((*of[:2], *row) for of, row in zip(calls, rows, strict=True))
+        return cls(shared, made, len(x))
+
+    def stations(self, pairs: Float[np.ndarray, "count 2"]) -> Float[np.ndarray, "numbers count"]:
+        """The stations at these angles, as Station.unpacked reads them."""
+        return self._rows(_stations, pairs)
+
+    def with_slopes(self, pairs: Float[np.ndarray, "count 2"]) -> Float[np.ndarray, "more count"]:
+        """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
+        return self._rows(_slopes, pairs)
+
+    def _rows(self, program: Program, pairs: np.ndarray) -> np.ndarray:
+        with jax.enable_x64(True):
+            parts = [
+                np.asarray(program(self.shared, x, friction, padded(pairs[begin:], size)))
+                for begin, size, x, friction in self.calls
+            ]
+        rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
+        return rows[:, : self.count]
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
@@ -42,15 +88,30 @@ def stations_at(
     angles: Float[np.ndarray, "... 2"],
 ) -> Station:
     """`Posture.stations_at`, broadcast, as NumPy arrays."""
-    return _by_station(_stations, posture, x, friction, angles)
+    return Station.unpacked(rows_at(posture, x, friction, angles))
+
+
+def rows_at(
+    posture: Posture,
+    x: Float[Array | np.ndarray, "..."],
+    friction: Float[Array | np.ndarray, "..."],
+    angles: Float[np.ndarray, "... 2"],
+) -> Float[np.ndarray, "numbers ..."]:
+    """The same as Station.unpacked reads them."""
+    x, friction, angles = map(np.asarray, (x, friction, angles))
+    shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
+    each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
+    pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
+    rows = Waypoints.of(posture, *each).stations(pairs)
+    return rows.reshape(len(rows), *shape)
 
 
 def stations_and_slopes(
     posture: Posture, angles: Float[np.ndarray, "K 2"]
 ) -> tuple[Station, Station]:
     """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
-    given = posture, posture.x, posture.friction, angles
-    return stations_at(*given), _by_station(_slopes, *given)
+    given = Waypoints.of(posture, np.asarray(posture.x), np.asarray(posture.friction))
+    return Station.unpacked_with_slopes(given.with_slopes(angles))
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
@@ -58,58 +119,54 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
     too."""
     shape = at.torque.shape
     rows = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[len(shape) :]), at)
-    found = _in_sizes(_met, replace(posture, x=None, friction=None, criterion=None), rows)
-    return {name: of.reshape(shape) for name, of in found.items()}
-
-
-def _by_station(
-    program: Callable[..., Station], posture: Posture, *given: Array | np.ndarray
-) -> Station:
-    """program(posture, x, friction, angles) of x, friction [...] and angles [..., 2]."""
-    x, friction, angles = map(np.asarray, given)
-    shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
-    each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
-    pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
-    none = dict.fromkeys(("x", "friction", "leg_rate", "criterion"))
-    none |= dict.fromkeys(("min_normal", "min_grip", "min_clearance", "max_torque"))
-    found = _in_sizes(program, replace(posture, **none), *each, pairs)
-    return jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[1:]), found)
-
-
-def _in_sizes(program: Callable[..., Result], shared: Posture, *rows: object) -> Result:
-    """program(shared, *rows), rows being trees of arrays [n, ...], in float64."""
-    count, most = len(jax.tree.leaves(rows)[0]), SIZES[-1]
+    shared = replace(posture, x=None, friction=None, criterion=None)
     parts = []
     with jax.enable_x64(True):
-        for begin in range(0, count, most):
-            here = min(count - begin, most)
-            size = next(size for size in SIZES if size >= here)
+        for begin, size in _calls(len(rows.torque)):
             part = jax.tree.map(lambda of, b=begin, s=size: padded(of[b : b + s], s), rows)
-            found = program(shared, *part)
-            parts.append(jax.tree.map(lambda leaf, n=here: np.asarray(leaf)[:n], found))
-    if len(parts) == 1:
-        return parts[0]
-    return jax.tree.map(lambda *of: np.concatenate(of), *parts)
+            parts.append(jax.tree.map(np.asarray, _met(shared, part)))
+    whole = jax.tree.map(lambda *of: np.concatenate(of)[: len(rows.torque)], *parts)
+    return {name: of.reshape(shape) for name, of in whole.items()}
 
 
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
-    """The last entry repeated up to that many."""
-    more = np.broadcast_to(rows[-1], (size - len(rows), *rows.shape[1:]))
-    return np.concatenate([rows, more]) if len(more) else rows
+    """The first of them up to that many, filled up with the last."""
+    if len(rows) >= size:
+        return rows[:size]
+    filled = np.empty((size, *rows.shape[1:]), rows.dtype)
+    filled[: len(rows)], filled[len(rows) :] = rows, rows[-1]
+    return filled
+
+
+def _calls(count: int) -> list[tuple[int, int]]:
+    """Where each call begins and how large it is, of so many stations."""
+    whole, rest = divmod(count, SIZES[-1])
+    sizes = (*[SIZES[-1]] * whole, *_sizes(rest))
+    begins = np.cumsum((0, *sizes)).tolist()
+    return list(zip(begins, sizes, strict=False))
+
+
+@lru_cache
+def _sizes(count: int) -> tuple[int, ...]:
+    """The calls that take least together: one that is too large, or several smaller ones."""
+    if count <= 0:
+        return ()
+    one = (next(size for size in SIZES if size >= count),)
+    smaller = [size for size in SIZES if size < count]
+    if not smaller:
+        return one
+    several = (smaller[-1], *_sizes(count - smaller[-1]))
+    return min(one, several, key=lambda sizes: sum(sizes) + A_CALL * len(sizes))
 
 
 @jax.jit
-def _stations(posture: Posture, x: Array, friction: Array, angles: Array) -> Station:
-    return posture.stations_at(x, friction, angles)
+def _stations(posture: Posture, x: Array, friction: Array, angles: Array) -> Array:
+    return packed(posture, x, friction, angles)
 
 
 @jax.jit
-def _slopes(posture: Posture, x: Array, friction: Array, angles: Array) -> Station:
-    def numbers_of(x: Float[Array, ""], friction: Float[Array, ""], pair: Float[Array, " 2"]):
-        at = posture.stations_at(x, friction, pair)
-        return at._replace(status=jnp.zeros_like(at.torque))
-
-    return jax.vmap(jax.jacfwd(numbers_of, argnums=2))(x, friction, angles)
+def _slopes(posture: Posture, x: Array, friction: Array, angles: Array) -> Array:
+    return packed(posture, x, friction, angles, slopes=True)
 
 
 @jax.jit

@@ -15,6 +15,8 @@ from stickslip.optim.options import as_floats
 from stickslip.optim.posture import evaluated, traced
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.data import PostureData
+from stickslip.optim.posture.evaluated import Waypoints
+from stickslip.optim.posture.jacobian import whole_jacobian
 from stickslip.optim.posture.methods import METHODS
 from stickslip.optim.posture.missed import missed_by
 from stickslip.optim.posture.result import PostureResult
@@ -142,91 +144,103 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
         return self.posture.constraints(self.posture.stations(angles), angles)
 
+    @cached_property
+    def _waypoints(self) -> Waypoints:
+        """What the stations of a drive have in common, where JAX keeps it."""
+        return Waypoints.of(self._shared, self.posture.x, self.posture.friction)
+
+    @cached_property
+    def _judged(self) -> Posture:
+        """What is asked of stations and of angles, there, too: no ground."""
+        with jax.enable_x64(True):
+            return jax.device_put(replace(self.posture, odometer=None, friction=None))
+
+    @cached_property
+    def _margins_of(self) -> Posture:
+        """The same by any criterion, so that all share one program."""
+        return replace(self._judged, criterion=None)
+
+    @property
+    def _criterion(self) -> Any:
+        return self._judged.criterion
+
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
+        rows = self._waypoints.stations(angles)
+        value, margins = self._value_and_margins(rows, angles)
+        feasible = self.meets(angles.reshape(-1), margins)
+        return Evaluation(value, margins, feasible, missed_by(self, angles, Station.unpacked(rows)))
+
+    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
+        """See Problem."""
+        angles = self.angles(x)
+        return self._value_and_margins(self._waypoints.stations(angles), angles)
+
+    def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, angles)
-            value = float(traced.value(self.posture.criterion, at))
-            margins = traced.constraints(self._shared, at, angles)
-            at, margins = jax.tree.map(np.asarray, (at, margins))
-        flat = self._flat(margins)
-        feasible = self.meets(angles.reshape(-1), flat)
-        return Evaluation(value, flat, feasible, missed_by(self, angles, at))
+            found = np.array(traced.value_and_margins(self._judged, rows, angles))
+        return float(found[0]), found[1:]
 
     def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
         """See Problem; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros(0)
+        rows = self._rows(angles)
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, angles)
-            value = traced.values(self.posture.criterion, at)
-            missed = traced.shortfall(self._shared, at, angles)
-        return np.array(value)[:count], np.array(missed)[:count]
+            value = traced.values(self._criterion, rows)
+            missed = traced.shortfall(self._margins_of, rows, angles)
+            return np.array(value)[:count], np.array(missed)[:count]
 
     def objective(self, x: Vector) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
+        rows = self._waypoints.stations(self.angles(x))
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, self.angles(x))
-            return float(traced.value(self.posture.criterion, at))
+            return float(traced.value(self._criterion, rows))
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
+        rows = self._waypoints.with_slopes(self.angles(x))
         with jax.enable_x64(True):
-            at, slopes = evaluated.stations_and_slopes(self._shared, self.angles(x))
-            return np.array(traced.gradient(self.posture.criterion, at, slopes)).reshape(-1)
+            return np.array(traced.gradient(self._criterion, rows)).reshape(-1)
 
     def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
         """The values of a batch; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0)
+        rows = self._rows(angles)
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, angles)
-            return np.array(traced.values(self.posture.criterion, at))[:count]
+            return np.array(traced.values(self._criterion, rows))[:count]
 
     def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
         angles = self.angles(x)
+        rows = self._waypoints.stations(angles)
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, angles)
-            margins = jax.tree.map(np.asarray, traced.constraints(self._shared, at, angles))
-        return self._flat(margins)
+            return np.array(traced.margins(self._margins_of, rows, angles))
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; compiled as `objectives` is."""
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
+        rows = self._rows(angles)
         with jax.enable_x64(True):
-            at = evaluated.stations(self._shared, angles)
-            value = traced.values(self.posture.criterion, at)
-            found = jax.tree.map(np.asarray, traced.constraints_all(self._shared, at, angles))
-        rows = [found[name].reshape(len(angles), -1) for name in self.constraint_names]
-        return np.array(value)[:count], np.concatenate(rows, axis=1)[:count]
+            value = traced.values(self._criterion, rows)
+            margins = traced.margins_all(self._margins_of, rows, angles)
+            return np.array(value)[:count], np.array(margins)[:count]
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         require_jacobian(self)
+        rows = self._waypoints.with_slopes(self.angles(x))
         with jax.enable_x64(True):
-            at, slopes = evaluated.stations_and_slopes(self._shared, self.angles(x))
+            at, slopes = Station.unpacked_with_slopes(rows)
             blocks = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, at, slopes))
-        rows = np.zeros((sum(self._sizes.values()), self.n))
-        K, groups = len(self.x), self.constraint_groups
-        for name, slope in blocks.items():
-            m = slope.shape[1]
-            block = rows[groups[name]].reshape(K, m, K, 2)
-            block[np.arange(K), :, np.arange(K)] = slope
-        if self.leg_rate is not None:
-            block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, self.n)
-            per_angle = 1 / (self.leg_rate * np.diff(self.x))
-            for step in range(K - 1):
-                for leg in range(2):
-                    for row, sign in enumerate((-1, 1)):
-                        block[step, row, leg, 2 * step + leg] = -sign * per_angle[step]
-                        block[step, row, leg, 2 * step + 2 + leg] = sign * per_angle[step]
-        return rows
+        per_angle = None if self.leg_rate is None else 1 / (self.leg_rate * np.diff(self.x))
+        return whole_jacobian(blocks, self.constraint_groups, per_angle)
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
@@ -262,7 +276,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
-        return evaluated.stations(self._shared, self.angles(x))
+        return Station.unpacked(self._waypoints.stations(self.angles(x)))
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
@@ -272,8 +286,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """See Problem."""
         return self._batch(X).reshape(-1, self.n)
 
-    def _flat(self, margins: dict[str, np.ndarray]) -> Float[np.ndarray, "m"]:
-        return np.concatenate([margins[name].reshape(-1) for name in self.constraint_names])
+    def _rows(self, angles: Float[np.ndarray, "P K 2"]) -> Float[np.ndarray, "rows P K"]:
+        return evaluated.rows_at(self._shared, self.posture.x, self.posture.friction, angles)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
         """A batch as angles, repeated up to a power of two, and how many drives it has."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
-from stickslip.optim.posture.station import Station, station, torque_left
+from stickslip.optim.posture.station import Station, rows_of, station, torque_left
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -132,34 +132,93 @@ def _station(
     return station(params, odometer.track, odometer, x, angles, friction, solver)
 
 
-@jax.jit
-def value(criterion: Criterion | Weighted, at: Station) -> Float[Array, ""]:
-    """The criterion's value of stations [K]."""
-    return finite_cost(criterion, at)
+class Rows(NamedTuple):
+    """A station as `rows_of` takes it apart, then maybe its slopes, each [...]."""
+
+    numbers: list[Array]
+    status: Array
+    slopes: list[Array]
+
+
+def _rows(
+    solver: PoseSolver,
+    params: UGVParams,
+    odometer: Odometer,
+    x: Float[Array, "..."],
+    angles: Float[Array, "... 2"],
+    friction: Float[Array, "..."],
+) -> Rows:
+    at = _station(solver, params, odometer, x, angles, friction)
+    return Rows(rows_of(at.numbers), at.status, [])
+
+
+def _rows_and_slopes(
+    solver: PoseSolver,
+    params: UGVParams,
+    odometer: Odometer,
+    x: Float[Array, "..."],
+    angles: Float[Array, "... 2"],
+    friction: Float[Array, "..."],
+) -> Rows:
+    def numbers(angles: Array) -> tuple[list[Array], Array]:
+        at = _rows(solver, params, odometer, x, angles, friction)
+        return at.numbers, at.status
+
+    def along(angle: Array) -> tuple[list[Array], list[Array], Array]:
+        direction = jnp.broadcast_to(angle, angles.shape)
+        return jax.jvp(numbers, (angles,), (direction,), has_aux=True)
+
+    both = jnp.eye(2, dtype=angles.dtype)
+    at, slopes, status = jax.vmap(along, out_axes=(None, 0, None))(both)
+    return Rows(at, status, [of[angle] for angle in range(2) for of in slopes])
+
+
+def packed(
+    posture: Posture,
+    x: Float[Array, "count"],
+    friction: Float[Array, "count"],
+    angles: Float[Array, "count 2"],
+    slopes: bool = False,
+) -> Float[Array, "rows count"]:
+    """Stations, in one kernel and one array, as Station.unpacked reads them, or
+    Station.unpacked_with_slopes."""
+    given = posture.params, posture.odometer, x, angles, friction
+    found = over_poses(_rows_and_slopes if slopes else _rows, (posture.solver,), *given)
+    return jnp.stack([*found.numbers, found.status.astype(x.dtype), *found.slopes])
 
 
 @jax.jit
-def values(criterion: Criterion | Weighted, at: Station) -> Float[Array, "B"]:
-    """The same of a batch of drives, stations [B, K]."""
-    return jax.vmap(lambda drive: finite_cost(criterion, drive))(at)
+def value(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, ""]:
+    """The criterion's value of stations, packed."""
+    return finite_cost(criterion, Station.unpacked(rows))
 
 
 @jax.jit
-def shortfall(posture: Posture, at: Station, angles: Float[Array, "B K 2"]) -> Float[Array, "B"]:
-    """The scaled margins that a batch of drives misses, summed; at: their stations [B, K]."""
+def values(criterion: Criterion | Weighted, rows: Float[Array, "rows B K"]) -> Float[Array, "B"]:
+    """The same of a batch of drives."""
+    return jax.vmap(lambda drive: finite_cost(criterion, Station.unpacked(drive)), 1)(rows)
 
-    def of_drive(at, pairs):
-        margins = posture.constraints(at, pairs).values()
+
+@jax.jit
+def shortfall(
+    posture: Posture, rows: Float[Array, "rows B K"], angles: Float[Array, "B K 2"]
+) -> Float[Array, "B"]:
+    """The scaled margins that a batch of drives misses, summed; rows: their stations, packed."""
+
+    def of_drive(rows: Array, pairs: Array) -> Array:
+        margins = posture.constraints(Station.unpacked(rows), pairs).values()
         return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
 
-    return jax.vmap(of_drive)(at, angles)
+    return jax.vmap(of_drive, (1, 0))(rows, angles)
 
 
 @jax.jit
-def gradient(criterion: Criterion | Weighted, at: Station, slopes: Station) -> Float[Array, "K 2"]:
-    """Slope of the value in every angle; 0 where it is not finite."""
+def gradient(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, "K 2"]:
+    """Slope of the value in every angle; 0 where it is not finite. rows: the stations with their
+    slopes, packed."""
+    at, slopes = Station.unpacked_with_slopes(rows)
 
-    def cost(numbers):
+    def cost(numbers: tuple[Array, ...]) -> Array:
         return finite_cost(criterion, at.with_numbers(numbers))
 
     by_field = zip(jax.grad(cost)(at.numbers), slopes.numbers, strict=True)
@@ -175,19 +234,38 @@ def _contract(weight: Array, slope: Array) -> Array:
 
 
 @jax.jit
+def margins(
+    posture: Posture, rows: Float[Array, "rows K"], angles: Float[Array, "K 2"]
+) -> Float[Array, "m"]:
+    """`Posture.constraints` at these angles, one after the other; rows: their stations, packed."""
+    found = posture.constraints(Station.unpacked(rows), angles)
+    return jnp.concatenate([jnp.ravel(of) for of in found.values()])
+
+
+@jax.jit
+def value_and_margins(
+    posture: Posture, rows: Float[Array, "rows K"], angles: Float[Array, "K 2"]
+) -> Float[Array, "1+m"]:
+    """The value and then the margins: one array is read faster than two."""
+    found = posture.constraints(Station.unpacked(rows), angles).values()
+    at_first = finite_cost(posture.criterion, Station.unpacked(rows))
+    return jnp.concatenate([at_first[None], *(jnp.ravel(of) for of in found)])
+
+
+@jax.jit
+def margins_all(
+    posture: Posture, rows: Float[Array, "rows B K"], angles: Float[Array, "B K 2"]
+) -> Float[Array, "B m"]:
+    """The margins of a batch of drives."""
+    return jax.vmap(margins, (None, 1, 0))(posture, rows, angles)
+
+
+@jax.jit
 def constraints(
     posture: Posture, at: Station, angles: Float[Array, "K 2"]
 ) -> dict[str, Float[Array, "... m"]]:
     """`Posture.constraints` of stations [K] at these angles."""
     return posture.constraints(at, angles)
-
-
-@jax.jit
-def constraints_all(
-    posture: Posture, at: Station, angles: Float[Array, "B K 2"]
-) -> dict[str, Float[Array, "B ..."]]:
-    """The same of a batch of drives, stations [B, K]."""
-    return jax.vmap(posture.constraints)(at, angles)
 
 
 @jax.jit

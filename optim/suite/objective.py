@@ -245,11 +245,11 @@ class Objective:
         draw = self._draw()
         self._spend(1)
         first, *others = (self._drawn(one, draw) for one in self.free)
-        at = first.evaluate(x)
-        values = np.array([at.value, *(one.objective(x) for one in others)])
-        seen = _Seen(np.array(x), values, at.margins, draw)
+        value, margins = first.value_and_margins(x)
+        values = np.array([value, *(one.objective(x) for one in others)])
+        seen = _Seen(np.array(x), values, margins, draw)
         object.__setattr__(self, "_seen", seen)
-        self._note(x, values, at.margins)
+        self._note(x, values, margins)
         return seen
 
     def _all(self, X: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

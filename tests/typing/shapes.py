@@ -187,8 +187,14 @@ def test_a_posture_problem_as_arrays(criterion: str):
     with jax.enable_x64(True):
         posture = problem.posture
         held = evaluated.stations_and_slopes(posture, angles)
-        jax.eval_shape(traced.value, posture.criterion, held[0])
-        jax.eval_shape(traced.gradient, posture.criterion, *held)
+        given = evaluated.Waypoints.of(posture, posture.x, posture.friction)
+        rows, sloped = given.stations(angles), given.with_slopes(angles)
+        jax.eval_shape(traced.value, posture.criterion, rows)
+        jax.eval_shape(traced.values, posture.criterion, rows[:, None])
+        jax.eval_shape(traced.shortfall, posture, rows[:, None], angles[None])
+        jax.eval_shape(traced.gradient, posture.criterion, sloped)
+        jax.eval_shape(traced.value_and_margins, posture, rows, angles)
+        jax.eval_shape(traced.margins_all, posture, rows[:, None], angles[None])
         jax.eval_shape(traced.constraints, posture, held[0], angles)
         jax.eval_shape(traced.margin_slopes, posture, *held)
     assert problem.bounds[0].shape == (problem.n,)
