@@ -3,8 +3,8 @@
     python -m benchmarks.training [--trainers jax sb3] [--only NAME ...] [--again] [--out FILE]
     python -m benchmarks.training --redraw
 
-Trains five seeds a task with the JAX trainer, as a population, and SB3 on the tasks and with the
-budgets of budgets.py; the policies play the task's own episodes at 16 points of the way. What the
+Trains five seeds a task with the JAX trainer, as a population, and with SB3, one after the other,
+with the budgets of budgets.py; the policies play the task's own episodes at 16 points of the way. What the
 JSON has already, of the same definition and settings, is left as it is (--again measures it anew):
 so a run that was cut off goes on with the task it was at. --redraw writes table and picture of
 docs/training.md, the entries "learned" of the ladder's known.json and the table of docs/tasks.md.
@@ -22,7 +22,7 @@ from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
 from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.tables import long_table
 from benchmarks.training import tables
-from benchmarks.training.budgets import BUDGETS, COMPARED, configuration
+from benchmarks.training.budgets import BUDGETS, configuration
 from benchmarks.training.measure import measure
 from stickslip.envs import TASKS, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
@@ -48,8 +48,7 @@ def main(arguments: list[str]) -> None:
         redraw(read_json(given.out))
         return
     for trainer in given.trainers:
-        usual = list(TASKS) if trainer == "jax" else COMPARED
-        for name in given.only or usual:
+        for name in given.only or TASKS:
             task = task_by_name(name)
             content = read_json(given.out)
             if not given.again and _is_there(content, trainer, task):
