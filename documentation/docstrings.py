@@ -26,8 +26,8 @@ def as_markdown(text: str) -> str:
     lines: list[str] = []
     inside = False
     for line in text.splitlines():
-        indented = line.startswith("  ") and bool(line.strip())
-        if indented != inside and (line.strip() or inside):
+        indented = line.startswith("  ") if line.strip() else inside
+        if indented != inside:
             if indented:
                 lines += ["", "```text"]
             else:

@@ -41,7 +41,7 @@ def machine(figure: Figure) -> None:
     """Both legs, the hip, the frames, the angle, what pushes and what slides."""
     axes, mechanism = bare(figure), Mechanism(BipedParams.from_bars())
     pose, crank = mechanism.pose(PHASE), mechanism.crank
-    ground(axes, np.array([-16.0, 14.0]) * crank, np.zeros(2))
+    ground(axes, np.array([-22.0, 14.0]) * crank, np.zeros(2))
     _leg(axes, mechanism, pose, 1, PALE)
     _leg(axes, mechanism, pose, 0, INK)
     _hip(axes, mechanism, pose)
@@ -53,7 +53,7 @@ def machine(figure: Figure) -> None:
     label(axes, A + crank * np.array([0.0, -1.5]), "T", (2, -9), color=BLUE)
     label(axes, pin, "crank pin", (-28, 8), fontsize=9, color=MUTED)
     foot = pose.pins["E"][0]
-    frame(axes, foot + crank * np.array([-13.0, 0.0]), 4 * crank, ("x", "y"))
+    frame(axes, foot + crank * np.array([-20.0, 0.0]), 4 * crank, ("x", "y"))
     arrow(axes, foot, foot + crank * np.array([0.0, 5.5]), RED)
     label(axes, foot + crank * np.array([0.0, 5.5]), "N", (-9, 0), color=RED)
     arrow(axes, foot, foot + crank * np.array([3.6, 0.0]), RED)

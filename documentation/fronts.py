@@ -16,7 +16,7 @@ from benchmarks.ugv.points import points_of, reliable
 from benchmarks.ugv.points import short as ugv_name
 from documentation.names import ROOT
 
-WIDTH, HEIGHT, LEFT, BELOW, ABOVE = 680, 400, 64, 48, 14
+WIDTH, HEIGHT, LEFT, EDGE, BELOW, ABOVE = 680, 400, 64, 24, 48, 14
 WORST = 1.0
 """Errors beyond are of no use, and not shown."""
 HINT = "Point at a mark, or reach it with the Tab key, for its setting."
@@ -89,7 +89,7 @@ def ugv() -> str:
 
 def panel(title: str, marks: Sequence[Mark], below: str, beside: str) -> str:
     """A figure with its legend; lines of HTML without an empty one, as Markdown wants it."""
-    x = Scale(*_decades([mark.cost for mark in marks]), LEFT, WIDTH - 10)
+    x = Scale(*_decades([mark.cost for mark in marks]), LEFT, WIDTH - EDGE)
     y = Scale(*_decades([mark.error for mark in marks]), HEIGHT - BELOW, ABOVE)
     styles = sorted({mark.style for mark in marks})
     lines = [
@@ -125,7 +125,7 @@ def _decades(values: Sequence[float]) -> tuple[int, int]:
 
 
 def _grid(x: Scale, y: Scale, below: str, beside: str) -> list[str]:
-    bottom, right = HEIGHT - BELOW, WIDTH - 10
+    bottom, right = HEIGHT - BELOW, WIDTH - EDGE
     lines = ['<g class="grid">']
     for power in range(x.low, x.high + 1):
         at = x(10.0**power)
