@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from datetime import UTC, datetime
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from stickslip.agents.foreign.reading import (
     RefusedError,
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.optimisers.plan import RacePlan
+    from stickslip.optim.suite.exports import Foreign
 
 ABOUT, FORMAT, VERSION = "race.json", "stickslip race", 1
 PRODUCT = re.compile(r"(results\.(parquet|csv)|report\.md|.+\.png)")
@@ -58,7 +59,7 @@ def open_race(path: Path, plan: RacePlan, *, resume: bool) -> None:
     write_whole(path / ABOUT, json_text(about(plan)))
 
 
-def about(plan: RacePlan) -> dict[str, Any]:
+def about(plan: RacePlan) -> dict[str, Foreign]:
     """What a race's directory and table say of it."""
     return {
         "format": FORMAT,
@@ -71,7 +72,7 @@ def about(plan: RacePlan) -> dict[str, Any]:
     }
 
 
-def read_about(path: Path) -> dict[str, Any]:
+def read_about(path: Path) -> dict[str, Foreign]:
     """What a directory's race is. ValueError naming the file where there is none, or damaged."""
     file = path / ABOUT
     try:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Cost: TypeAlias = Literal["evaluations", "seconds"]
 COSTS = ("evaluations", "seconds")
-TARGETS = 10.0 ** np.linspace(1, -4, 26)
+TARGETS = 10.0 ** np.linspace(2, -4, 31)
 """Gaps to the best known value, in parts of its size: five in each power of ten."""
 LEVEL, DRAWS = 0.95, 1000
 

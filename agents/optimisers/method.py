@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from stickslip.dynamics.plain_checks import nearest, require_choice, require_kind, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
 
     from stickslip.optim.suite.instance import Instance
     from stickslip.optim.suite.objective import Objective
@@ -124,7 +125,7 @@ def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str | Method]) ->
     """
     if isinstance(given, str):
         given = [given]
-    pairs = dict(given) if hasattr(given, "items") else {name: name for name in given}
+    pairs = given if isinstance(given, Mapping) else {name: name for name in given}
     if not pairs:
         raise ValueError("no methods; accepted: one at least")
     return [_method(name, one) for name, one in pairs.items()]

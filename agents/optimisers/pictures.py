@@ -10,6 +10,7 @@ from stickslip.agents.optimisers.drawn import IN_WORDS, legend, panels, styles, 
 from stickslip.agents.optimisers.measures import (
     TARGETS,
     Cost,
+    Expected,
     costs,
     ecdf,
     ert,
@@ -19,6 +20,7 @@ from stickslip.agents.optimisers.measures import (
 )
 from stickslip.agents.pictures.sheet import save_sheet
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
 from stickslip.optim.suite.catalogue import suite
 
 if TYPE_CHECKING:
@@ -33,7 +35,8 @@ if TYPE_CHECKING:
 CLOSE = 0.01
 """The gap of expected running times and profiles."""
 UNITS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
-MANY, WIDE = 60, 4
+MANY, PANELS, TOP = 60, 6, 2e4
+LEVELS = 10.0 ** np.arange(2, -4.1, -0.5)
 
 
 def draw_report(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> list[Path]:
@@ -44,7 +47,8 @@ def draw_report(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> 
     counted = [run for run in single if not run.inside]
     timed = [run for run in single if np.all(np.isfinite(run.seconds))]
     found = []
-    for cost, which in (("evaluations", counted), ("seconds", timed)):
+    by_cost: dict[Cost, list[Run]] = {"evaluations": counted, "seconds": timed}
+    for cost, which in by_cost.items():
         if which:
             path = folder / f"{stem}_ecdf_{cost}.png"
             found.append(_distributions(which, cost, own, path))
@@ -87,6 +91,7 @@ def _distributions(runs: Sequence[Run], cost: Cost, own: dict[str, Style], path:
             last = max(costs(run, cost)[-1] / size(run) for run in mine)
             _steps(axis, at, share, last, own[method])
         axis.set_xscale("log")
+        axis.xaxis.set_minor_formatter(require("matplotlib.ticker").NullFormatter())
         axis.set_ylim(0, 1.02)
         count = len({run.instance for run in there})
         titled(axis, f"{IN_WORDS[name]}, {count} instance{'s'[: count > 1]}", UNITS[cost])
@@ -107,7 +112,8 @@ def _profiles(
 ) -> Path:
     """Performance profiles over evaluations and over time."""
     figure, axes = panels(2, f"Performance profiles at a gap of {CLOSE:g}", width=4.4)
-    for axis, runs, cost in ((axes[0], counted, "evaluations"), (axes[1], timed, "seconds")):
+    by_cost: dict[Cost, Sequence[Run]] = {"evaluations": counted, "seconds": timed}
+    for axis, (cost, runs) in zip(axes, by_cost.items(), strict=True):
         for method, (ratio, share) in profile(runs, CLOSE, cost).items():
             if len(ratio):
                 _steps(axis, ratio, share, 1e3, own[method])
@@ -123,51 +129,49 @@ def _profiles(
 
 def _expected(runs: Sequence[Run], own: dict[str, Style], path: Path) -> Path:
     """Expected running time over the gap, with intervals, where the foot sticks or slips."""
-    which = [
-        name
-        for name in dict.fromkeys(run.instance for run in runs)
-        if suite()[name].family == "shooting"
-    ] or list(dict.fromkeys(r.instance for r in runs))
-    which = which[:6]
+    names = list(dict.fromkeys(run.instance for run in runs))
+    which = ([name for name in names if suite()[name].family == "shooting"] or names)[:PANELS]
     figure, axes = panels(len(which), "Expected running time by gap, 95 % of a bootstrap over runs")
-    levels = 10.0 ** np.arange(1, -4.5, -0.5)
     shown: dict[str, None] = {}
     for axis, name in zip(axes, which, strict=True):
         there = [run for run in runs if run.instance == name]
-        for method in dict.fromkeys(run.method for run in there):
-            mine = [run for run in there if run.method == method]
-            found = [ert(mine, level) for level in levels]
-            value, low, high = (
-                np.array([getattr(one, part) for one in found]) for part in ("value", "low", "high")
-            )
-            known = np.isfinite(value)
-            if not np.any(known):
-                continue
-            style, shown[method] = own[method], None
-            axis.plot(
-                levels[known],
-                value[known],
-                color=style.colour,
-                linestyle=style.dash,
-                marker=style.marker,
-                markersize=3,
-                lw=1.2,
-            )
-            top = np.where(np.isfinite(high), high, value * 3)
-            axis.fill_between(
-                levels[known], low[known], top[known], color=style.colour, alpha=0.1, lw=0
-            )
+        for place, method in enumerate(dict.fromkeys(run.method for run in there)):
+            found = [ert([run for run in there if run.method == method], at) for at in LEVELS]
+            known = np.isfinite([one.value for one in found])
+            if np.any(known):
+                shown[method] = None
+                met = [one for one, is_known in zip(found, known, strict=True) if is_known]
+                _with_intervals(axis, LEVELS[known] * 1.012**place, met, own[method])
         axis.set_xscale("log")
         axis.set_yscale("log")
         axis.invert_xaxis()
+        _plain_ticks(axis)
         titled(axis, name, "gap to the best known", "evaluations" if axis is axes[0] else "")
     legend(figure, own, [name for name in own if name in shown])
     return save_sheet(figure, path)
 
 
+def _with_intervals(axis: Axes, at: np.ndarray, found: Sequence[Expected], style: Style) -> None:
+    """A line with the intervals as bars, up to the top where they have no end."""
+    value, low, high = (
+        np.array([getattr(one, part) for one in found]) for part in ("value", "low", "high")
+    )
+    high = np.where(np.isfinite(high), high, TOP)
+    axis.plot(at, value, color=style.colour, linestyle=style.dash, lw=1.3,
+              marker=style.marker, markersize=3)  # fmt: skip
+    axis.vlines(at, np.maximum(low, 1), high, color=style.colour, lw=0.6, alpha=0.45)
+    axis.set_ylim(0.8, TOP)
+
+
+def _plain_ticks(axis: Axes) -> None:
+    """Names at powers of ten alone."""
+    for one in (axis.xaxis, axis.yaxis):
+        one.set_minor_formatter(require("matplotlib.ticker").NullFormatter())
+
+
 def _feasible(runs: Sequence[Run], own: dict[str, Style], path: Path) -> Path:
     """The share of runs with a feasible point over evaluations, where points can be infeasible."""
-    at = 10.0 ** np.linspace(-2, 3, MANY)
+    at = 10.0 ** np.linspace(-2, 2.3, MANY)
     hard = [
         name
         for name in families(runs)

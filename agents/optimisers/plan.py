@@ -6,7 +6,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from stickslip.agents.optimisers.method import METHODS, methods_of
 from stickslip.agents.optimisers.task import Task
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from stickslip.agents.optimisers.method import Method, Optimiser
+    from stickslip.optim.suite.exports import Foreign
 
 MOST = 10**6
 """Runs of one race."""
@@ -84,7 +85,7 @@ class RacePlan:
         return cls(tuple(tasks), tuple(left_out), float(limit))
 
     @cached_property
-    def definition(self) -> dict[str, Any]:
+    def definition(self) -> dict[str, Foreign]:
         """What decides the results, as JSON values; of functions of the user's only their names."""
         methods = {one.method.name: one.method for one in self.tasks}
         first = self.tasks[0]
@@ -111,9 +112,9 @@ class RacePlan:
 
 def _seeds(given: int | Sequence[int]) -> list[int]:
     """So many, from 0 on, or these."""
-    if isinstance(given, int) and not isinstance(given, bool):
+    if isinstance(given, int):
         return list(range(require_integer("seeds", given, high=MOST)))
-    require_kind("seeds", given, list | tuple | range, "how many, or a list of them")
+    require_kind("seeds", given, (list, tuple, range), "how many, or a list of them")
     if not given or len(set(given)) < len(given):
         raise ValueError(f"seeds = {list(given)}; accepted: one at least, each once")
     return [require_integer("seed", one, low=0, high=ALL_SEEDS) for one in given]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from stickslip.optim.suite.catalogue import suite
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from stickslip.optim.suite.exports import Foreign
 
 MOST_ROWS = 5_000_000
 BELOW_BOUND = 1e-6
@@ -65,7 +67,7 @@ def read_runs(path: Path) -> list[Run]:
         ) from error
 
 
-def _rows(path: Path) -> list[dict[str, Any]]:
+def _rows(path: Path) -> list[dict[str, Foreign]]:
     """Rows with all columns, what a table lacks filled in."""
     import pyarrow as pa
 
@@ -83,7 +85,7 @@ def _rows(path: Path) -> list[dict[str, Any]]:
         if name not in COLUMNS or names.count(name) > 1:
             raise RefusedError(f"column {shown(name)} is unknown or twice{nearest(name, COLUMNS)}")
     kinds = {"words": pa.string(), "count": pa.int64(), "number": pa.float64(), "bool": pa.bool_()}
-    columns: dict[str, list[Any]] = {}
+    columns: dict[str, list[Foreign]] = {}
     for name, column in COLUMNS.items():
         if name not in names:
             columns[name] = [column.otherwise] * table.num_rows
@@ -121,7 +123,7 @@ def _csv(raw: bytes, suffix: str) -> pa.Table:
     return csv.read_csv(pa.BufferReader(raw), convert_options=options)
 
 
-def _require_row(row: dict[str, Any], number: int) -> None:
+def _require_row(row: dict[str, Foreign], number: int) -> None:
     """Refuse a row by itself."""
     name = row["instance"]
     if name not in suite():

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from stickslip.optim.suite.exports import Foreign
 
 MAKING = 900.0
 """How long building and compiling an instance may take [s]."""
@@ -43,7 +45,7 @@ class Seat:
     def __init__(self, limit: float):
         self._limit = limit
         self._process: subprocess.Popen[bytes] | None = None
-        self._told: SimpleQueue[tuple[str, Any] | None] = SimpleQueue()
+        self._told: SimpleQueue[tuple[str, Foreign] | None] = SimpleQueue()
 
     def run(self, task: Task, stop: Callable[[], bool] = lambda: False) -> Run:
         """The run; StoppedError where `stop` says so."""
@@ -59,7 +61,7 @@ class Seat:
             used += min(time.monotonic() - before, STEP)
             if told is None:
                 return self._lost(task, events, time.monotonic() - began)
-            kind, content = told
+            kind, content = told[0], cast("Foreign", told[1])
             if kind == "event":
                 events.append(content)
             elif kind == "end":
@@ -142,11 +144,11 @@ def run_of(task: Task, events: list[Event], ending: Ending) -> Run:
 def _unended(task: Task, events: list[Event], outcome: str, why: str, took: float) -> Run:
     """A run that told of no end: what is known is the last that it told."""
     last = events[-1] if events else Event("end", 0, 0.0, np.nan, np.inf)
-    counts = dict.fromkeys(COUNTS, 0)
+    counts = {str(name): 0 for name in COUNTS}
     return run_of(task, events, Ending(outcome, why, last._replace(kind="end"), counts, took, ""))
 
 
-def _listen(pipe: IO[bytes] | None, told: SimpleQueue[tuple[str, Any] | None]) -> None:
+def _listen(pipe: IO[bytes] | None, told: SimpleQueue[tuple[str, Foreign] | None]) -> None:
     """Pass on what a process tells; None at its end."""
     with suppress(OSError, ValueError):
         while pipe is not None and (content := receive(pipe)) is not None:

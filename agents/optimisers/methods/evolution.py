@@ -39,10 +39,11 @@ def de(objective: Objective, seed: int) -> None:
     from scipy.optimize import differential_evolution
 
     rng = np.random.default_rng(seed)
+    begin: Foreign = objective.from_unit(rng.random((POPULATION, objective.n)))
     differential_evolution(
         lambda X: objective.penalised_batch(X.T),
         as_scipy_global(objective)["bounds"],
-        init=objective.from_unit(rng.random((POPULATION, objective.n))),
+        init=begin,
         rng=rng,
         vectorized=True,
         updating="deferred",

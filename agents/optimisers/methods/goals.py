@@ -56,7 +56,7 @@ def _weighted(
         return float(weights @ objective(x))
 
     def slope(x: np.ndarray) -> np.ndarray:
-        return sum(weight * objective.gradient(x, goal) for goal, weight in enumerate(weights))
+        return weights @ np.array([objective.gradient(x, goal) for goal in range(len(weights))])
 
     limits = {"type": "ineq", "fun": objective.constraints, "jac": objective.jacobian}
     try:
