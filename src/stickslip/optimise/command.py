@@ -16,6 +16,7 @@ from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import energies, result_json, rows, stations_csv, table, warnings
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
+REPORT = "report.html"
 NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
@@ -23,8 +24,9 @@ NEEDS = {"cma": "cma"}
 def optimise_command(flags: Mapping[str, Any]) -> bool:
     """The command with its flags read; whether a drive was found.
 
-    Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without
-    a drive only result.json. Wrong input is refused before anything is computed or written.
+    Writes DIR/stations.csv, result.json, drive.png and report.html, each under a temporary name
+    first; without a drive only result.json. Wrong input is refused before anything is computed or
+    written.
     """
     out = _folder(flags)
     require_choice("criterion", flags["criterion"], tuple(CRITERIA))
@@ -42,7 +44,7 @@ def optimise_command(flags: Mapping[str, Any]) -> bool:
     for warning in warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
     files = _files(problem, result, spent, flags)
-    write_all(out, files, (STATIONS, RESULT, PICTURE), flags["overwrite"])
+    write_all(out, files, (STATIONS, RESULT, PICTURE, REPORT), flags["overwrite"])
     return result.x is not None
 
 
@@ -87,6 +89,8 @@ def _files(
         return files
     files[STATIONS] = stations_csv(problem, result)
     if flags["pictures"]:
+        from stickslip.envs.rendering.html.document import page_text
+        from stickslip.optimise.drive_page import drive_shown, result_page
         from stickslip.optimise.picture import draw_result
         from stickslip.paper.drawing import png
 
@@ -97,5 +101,8 @@ def _files(
             f"{problem.criterion.name} {result.value:.5g}{unit} over {Path(flags['track']).name}, "
             f"by {how}"
         )
-        files[PICTURE] = png(draw_result(problem, result), title)
+        picture = png(draw_result(problem, result), title)
+        lines = rows(problem, result, spent)
+        page = result_page(title, lines, (drive_shown(problem, result),), picture)
+        files |= {PICTURE: picture, REPORT: page_text(page)}
     return files
