@@ -74,5 +74,5 @@ def _curves(path: Path, names: Iterable[str], what: str) -> list[Curve]:
             Panel(f"{name.replace('_', ' ')} {what}", "-", (Line(name, np.array(found[name])),)),
         )
         for name in names
-        if len(x) and name in found and name != "episodes"
+        if name in found and name != "episodes" and np.isfinite(found[name]).any()
     ]

@@ -73,10 +73,12 @@ def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> Content:
     print("\n" + text)
     written = [write_whole(path / "summary.txt", text)]
     if pictures:
+        from stickslip.agents.reports.swept import write_report
         from stickslip.agents.sweeps.pictures import write_pictures
 
         print("Drawing ...", file=sys.stderr)
-        written += write_pictures(found, path, slip)
+        drawn = write_pictures(found, path, slip)
+        written += [*drawn, write_report(machine, path, text, drawn)]
     print("Written: " + ", ".join(map(str, written)))
     print(f'Read it: stickslip.agents.read_sweep("{path}")')
     about = {"directory": str(path), "words": text, "files": list(map(str, written))}

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 FORMAT, VERSION = "stickslip sweep", 1
 ABOUT, DATA = "sweep.json", "data"
-PRODUCT = re.compile(r"summary\.txt|(sweep|endings)(-\d+)?\.png")
+PRODUCT = re.compile(r"summary\.txt|report\.html|(sweep|endings)(-\d+)?\.png")
 """Names of what is made of the results at the end; of several tasks a picture for each."""
 CHUNK = re.compile(r"chunk-(\d{6})\.parquet")
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")

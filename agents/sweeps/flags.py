@@ -44,7 +44,9 @@ def add_flags(parser: argparse.ArgumentParser, machine: AnyMachine) -> dict[str,
     )
     parser.add_argument("--resume", action="store_true", help="go on with the sweep in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the sweep in --out anew")
-    parser.add_argument("--no-pictures", action="store_true", help="no sweep.png, no endings.png")
+    parser.add_argument(
+        "--no-pictures", action="store_true", help="no sweep.png, no endings.png, no report.html"
+    )
     how = parser.add_argument_group("how it is played (no result depends on it)")
     how.add_argument("--chunk", type=int, metavar="N", help="episodes of a chunk")
     how.add_argument("--cores", type=int, metavar="N", help="chunks at once (default: all cores)")

@@ -68,8 +68,8 @@ def station_frames(
     vehicle: UGVParams,
     solver: PoseSolver,
 ) -> list[UGVFrame]:
-    """The frames of a drive, every entry of its stations [n]; costs: so far [n]; friction: mu, by
-    which a surface's is multiplied."""
+    """The frames of a drive, every entry of its stations [n]; costs: so far [n]; friction: mu, one
+    or [n], by which a surface's is multiplied."""
     sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
     stations = jax.device_get(stations)
     return _frames(sampled, stations, costs, float(stations.x[0]), stations.status)
@@ -144,7 +144,8 @@ def _at_each(
     friction: Number,
     vehicle: UGVParams,
 ) -> Sampled:
-    return jax.vmap(lambda at: _at(solver, at, odometer, friction, vehicle))(stations)
+    each = jnp.broadcast_to(friction, stations.x.shape)
+    return jax.vmap(lambda at, mu: _at(solver, at, odometer, mu, vehicle))(stations, each)
 
 
 def _at(

@@ -4,13 +4,13 @@ const DASH = [7, 4];
 
 /** One chart: lines over x, with a playhead where there is a clock. */
 class Chart {
-  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null }) {
+  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null }) {
     this.home = element("div", { class: "chart" });
     const heading = element("h2", {}, title, " ", element("small", {}, unit === "-" ? "" : `[${unit}]`));
     this.place = element("div", { role: "img", "aria-label": `${title} over ${axis}` });
     this.home.append(heading, this.place);
     home.append(this.home);
-    Object.assign(this, { series, axis, limits, steps, seek });
+    Object.assign(this, { series, axis, limits, steps, seek, span });
     this.data = joined(series);
     this.head = element("div", { class: "playhead" });
     this.build();
@@ -33,7 +33,7 @@ class Chart {
     const options = {
       width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 8, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
-      scales: { x: { time: false }, y: { range: (_, low, high) => this.range(low, high) } },
+      scales: { x: { time: false, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
       hooks: { draw: [(plot) => this.drawLimits(plot)] },
     };
@@ -98,7 +98,7 @@ function brief(number) {
 
 /** The panels of all episodes: those of one line (and dashed ones) hold all players, others are one a
     player. */
-function panelCharts(home, episodes, seek) {
+function panelCharts(home, episodes, seek, span) {
   const charts = [];
   const several = episodes.length > 1;
   const titles = [...new Set(episodes.flatMap((one) => one.panels.map((panel) => panel.title)))];
@@ -107,7 +107,7 @@ function panelCharts(home, episodes, seek) {
       episode, index, panel: episode.panels.find((panel) => panel.title === title),
     })).filter((one) => one.panel);
     const { unit, limits, steps } = owners[0].panel;
-    const look = { axis: "time [s]", limits, steps, seek };
+    const look = { axis: "time [s]", limits, steps, seek, span };
     const one = (owner, line, label, tone) => ({
       label, x: times(owner.episode), values: line.values, dash: line.dashed ? DASH : [], colour: tone,
     });

@@ -15,7 +15,7 @@ class Player {
     const alone = episodes.length === 1 ? " one" : "";
     home.append(element("div", { class: `cards${alone}` }, ...this.cards.map((card) => card.home)), this.controls());
     home.hidden = charts.hidden = false;
-    this.charts = panelCharts(charts, episodes, seek);
+    this.charts = panelCharts(charts, episodes, seek, this.end);
     this.fit();
     new ResizeObserver(() => this.fit()).observe(home);
     document.addEventListener("keydown", (event) => this.key(event));

@@ -26,6 +26,7 @@ from stickslip.records.content import Content
 from stickslip.records.table import json_text
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
+REPORT = "report.html"
 NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
@@ -33,8 +34,9 @@ NEEDS = {"cma": "cma"}
 def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     """The command with its flags read: whether a drive was found, and all about it.
 
-    Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without
-    a drive only result.json. Wrong input is refused before anything is computed or written.
+    Writes DIR/stations.csv, result.json, drive.png and report.html, each under a temporary name
+    first; without a drive only result.json. Wrong input is refused before anything is computed or
+    written.
     """
     out = _folder(flags)
     require_choice("criterion", flags["criterion"], tuple(CRITERIA))
@@ -52,8 +54,8 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     for warning in warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
     found = result_content(problem, result, spent, _asked(flags))
-    files = {RESULT: json_text(found), **_drive(problem, result, flags)}
-    write_all(out, files, (STATIONS, RESULT, PICTURE), flags["overwrite"])
+    files = {RESULT: json_text(found), **_drive(problem, result, spent, flags)}
+    write_all(out, files, (STATIONS, RESULT, PICTURE, REPORT), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     return result.x is not None, Content(facts=found | written, units=result_units(problem))
 
@@ -92,13 +94,15 @@ def _asked(flags: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _drive(
-    problem: PostureProblem, result: PostureResult, flags: Mapping[str, Any]
+    problem: PostureProblem, result: PostureResult, spent: float, flags: Mapping[str, Any]
 ) -> dict[str, bytes | str]:
     """The files of a drive, if there is one: their contents by name."""
     if result.x is None:
         return {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
+        from stickslip.envs.rendering.html.document import page_text
+        from stickslip.optimise.drive_page import drive_shown, result_page
         from stickslip.optimise.picture import draw_result
         from stickslip.paper.drawing import png
 
@@ -109,5 +113,8 @@ def _drive(
             f"{problem.criterion.name} {result.value:.5g}{unit} over {Path(flags['track']).name}, "
             f"by {how}"
         )
-        files[PICTURE] = png(draw_result(problem, result), title)
+        picture = png(draw_result(problem, result), title)
+        lines = rows(problem, result, spent)
+        page = result_page(title, lines, (drive_shown(problem, result),), picture)
+        files |= {PICTURE: picture, REPORT: page_text(page)}
     return files

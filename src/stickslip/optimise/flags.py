@@ -19,7 +19,10 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
     parser.add_argument(
-        "--no-pictures", dest="pictures", action="store_false", help="no plot of the drive"
+        "--no-pictures",
+        dest="pictures",
+        action="store_false",
+        help="no plot of the drive, no report",
     )
     options = {name: ", ".join(words) for name, words in track_options().items()}
     options["a file"] = "interpolation"

@@ -19,6 +19,7 @@ from stickslip.records.content import Content
 from stickslip.records.table import json_text
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
+REPORT = "report.html"
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
@@ -27,8 +28,8 @@ WALKED = 3
 def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     """The command with its flags read: whether a gait was found, and all about it.
 
-    Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
-    only result.json. Wrong input is refused before anything is computed or written.
+    Writes DIR/gait.csv, result.json, gait.png and report.html, each under a temporary name first;
+    without a gait only result.json. Wrong input is refused before anything is computed or written.
     """
     problem = gait_problem_of(flags)
     out = _folder(flags)
@@ -43,13 +44,22 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     if result.gait is not None:
         files[NODES] = gait_csv(problem, result)
         if flags["pictures"]:
+            from stickslip.envs.rendering.html.document import page_text
+            from stickslip.optimise.drive_page import result_page
+            from stickslip.optimise.gait_page import gait_shown
             from stickslip.optimise.gait_picture import draw_gait
             from stickslip.paper.drawing import png
 
             unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
-            files[PICTURE] = png(draw_gait(problem, result), title)
-    write_all(out, files, (NODES, RESULT, PICTURE), flags["overwrite"])
+            picture = png(draw_gait(problem, result), title)
+            walk, lines = (
+                gait_shown(problem, result, WALKED),
+                gait_rows(problem, result, replays),
+            )
+            page = result_page(title, lines, (walk,), picture)
+            files |= {PICTURE: picture, REPORT: page_text(page)}
+    write_all(out, files, (NODES, RESULT, PICTURE, REPORT), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
     return result.gait is not None, Content(facts=found | written, units=units)

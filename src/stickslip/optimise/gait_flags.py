@@ -41,7 +41,10 @@ def add_gait_flags(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
     parser.add_argument(
-        "--no-pictures", dest="pictures", action="store_false", help="no plot of the gait"
+        "--no-pictures",
+        dest="pictures",
+        action="store_false",
+        help="no plot of the gait, no report",
     )
     add_tables(parser, {"objectives": OBJECTIVES, "methods": METHODS})
 

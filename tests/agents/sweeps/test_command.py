@@ -20,9 +20,12 @@ def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
     assert "18 episodes of up to 30 steps: 1 policy x 1 task x 6 points x 3 episodes" in shown
     assert "1 program compiled" in shown
     assert "pull  mean return" in shown
-    names = {"sweep.json", "data", "summary.txt", "sweep.png"}
+    names = {"sweep.json", "data", "summary.txt", "sweep.png", "report.html"}
     assert {one.name for one in (tmp_path / "a").iterdir()} == names
     assert (tmp_path / "a/summary.txt").read_text() in shown
+    report = (tmp_path / "a/report.html").read_text(encoding="utf-8")
+    assert "pull  mean return" in report
+    assert report.count("data:image/png") == 1
     assert read_sweep("a").num_rows == 18
     assert main([*SWEEP, *AXES, "--out", "a"]) == WRONG_INPUT
     assert "--resume to go on" in capsys.readouterr().err

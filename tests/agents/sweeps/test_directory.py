@@ -40,7 +40,13 @@ def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):
 
 def test_only_a_sweep_is_overwritten_and_only_where_that_is_asked_for(tmp_path):
     swept(tmp_path / "a")
-    for product in ("summary.txt", "sweep.png", "endings-2.png", ".sweep.png-1a.part"):
+    for product in (
+        "summary.txt",
+        "sweep.png",
+        "endings-2.png",
+        "report.html",
+        ".sweep.png-1a.part",
+    ):
         (tmp_path / "a" / product).write_text("of the sweep")
     done = swept(tmp_path / "a", episodes=3, overwrite=True)
     assert {one.name for one in (tmp_path / "a").iterdir()} == {"sweep.json", "data"}
