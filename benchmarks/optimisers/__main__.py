@@ -2,7 +2,7 @@
 
     python -m benchmarks.optimisers --verify [--only ID ...]
     python -m benchmarks.optimisers --find [--only ID ...]
-    python -m benchmarks.optimisers --bound [--only ID ...]
+    python -m benchmarks.optimisers --bound [--seconds S] [--only ID ...]
     python -m benchmarks.optimisers --costs [--only ID ...]
     python -m benchmarks.optimisers --docs docs/suite.md
     python -m benchmarks.optimisers --race DIR [--workers N]
@@ -68,17 +68,21 @@ def find(instance: Instance) -> None:
         keep(instance.id, best)
 
 
-def bound(instance: Instance) -> None:
-    """Prove of a drive of the UGV, and write beside what is known."""
+def bound(instance: Instance, seconds: float | None) -> None:
+    """Prove of a drive of the UGV for so long, and write beside what is known."""
     known, problem = instance.known, instance.problem
     if known is None or known.x is None or not isinstance(problem, PostureProblem):
         return
     if len(instance.goals) > 1:
         return
-    found = bound_every_drive(problem, problem.free.expand(known.x))
-    print(f"{instance.id}: {known.value:.8g}, no less than {found.value:.8g}", flush=True)
+    best = problem.free.expand(known.x)
+    found = bound_every_drive(problem, best, seconds=seconds)
+    print(
+        f"{instance.id}: {known.value:.8g}, no less than {found.value:.8g}, {found.seconds:.0f} s",
+        flush=True,
+    )
     if np.isfinite(found.value) and (known.bound is None or found.value > known.bound):
-        how = "cells of leg angles and interval arithmetic"
+        how = f"interval arithmetic over cells of leg angles, {len(found.levels)} levels"
         keep(instance.id, replace(known, bound=float(found.value), bound_how=how))
 
 
@@ -150,6 +154,9 @@ def main() -> None:
     parser.add_argument("--workers", type=int, metavar="N", help="processes of the race")
     parser.add_argument("--store", type=Path, metavar="DIR", help="keep the runs of a race")
     parser.add_argument("--redraw", action="store_true", help="from what is kept")
+    parser.add_argument(
+        "--seconds", type=float, help="of a proof, about: no level begins that would end later"
+    )
     parser.add_argument("--docs", type=Path, help="put the table into this page")
     given = parser.parse_args()
     for name in given.only:
@@ -159,7 +166,7 @@ def main() -> None:
         if given.find:
             find(suite()[name])
         if given.bound:
-            bound(suite()[name])
+            bound(suite()[name], given.seconds)
         if given.costs:
             costs(suite()[name])
     if given.docs is not None:

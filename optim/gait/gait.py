@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -120,17 +121,8 @@ class Gait:
     @property
     def on_grid(self) -> dict[str, float]:
         """The same terms as the program adds them up."""
-        h, rate, torque = self.grid.h, self.crank_rate, self.torque
-        with np.errstate(divide="ignore"):
-            pace = h / (rate[:, :-1] + rate[:, 1:])
-        squares = torque[:, :-1] ** 2 + torque[:, 1:] ** 2
-        weights = self.grid.weights
-        return {
-            TIME: float(np.sum(2 * pace)),
-            TORQUE: float(np.sum(squares * pace)),
-            WORK: float(np.sum(np.maximum(torque, 0.0) * weights)),
-            STRAIN: float(np.sum(torque**2 * weights)),
-        }
+        found = terms_on_grid(self.grid, self.b, self.torque)
+        return {term: float(value) for term, value in found.items()}
 
     @property
     def duration(self) -> float:
@@ -145,12 +137,13 @@ class Gait:
     @cached_property
     def friction_use(self) -> float:
         """Largest |friction| / normal force, at the nodes and between them [-]."""
-        return max(self.friction_at_nodes, _use(*ground_of(self.within, *self.inner)))
+        between = friction_use(*ground_of(self.within, *self.inner))
+        return max(self.friction_at_nodes, float(between))
 
     @property
     def friction_at_nodes(self) -> float:
         """The same at the nodes alone [-]."""
-        return _use(*ground_of(self.nodes, self.a, self.b))
+        return float(friction_use(*ground_of(self.nodes, self.a, self.b)))
 
     def cost_of_transport(self, copper_loss: float = 0.0) -> float:
         """(Positive work + copper_loss times torque^2 over time) / (weight x way) [-]."""
@@ -160,6 +153,25 @@ class Gait:
         return energy / (robot.weight * way)
 
 
-def _use(friction: np.ndarray, normal: np.ndarray) -> float:
+def terms_on_grid(grid: Grid, b: Any, torque: Any, xp: ModuleType = np) -> dict[str, Any]:
+    """The terms of the objectives as the program adds them up, of b and torque at the nodes.
+
+    xp: numpy, or jax.numpy for arrays that are traced.
+    """
+    rate = xp.sqrt(xp.maximum(b, 0.0))
+    with np.errstate(divide="ignore"):
+        pace = grid.h / (rate[:, :-1] + rate[:, 1:])
+    squares = torque[:, :-1] ** 2 + torque[:, 1:] ** 2
+    return {
+        TIME: xp.sum(2 * pace),
+        TORQUE: xp.sum(squares * pace),
+        WORK: xp.sum(xp.maximum(torque, 0.0) * grid.weights),
+        STRAIN: xp.sum(torque**2 * grid.weights),
+    }
+
+
+def friction_use(friction: Any, normal: Any, xp: ModuleType = np) -> Any:
+    """Largest |friction| / normal force; infinite where nothing presses the foot down. xp: as
+    above."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.max(np.where(normal > 0, np.abs(friction) / normal, np.inf)))
+        return xp.max(xp.where(normal > 0, xp.abs(friction) / normal, np.inf))

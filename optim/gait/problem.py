@@ -19,6 +19,7 @@ from stickslip.optim.gait.names import METHODS as IN_WORDS
 from stickslip.optim.gait.places import friction_along
 from stickslip.optim.gait.profile import profile_of, robot_of
 from stickslip.optim.gait.result import GaitResult
+from stickslip.optim.gait.slopes import Slopes
 from stickslip.optim.gait.units import lift_off_rate, swing_torque
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure
@@ -176,8 +177,8 @@ class GaitProblem(Problem[GaitResult]):
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """What no direction improves is the best."""
-        return frozenset({Structure.CONVEX})
+        """What no direction improves is the best; slopes, but at kinks of work and friction."""
+        return frozenset({Structure.CONVEX, Structure.SMOOTH})
 
     @property
     def n(self) -> int:
@@ -218,6 +219,19 @@ class GaitProblem(Problem[GaitResult]):
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
         """Value and constraints at the grid's nodes."""
         return self.looked_at(self.gait(x))
+
+    @cached_property
+    def _slopes(self) -> Slopes:
+        return Slopes(self.instance)
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """See Problem; a subgradient where the torque changes its sign or friction its worst
+        node, 0 where the crank stands still."""
+        return self._slopes.gradient(self.batch([x])[0])
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """See Problem."""
+        return self._slopes.jacobian(self.batch([x])[0])
 
     def looked_at(self, gait: Gait) -> Evaluation:
         """The same of a gait on the problem's grid."""

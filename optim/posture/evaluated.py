@@ -39,13 +39,18 @@ class Waypoints(NamedTuple):
     """Vehicle, ground and solver."""
     calls: tuple[tuple[int, int, Array, Array], ...]
     """Of each call: where it begins in the row, its size, and x and friction [size]."""
-    count: int
+    length: int
+    """Of the row."""
 
     @classmethod
     def of(
-        cls, posture: Posture, x: Float[np.ndarray, "count"], friction: Float[np.ndarray, "count"]
+        cls,
+        posture: Posture,
+        x: Float[Array | np.ndarray, "length"],
+        friction: Float[Array | np.ndarray, "length"],
     ) -> Waypoints:
         """Of so many stations, each with its x [m] and mu [-]."""
+        x, friction = np.asarray(x), np.asarray(friction)
         names = ("x", "friction", "leg_rate", "criterion")
         names += ("min_normal", "min_grip", "min_clearance", "max_torque")
         calls = [
@@ -58,11 +63,11 @@ class Waypoints(NamedTuple):
         made = tuple((*of[:2], *row) for of, row in zip(calls, rows, strict=True))
         return cls(shared, made, len(x))
 
-    def stations(self, pairs: Float[np.ndarray, "count 2"]) -> Float[np.ndarray, "numbers count"]:
+    def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The stations at these angles, as Station.unpacked reads them."""
         return self._rows(_stations, pairs)
 
-    def with_slopes(self, pairs: Float[np.ndarray, "count 2"]) -> Float[np.ndarray, "more count"]:
+    def with_slopes(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
         return self._rows(_slopes, pairs)
 
@@ -73,7 +78,7 @@ class Waypoints(NamedTuple):
                 for begin, size, x, friction in self.calls
             ]
         rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
-        return rows[:, : self.count]
+        return rows[:, : self.length]
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
@@ -96,7 +101,7 @@ def rows_at(
     x: Float[Array | np.ndarray, "..."],
     friction: Float[Array | np.ndarray, "..."],
     angles: Float[np.ndarray, "... 2"],
-) -> Float[np.ndarray, "numbers ..."]:
+) -> Float[np.ndarray, "rows ..."]:
     """The same as Station.unpacked reads them."""
     x, friction, angles = map(np.asarray, (x, friction, angles))
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
@@ -110,7 +115,7 @@ def stations_and_slopes(
     posture: Posture, angles: Float[np.ndarray, "K 2"]
 ) -> tuple[Station, Station]:
     """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
-    given = Waypoints.of(posture, np.asarray(posture.x), np.asarray(posture.friction))
+    given = Waypoints.of(posture, posture.x, posture.friction)
     return Station.unpacked_with_slopes(given.with_slopes(angles))
 
 

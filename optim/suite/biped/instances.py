@@ -55,7 +55,7 @@ def _gaits() -> Iterator[Instance]:
             family="gait",
             what=f"the biped's periodic step without slip: {objective}, {given}",
             goals=(f"{objective} [{_gait_unit(objective)}]",),
-            flags=Flags(convex=objective != "friction", smooth=False, slopes=False),
+            flags=Flags(convex=objective != "friction", smooth=objective in ("time", "torque")),
             n=n,
         )
 
@@ -110,7 +110,7 @@ def _goals() -> Iterator[Instance]:
         family="goals",
         what="the biped's periodic step without slip: its time against its energy, mu 0.2",
         goals=(f"time [{_gait_unit('time')}]", f"energy [{_gait_unit('energy')}]"),
-        flags=Flags(convex=True, smooth=False, slopes=False),
+        flags=Flags(convex=True, smooth=False),
         n=32,
     )
 

@@ -94,7 +94,10 @@ def _asked(flags: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _drive(
-    problem: PostureProblem, result: PostureResult, spent: float, flags: Mapping[str, Any]
+    problem: PostureProblem,
+    result: PostureResult,
+    spent: Mapping[str, float],
+    flags: Mapping[str, Any],
 ) -> dict[str, bytes | str]:
     """The files of a drive, if there is one: their contents by name."""
     if result.x is None:

@@ -64,6 +64,8 @@ def test_nor_on_other_floors_and_with_free_or_given_ends(searched, name: str, ki
     free = bound_every_drive(replace(problem, start_angles=None), cells=12, most_corners=1)
     alone = bound_every_drive(problem, cells=12, most_corners=1)
     known = bound_every_drive(problem, x[np.argmin(value)], cells=12, most_corners=1)
+    hurried = bound_every_drive(problem, cells=12, seconds=1e-3)
+    assert (len(hurried.levels), hurried.value) == (1, alone.value)
     ended = replace(problem, end_angles=tuple(x[np.argmin(value)][-2:]))
     last = bound_every_drive(ended, cells=12, most_corners=1)
     assert free.value <= alone.value + 1e-6 * abs(alone.value)
@@ -97,7 +99,8 @@ def test_the_method_says_how_good_its_drive_is(searched):
 
 def test_bad_options_are_refused():
     problem = over()
-    for name, bad in (("tolerance", -1), ("cells", 1), ("most_corners", 0), ("cells", 10**7)):
+    for name, bad in (("tolerance", -1), ("cells", 1), ("most_corners", 0), ("cells", 10**7),
+                      ("seconds", 0.0)):  # fmt: skip
         with pytest.raises(ValueError, match=name):
             bound_every_drive(problem, **{name: bad})
     with pytest.raises(ValueError, match="worst station"):

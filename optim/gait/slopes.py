@@ -1,0 +1,90 @@
+"""Slopes of a gait's value and margins in its decision vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.optim.gait.gait import friction_use, terms_on_grid
+from stickslip.optim.gait.instance import squares_of
+from stickslip.optim.gait.limits import ground_of, torque_of
+from stickslip.optim.gait.program import TIME
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.optim.gait.instance import Instance
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Of a gait problem in numbers: b at the nodes is linear in the decision vector, limits are
+    linear in it and in b, and JAX differentiates the value by b and by the accelerations."""
+
+    instance: Instance
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """Of the value; a subgradient at kinks, 0 where there is none."""
+        return self._along(self._value, x)
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """Of GaitProblem.looked_at's margins, in its order."""
+        at, squares = self.instance, self._squares
+        rows = at.rows[0]
+        count = squares.shape[0]
+        A, B = (-of.reshape(-1, count) / rows.size[:, None] for of in (rows.A, rows.B))
+        whole = B[:, :, None] * squares
+        node = np.arange(count)
+        whole[:, node, 1 + node] += A
+        parts = [whole.reshape(-1, len(x))]
+        if at.longest is not None:
+            parts.append(-self._along(self._time, x)[None] / at.longest)
+        end = squares[-1] / at.units.b
+        if at.periodic:
+            end = end - squares[0] / at.units.b
+        return np.concatenate([*parts, end[None], -end[None]])
+
+    @cached_property
+    def _squares(self) -> Float[np.ndarray, "nodes n"]:
+        """What b at the nodes gains for each number of the decision vector."""
+        grid = self.instance.grid
+        shape = grid.theta.shape
+        ones = np.eye(grid.theta.size)
+        columns = [squares_of(grid, np.zeros(shape), 1.0)]
+        columns += [squares_of(grid, one.reshape(shape), 0.0) for one in ones]
+        return np.stack([of.ravel() for of in columns], axis=1)
+
+    def _along(self, slope: jax.stages.Wrapped, x: np.ndarray) -> np.ndarray:
+        """From the slopes in a and b at the nodes."""
+        a = x[1:].reshape(self.instance.grid.theta.shape)
+        with jax.enable_x64(True):
+            on_a, on_b = map(np.asarray, slope(a, squares_of(self.instance.grid, a, float(x[0]))))
+        with np.errstate(invalid="ignore"):
+            found = on_b.ravel() @ self._squares
+        found[1:] += on_a.ravel()
+        return np.where(np.isfinite(found), found, 0.0)
+
+    @cached_property
+    def _value(self) -> jax.stages.Wrapped:
+        at, nodes = self.instance, self.instance.profiles[0]
+
+        def value(a: Float[Array, "n K+1"], b: Float[Array, "n K+1"]) -> Float[Array, ""]:
+            if at.goal.is_friction:
+                return friction_use(*ground_of(nodes, a, b), jnp)
+            return at.goal.of(terms_on_grid(at.grid, b, torque_of(nodes, a, b), jnp))
+
+        return jax.jit(jax.grad(value, argnums=(0, 1)))
+
+    @cached_property
+    def _time(self) -> jax.stages.Wrapped:
+        at, nodes = self.instance, self.instance.profiles[0]
+
+        def time(a: Float[Array, "n K+1"], b: Float[Array, "n K+1"]) -> Float[Array, ""]:
+            return terms_on_grid(at.grid, b, torque_of(nodes, a, b), jnp)[TIME]
+
+        return jax.jit(jax.grad(time, argnums=(0, 1)))
