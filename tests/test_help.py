@@ -1,10 +1,13 @@
 """What the command line's help says, and how scenes are told from policies."""
 
 import inspect
+import re
+import shlex
 from pathlib import Path
 
 import pytest
 
+from stickslip.agents import shipped_names
 from stickslip.agents.biped.config import DEFAULTS, SB3, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.scenes import SCENES
@@ -12,9 +15,11 @@ from stickslip.agents.training.configuration import every_field
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.names import UGV_BASELINES
 from stickslip.agents.ugv.tracks import TRACK_NAMES
-from stickslip.cli import OK, WRONG_INPUT, main, make_parser
+from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
+from stickslip.commands import command_by_name
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
+from stickslip.envs.tasks.ladder import TASKS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optimise.track_options import track_options
@@ -83,6 +88,26 @@ def test_flags_of_training_stand_in_groups_with_the_defaults_of_each_algorithm(c
         others = {**{name: DEFAULTS[name] for name in ("sac", "shac")}, "sb3": SB3}
         told = "".join(f"; {name}: {one['timesteps']}" for name, one in others.items())
         assert f"(default: {TrainConfig().timesteps}{told})" in shown
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
+    examples = command_by_name(name).EXAMPLES
+    shown = help_of(capsys, name)
+    assert examples
+    for line, about in examples.items():
+        assert f"{about}: {line}" in shown
+        words = shlex.split(line)
+        words = words[1 : next((i for i, word in enumerate(words) if word[0] == ">"), None)]
+        given = make_parser(words).parse_args(words)
+        assert given.command == name
+
+
+def test_a_name_in_an_example_is_one_that_is_known():
+    lines = " ".join(line for name in COMMANDS for line in command_by_name(name).EXAMPLES)
+    known = {*shipped_names(), *CONTROLLERS, *UGV_BASELINES, *TASKS, *FIGURES, *SCENES, *TRACKS}
+    for word in re.findall(r"(?<![\w/.-])(?:biped-[a-z-]+|Biped\w+-v0|UGV\w+-v0|fig\d+)", lines):
+        assert word in known
 
 
 def scenes_and_who(*words: str) -> tuple[list[str] | None, list[str]]:

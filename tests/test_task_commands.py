@@ -91,3 +91,9 @@ def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):
     content = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
     assert "task_score" in content["rows"][0]["metrics"]
     assert "score 0: idle" in content["tasks"]["BipedSprint-v0"]
+    assert main([*arguments, "--overwrite", "--json"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    (row,) = told["evaluation"]
+    for name, ends in content["rows"][0]["metrics"].items():
+        assert [row[f"{name}{end}"] for end in ("", "_low", "_high")] == list(ends.values())
+    assert told["units"]["evaluation"]["mean_speed"] == "m/s"

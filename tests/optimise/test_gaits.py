@@ -40,7 +40,11 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
 
 
 def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys):
-    assert main([*SMALL, "--objective=energy", "--speed=30", "--no-pictures"]) == NOTHING_FOUND
+    asked = [*SMALL, "--objective=energy", "--speed=30", "--no-pictures"]
+    assert main([*asked, "--json"]) == NOTHING_FOUND
+    told = json.loads(capsys.readouterr().out)
+    assert (told["result"]["value"], told["units"]["result"]["value"]) == (None, "J")
+    assert main([*asked, "--overwrite"]) == NOTHING_FOUND
     printed = capsys.readouterr().out
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed

@@ -1,6 +1,7 @@
 """The figures' data, read again from the files that the command writes."""
 
 import csv
+import json
 import re
 from pathlib import Path
 
@@ -218,6 +219,10 @@ def test_overwrite_replaces_and_other_figures_stay(
     assert (tmp_path / "fig12.csv").read_text() == "mine"
     assert shown.out == (tmp_path / "table.md").read_text(encoding="utf-8")
     assert "[1/1] fig11" in shown.err
+    assert main([*command, "--overwrite", "--json"]) == OK
+    claims = json.loads(capsys.readouterr().out)["claims"]
+    assert {row["figure"] for row in claims} == {"fig11"}
+    assert shown.out.count("\n") == len(claims) + 2
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def test_a_posture_held_is_worth_what_the_problem_says(capsys):
-    assert main([*HELD, "--json", "--plot=drive.png"]) == OK
+    assert main([*HELD, "--json"]) == OK
     told = json.loads(capsys.readouterr().out)
     problem = PostureProblem.along("bump", spacing=1.0)
     x = np.tile(np.radians([60.0, 90.0]), len(problem.x))
@@ -29,6 +29,11 @@ def test_a_posture_held_is_worth_what_the_problem_says(capsys):
     posture = read_posture("drive.csv")
     np.testing.assert_array_equal(posture.x, problem.x)
     np.testing.assert_array_equal(posture.angles.ravel(), x)
+
+
+@pytest.mark.long
+def test_a_drive_is_drawn():
+    assert main([*HELD, "--plot=drive.png"]) == OK
     assert Path("drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 

@@ -95,13 +95,21 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
 def test_a_fall_ends_the_rows_and_says_so(capsys):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
     arguments += [*HOW, "--seconds=0.3", "--torque=4", "--crank-rate=3"]
-    assert main([*arguments, "--plot=walk.png"]) == NOTHING_FOUND
+    assert main(arguments) == NOTHING_FOUND
     said = capsys.readouterr().out
     assert re.search(r"status +TOPPLE\n", said)
     assert "it falls: the zero-moment point leaves the foot" in said
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scene", ["wet", "grip", "ice-patch"])
+def test_a_walk_is_drawn_on_every_kind_of_floor(scene: str):
+    arguments = [*WALK, "--torque=4", "--plot=walk.png"]
+    arguments[arguments.index("--scene=wet")] = f"--scene={scene}"
+    assert main(arguments) in (OK, NOTHING_FOUND)
     assert Path("walk.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 

@@ -11,18 +11,30 @@ import numpy as np
 from stickslip.agents.biped.histories import Histories, place_on
 from stickslip.agents.biped.plots import plot_course
 from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import Smoothed
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from jaxtyping import Array, Float
+
     from stickslip.dynamics import Scene
+    from stickslip.dynamics.biped import BipedModel, BipedState
+    from stickslip.dynamics.scene import Floor
     from stickslip.simulate.walk import Walk
 
 
 def plot_walk(walk: Walk, scene: Scene, path: Path, title: str) -> Path:
     """Torque, crank rate, P w, friction use and way slid; return the path."""
     return plot_course(course_of(walk, scene), scene.floor, path, title)
+
+
+@run_once
+def _places(
+    robot: BipedModel, floor: Floor, states: BipedState
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    return jax.vmap(lambda state: place_on(robot, floor, state))(states)
 
 
 def course_of(walk: Walk, scene: Scene) -> Histories:
@@ -33,9 +45,7 @@ def course_of(walk: Walk, scene: Scene) -> Histories:
         floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, walk.dtype), scene.floor)
         if isinstance(floor, Smoothed):
             raise ValueError("a smoothed floor has no static friction; accepted: a dry one")
-        momentum, mu_static = jax.vmap(lambda state: place_on(walk.robot, floor, state))(
-            jax.tree.map(jnp.asarray, states)
-        )
+        momentum, mu_static = _places(walk.robot, floor, jax.tree.map(jnp.asarray, states))
     carried = np.asarray(mu_static) * np.maximum(contacts.normal_force, 1e-6)
     return Histories(
         time=np.asarray(states.time),

@@ -11,12 +11,16 @@ import numpy as np
 
 from stickslip.dynamics.biped import JOINT_FORCES, floor_position
 from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.once import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.reward import centre_of_mass
 from stickslip.records.table import Column, Table
 from stickslip.simulate.names import FALLS, STATUS
 
 if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.simulate.walk import Walk
 
 
@@ -103,9 +107,13 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
 
 def _places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """The supporting ankle and the centre of mass along the floor, at every state [m]."""
-    states, robot = walk.trajectory.states, walk.robot
     with precision(walk.dtype):
-        laid = jax.tree.map(jnp.asarray, states)
-        nought = jnp.zeros((), jnp.int32)
-        mass = jax.vmap(lambda state: centre_of_mass(robot, state, nought))(laid)
-        return np.asarray(floor_position(robot, laid)), np.asarray(mass)
+        ankle, mass = _along(walk.robot, jax.tree.map(jnp.asarray, walk.trajectory.states))
+        return np.asarray(ankle), np.asarray(mass)
+
+
+@run_once
+def _along(robot: BipedModel, states: BipedState) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    nought = jnp.zeros((), jnp.int32)
+    mass = jax.vmap(lambda state: centre_of_mass(robot, state, nought))(states)
+    return floor_position(robot, states), mass

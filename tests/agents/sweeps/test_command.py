@@ -1,5 +1,7 @@
 """The commands `sweep` and `compare` from their flags to their files."""
 
+import json
+
 import pytest
 
 from stickslip.agents import read_sweep
@@ -33,12 +35,24 @@ def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
     assert "Played 0 of 1 chunks" in capsys.readouterr().out
     assert main([*SWEEP, *AXES, "--out", "a", "--overwrite", "--scene", "even"]) == OK
     assert "even: the standard task with --scene even" in capsys.readouterr().out
+    assert main([*SWEEP, *AXES, "--out", "a", "--resume", "--no-pictures", "--json"]) == WRONG_INPUT
+    assert main([*SWEEP, *AXES, "--out", "b", "--no-pictures", "--json"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    (row,) = told["summary"]
+    assert (row["policy"], row["points"], row["episodes"]) == ("pull", 6, 18)
+    assert row["return_least"] < row["return_mean"] < row["return_most"]
+    assert f"mean return {row['return_mean']:.3g}" in shown
 
 
 def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
     for name, mu in (("a", "0.1:0.3:3"), ("b", "0.2,0.3,0.4")):
         assert main([*SWEEP, "--axis", f"mu={mu}", "--out", name, "--no-pictures"]) == OK
     capsys.readouterr()
+    assert main(["compare", "a", "b", "--json"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    (row,) = told["differences"]
+    assert (row["points"], row["not_told_apart"], row["episodes_A"]) == (2, 1.0, 6)
+    assert (told["A"], told["units"]["differences"]["falls_B"]) == ("a", "-")
     assert main(["compare", "a", "b", "--out", "both.csv"]) == OK
     shown = capsys.readouterr().out
     assert "2 points that both have" in shown

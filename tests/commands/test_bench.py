@@ -1,0 +1,78 @@
+"""`stickslip bench`: what it lists, runs, and says where a benchmark cannot run."""
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+
+from stickslip import benchmarks
+from stickslip.cli import OK, WRONG_INPUT, main
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_benchmark_of_the_repository_is_listed_under_a_module_that_can_be_run(capsys):
+    listed = {one.module for one in benchmarks.BENCHMARKS.values() if not one.packaged}
+    runs = {
+        f"benchmarks.{path.relative_to(ROOT / 'benchmarks').parts[0].removesuffix('.py')}"
+        for path in (ROOT / "benchmarks").rglob("*.py")
+        if "\nif __name__ == " in path.read_text(encoding="utf-8")
+    }
+    no_measurement = {"benchmarks.walks"}  # makes the README's animation
+    helpers = {one for one in runs if find_spec(one) is None}
+    assert listed == runs - no_measurement - helpers
+    assert main(["bench"]) == OK
+    said = capsys.readouterr().out
+    assert all(f"\n{name} " in said for name in benchmarks.BENCHMARKS)
+
+
+def test_what_follows_the_name_is_the_benchmarks_own(monkeypatch: pytest.MonkeyPatch, tmp_path):
+    ran: list[tuple[list[str], Path]] = []
+
+    def run(command: list[str], cwd: Path, env: dict[str, str]) -> SimpleNamespace:
+        assert env["PYTHONPATH"].startswith(str(ROOT))
+        ran.append((command, cwd))
+        return SimpleNamespace(returncode=7)
+
+    monkeypatch.setattr(benchmarks.subprocess, "run", run)
+    monkeypatch.chdir(tmp_path)
+    assert main(["bench", "short-horizon", "--parts", "slopes", "--json", "-x", "--help"]) == 7
+    ((command, cwd),) = ran
+    assert command[1:3] == ["-m", "benchmarks.short_horizon"]
+    assert command[3:] == ["--parts", "slopes", "--json", "-x", "--help"]
+    assert cwd == ROOT
+
+
+def test_one_of_the_package_runs_here_with_its_arguments(monkeypatch: pytest.MonkeyPatch):
+    module = ModuleType("made_up_benchmark")
+    module.main = lambda arguments: len(arguments)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "stickslip.made_up", module)
+    module.__spec__ = SimpleNamespace(name="stickslip.made_up")  # type: ignore[assignment]
+    one = benchmarks.Benchmark("stickslip.made_up", "of this test")
+    monkeypatch.setitem(benchmarks.BENCHMARKS, "made-up", one)
+    assert main(["bench", "made-up", "--a", "b", "-c"]) == 3
+
+
+def test_outside_a_checkout_it_says_what_to_do(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(benchmarks, "checkout", lambda: None)
+    assert main(["bench", "throughput"]) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert "needs a checkout of the project" in said
+    assert "pip install -e .[bench]" in said
+    assert main(["bench"]) == OK
+    assert "The others need a checkout" in capsys.readouterr().out
+
+
+def test_another_packages_folder_named_benchmarks_is_no_checkout(tmp_path, monkeypatch):
+    (tmp_path / "benchmarks").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert benchmarks.checkout() == ROOT
+
+
+def test_an_unknown_benchmark_is_refused_with_the_nearest(capsys):
+    assert main(["bench", "thrughput"]) == WRONG_INPUT
+    assert "did you mean throughput?" in capsys.readouterr().err
+    assert main(["bench", "--json", "throughput"]) == WRONG_INPUT
+    assert "accepted: for the list" in capsys.readouterr().err

@@ -1,0 +1,82 @@
+"""--json: one object on standard output and nothing else, whatever is printed for people."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from stickslip.agents import shipped_names
+from stickslip.cli import COMMANDS, NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.commands import command_by_name
+from stickslip.envs import TASKS
+from stickslip.records.content import Content
+from stickslip.records.table import Column, Table
+
+
+def strict(text: str) -> dict:
+    """JSON by the letter: NaN and infinities are refused."""
+
+    def refuse(name: str) -> float:
+        raise ValueError(name)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
+    table = Table(
+        [Column("name", words=True), Column("slid", "m")],
+        [["a", 0.1 + 0.2], ["b", math.nan], ["c", np.float32(np.inf)], ["d", None]],
+    )
+    facts = {"values": np.array([1.0, -np.inf]), "nested": [{"x": math.nan}]}
+    told = strict(Content({"rows": table}, facts, {"values": "N"}).json("try", 1))
+    assert list(told) == ["command", "exit_status", "units", "rows", "values", "nested"]
+    assert told["rows"][0] == {"name": "a", "slid": 0.1 + 0.2}
+    assert [row["slid"] for row in told["rows"][1:]] == [None, None, None]
+    assert told["units"] == {"rows": {"name": "-", "slid": "m"}, "values": "N"}
+    assert (told["values"], told["nested"]) == ([1.0, None], [{"x": None}])
+
+
+@pytest.mark.parametrize(
+    ("command", "key", "names"),
+    [
+        (["tasks"], "tasks", list(TASKS)),
+        (["policies"], "policies", list(shipped_names())),
+        (["policies", shipped_names()[0]], "policies", [shipped_names()[0]]),
+        (["bench"], "benchmarks", None),
+    ],
+)
+def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[str] | None):
+    assert main([*command, "--json"]) == OK
+    told = strict(capsys.readouterr().out)
+    assert (told["command"], told["exit_status"]) == (command[0], OK)
+    assert set(told["units"]) == {key}
+    assert names is None or [row["name"] for row in told[key]] == names
+    assert main(command) == OK
+    with pytest.raises(json.JSONDecodeError):
+        json.loads(capsys.readouterr().out)
+
+
+def test_commands_with_a_table_have_the_flag_and_only_they(capsys):
+    without = {"train", "view", "demo", "export", "completion"}
+    for name in COMMANDS:
+        assert command_by_name(name).JSON is not (name in without)
+    assert main(["export", "biped-ice", "--out", "x.npz", "--json"]) == WRONG_INPUT
+    assert "unrecognized arguments: --json" in capsys.readouterr().err
+
+
+def test_a_refusal_leaves_standard_output_empty(capsys):
+    assert main(["tasks", "nothing", "--json"]) == WRONG_INPUT
+    assert capsys.readouterr().out == ""
+
+
+def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
+    from stickslip.optimise import command
+
+    monkeypatch.setattr(command, "optimise_command", lambda given: (False, Content()))
+    assert main(["optimise", "ugv", "--json"]) == NOTHING_FOUND
+    assert strict(capsys.readouterr().out) == {
+        "command": "optimise",
+        "exit_status": NOTHING_FOUND,
+        "units": {},
+    }
