@@ -7,8 +7,9 @@ import signal
 import sys
 import time
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.evaluate import evaluate, evaluate_task
 from stickslip.agents.evaluation.rollout import planned, rollout
@@ -49,7 +50,10 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import AnyMachine, Options
+    from stickslip.agents.reports.evaluated import Playing
     from stickslip.agents.tasks.places import Named, Place
+
+    Played: TypeAlias = tuple[Evaluation, dict[str, str], list[Playing]]
 
 EPISODES = 32
 """Of each in `stickslip evaluate`, unless it says otherwise."""
@@ -135,47 +139,9 @@ def evaluate_command(given: Options) -> Content:
     written = targets + ([] if page is None else [page])
     require_new(written, given["overwrite"])
 
-    def progress(line: str) -> None:
-        print(f"running {line} ...", file=sys.stderr)
-
     task = common_task(given)
-    if task is not None:
-        named = named_on({**given, "task": task})
-        require_writable(written)
-        about = task_in_words(task)
-        print(about)
-        table = evaluate_task(
-            task,
-            named,
-            episodes=given["episodes"],
-            progress=progress,
-            bound=given["bound"],
-        )
-        tasks = {table.rows[0].scene: about}
-        env, params = task_by_name(task).make()
-        players = [(task, name, env, player, params) for name, player in named.items()]
-    else:
-        machine = machine_of(given["who"])
-        policies = read_named(given["who"], machine)
-        places = places_of(policies, given, machine)
-        require_writable(written)
-        for place in places:
-            print(place.line())
-        table = evaluation(
-            machine, policies, places, given["episodes"] or EPISODES, progress, given["bound"]
-        )
-        tasks = {place.label: place.line() for place in places}
-        players = [
-            (
-                place.label,
-                name,
-                env,
-                controller_of(policies[name], name, env, place.params, machine),
-                place.params,
-            )
-            for place in places
-            for name, env in place.who.items()
-        ]
+    play = _on_places if task is None else partial(_on_task, task)
+    table, tasks, players = play(given, written)
     print("\n" + table.to_text())
     if task is not None and given["episodes"] is None:
         print("\n" + measured_before(task))
@@ -183,11 +149,53 @@ def evaluate_command(given: Options) -> Content:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
     if page is not None:
-        write_evaluation(table, tasks, players, page, given["overwrite"], task, progress)
+        write_evaluation(table, tasks, players, page, given["overwrite"], task, _running)
     if written:
         print("Written: " + ", ".join(map(str, written)))
     about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, written))}
     return Content({"evaluation": table.as_table()}, about)
+
+
+def _running(line: str) -> None:
+    print(f"running {line} ...", file=sys.stderr)
+
+
+def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
+    """All on a named task."""
+    named = named_on({**given, "task": task})
+    require_writable(written)
+    about = task_in_words(task)
+    print(about)
+    table = evaluate_task(
+        task, named, episodes=given["episodes"], progress=_running, bound=given["bound"]
+    )
+    env, params = task_by_name(task).make()
+    players = [(task, name, env, player, params) for name, player in named.items()]
+    return table, {table.rows[0].scene: about}, players
+
+
+def _on_places(given: Options, written: Sequence[Path]) -> Played:
+    """Each on its own task, as flags change it."""
+    machine = machine_of(given["who"])
+    policies = read_named(given["who"], machine)
+    places = places_of(policies, given, machine)
+    require_writable(written)
+    for place in places:
+        print(place.line())
+    episodes = given["episodes"] or EPISODES
+    table = evaluation(machine, policies, places, episodes, _running, given["bound"])
+    players = [
+        (
+            place.label,
+            name,
+            env,
+            controller_of(policies[name], name, env, place.params, machine),
+            place.params,
+        )
+        for place in places
+        for name, env in place.who.items()
+    ]
+    return table, {place.label: place.line() for place in places}, players
 
 
 def evaluation(

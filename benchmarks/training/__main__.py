@@ -5,9 +5,10 @@
 
 Trains five seeds a task with the JAX trainer, as a population, and with SB3, one after the other,
 with the budgets of budgets.py; the policies play the task's own episodes at 16 points of the way.
-What the JSON has already, of the same definition and settings, is left as it is (--again measures it anew):
-so a run that was cut off goes on with the task it was at. --redraw writes table and picture of
-docs/training.md, the entries "learned" of the ladder's known.json and the table of docs/tasks.md.
+What the JSON has already, of the same definition and settings, is left as it is (--again measures
+it anew): so a run that was cut off goes on with the task it was at. --redraw writes table and
+picture of docs/training.md, the entries "learned" of the ladder's known.json and the table of
+docs/tasks.md.
 """
 
 from __future__ import annotations
