@@ -38,6 +38,7 @@ def in_this_process(words: list[str]) -> None:
     assert main(words) == OK
 
 
+@pytest.mark.long
 def test_a_recipe_is_trained_measured_and_written_and_comes_out_again(tmp_path, monkeypatch):
     pytest.importorskip("optax")
     monkeypatch.setattr(making, "run_command", in_this_process)

@@ -4,7 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 
+
+@pytest.mark.long
 def test_what_runs_has_the_shapes_that_signatures_say():
     command = ["-m", "pytest", "-q", "-p", "tests.typing.checked", "tests/typing/shapes.py"]
     ran = subprocess.run(

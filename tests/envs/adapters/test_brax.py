@@ -93,6 +93,7 @@ def test_what_it_cannot_do_is_refused():
         toy(metrics=("plaice",))
 
 
+@pytest.mark.long
 def test_braxs_ppo_learns(monkeypatch):
     from brax.training.agents.ppo import networks, train
 
