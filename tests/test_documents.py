@@ -1,14 +1,11 @@
-"""What README and docs name is there: files, modules, commands, Python names, examples."""
+"""What README and docs name is there: files, headings, modules, Python names."""
 
 import builtins
 import importlib.util
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-
-from stickslip.cli import make_parser
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -19,6 +16,9 @@ SOURCE = "".join(
     path.read_text(encoding="utf-8") for of in FOLDERS for path in (ROOT / of).rglob("*.py")
 )
 
+FOLDER = "tests|benchmarks|docs|documentation|notebooks|" + "|".join(FOLDERS)
+PATHS = rf"`((?:{FOLDER})/[\w./*]+)`"
+
 
 def found(pattern: str) -> list[tuple[str, str]]:
     """Document and match, each once."""
@@ -27,12 +27,22 @@ def found(pattern: str) -> list[tuple[str, str]]:
     )
 
 
-@pytest.mark.parametrize(("document", "link"), found(r"\]\(([^)#:]+)\)"))
-def test_a_link_leads_to_a_file(document: str, link: str):
-    assert (ROOT / document).parent.joinpath(link).exists()
+def anchors(path: Path) -> set[str]:
+    """What links may name of a page: its headings, as GitHub and MkDocs spell them."""
+    heads = re.findall(r"(?m)^#+ (.+)$", path.read_text(encoding="utf-8"))
+    plain = (re.sub(r"[^\w\s-]", "", head.lower()).strip() for head in heads)
+    return {re.sub(r"[-\s]+", "-", head) for head in plain}
 
 
-@pytest.mark.parametrize(("document", "path"), found(r"`((?:tests|benchmarks|docs)/[\w./*]+)`"))
+@pytest.mark.parametrize(("document", "link"), found(r"\]\(((?!\w+:)[^)\s]+)\)"))
+def test_a_link_leads_to_a_file_and_to_a_heading_of_it(document: str, link: str):
+    name, _, anchor = link.partition("#")
+    path = (ROOT / document).parent.joinpath(name) if name else ROOT / document
+    assert path.exists()
+    assert not anchor or anchor in anchors(path)
+
+
+@pytest.mark.parametrize(("document", "path"), found(PATHS))
 def test_a_path_that_is_named_is_there(document: str, path: str):
     assert list(ROOT.glob(path))
 
@@ -40,12 +50,6 @@ def test_a_path_that_is_named_is_there(document: str, path: str):
 @pytest.mark.parametrize(("document", "module"), found(r"python -m (benchmarks(?:\.[a-z_]+)+)"))
 def test_a_module_that_is_run_is_there(document: str, module: str):
     assert importlib.util.find_spec(module) is not None
-
-
-@pytest.mark.parametrize(("document", "line"), found(r"(?m)^(?: {4})?(stickslip [a-z]+ [^\n|]*)$"))
-def test_a_command_is_one_that_the_parser_takes(document: str, line: str):
-    arguments = shlex.split(line, comments=True)[1:]
-    assert callable(make_parser(arguments).parse_args(arguments).run)
 
 
 @pytest.mark.parametrize(("document", "name"), found(r"`([A-Z][a-z]\w*|[A-Z]\w*[a-z]\w*)[`.(]"))
