@@ -19,6 +19,11 @@ from documentation.names import ROOT
 WIDTH, HEIGHT, LEFT, EDGE, BELOW, ABOVE = 680, 400, 64, 24, 48, 14
 WORST = 1.0
 """Errors beyond are of no use, and not shown."""
+FLOOR_WORDS = {
+    "smooth": "a floor that holds",
+    "stick-slip": "one friction of 0.02 to 0.5",
+    "ice": "patches of high and low friction",
+}
 HINT = "Point at a mark, or reach it with the Tab key, for its setting."
 
 
@@ -62,7 +67,7 @@ def biped() -> str:
             lambda p: f"{family(p.integrator)}, {p.dtype}",
         )
         axes = "processor time for a simulated second of one of 4096 environments [s]"
-        parts.append(panel(f"Biped: {scene}", marks, axes, "promised error [rad/s]"))
+        parts.append(panel(f"Biped: {FLOOR_WORDS[scene]}", marks, axes, "promised error [rad/s]"))
     return "\n".join(parts)
 
 

@@ -27,9 +27,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages."""
+    """Add the generated pages, and the notebooks themselves."""
     for path, text in {**reference.pages(), **notebooks.pages(), **inserts.pages()}.items():
         files.append(File.generated(config, path, content=text))
+    for notebook in notebooks.files():
+        place = f"notebooks/{notebook.name}"
+        files.append(File.generated(config, place, abs_src_path=str(notebook)))
     return files
 
 

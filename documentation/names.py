@@ -1,6 +1,6 @@
 """Every public name of the package: each `__all__`, and where each name is written.
 
-Read from the source, so that building the site imports neither JAX nor the package.
+Read from the source, as mkdocstrings reads the rest: nothing is imported for it.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ def pages() -> dict[str, str]:
 def _page(path: Path) -> str:
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     title, *rest = [_text(cell) for cell in cells]
-    note = f"*The notebook is `notebooks/{path.name}`; running it shows what each cell prints.*"
+    note = f"*As [a notebook]({path.name}); running it shows what each cell prints and draws.*"
     return "\n\n".join([title, note, *rest]) + "\n"
 
 

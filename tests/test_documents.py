@@ -1,4 +1,4 @@
-"""What README and docs name is there: files, modules, commands, Python names, examples."""
+"""What README and docs name is there: files, headings, modules, Python names."""
 
 import builtins
 import importlib.util
@@ -17,6 +17,9 @@ SOURCE = "".join(
     path.read_text(encoding="utf-8") for of in FOLDERS for path in (ROOT / of).rglob("*.py")
 )
 
+FOLDER = "tests|benchmarks|docs|documentation|notebooks|" + "|".join(FOLDERS)
+PATHS = rf"`((?:{FOLDER})/[\w./*]+)`"
+
 
 def found(pattern: str) -> list[tuple[str, str]]:
     """Document and match, each once."""
@@ -25,12 +28,22 @@ def found(pattern: str) -> list[tuple[str, str]]:
     )
 
 
-@pytest.mark.parametrize(("document", "link"), found(r"\]\(([^)#:]+)\)"))
-def test_a_link_leads_to_a_file(document: str, link: str):
-    assert (ROOT / document).parent.joinpath(link).exists()
+def anchors(path: Path) -> set[str]:
+    """What links may name of a page: its headings, as GitHub and MkDocs spell them."""
+    heads = re.findall(r"(?m)^#+ (.+)$", path.read_text(encoding="utf-8"))
+    plain = (re.sub(r"[^\w\s-]", "", head.lower()).strip() for head in heads)
+    return {re.sub(r"[-\s]+", "-", head) for head in plain}
 
 
-@pytest.mark.parametrize(("document", "path"), found(r"`((?:tests|benchmarks|docs)/[\w./*]+)`"))
+@pytest.mark.parametrize(("document", "link"), found(r"\]\(((?!\w+:)[^)\s]+)\)"))
+def test_a_link_leads_to_a_file_and_to_a_heading_of_it(document: str, link: str):
+    name, _, anchor = link.partition("#")
+    path = (ROOT / document).parent.joinpath(name) if name else ROOT / document
+    assert path.exists()
+    assert not anchor or anchor in anchors(path)
+
+
+@pytest.mark.parametrize(("document", "path"), found(PATHS))
 def test_a_path_that_is_named_is_there(document: str, path: str):
     assert list(ROOT.glob(path))
 

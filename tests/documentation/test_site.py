@@ -54,9 +54,7 @@ def test_every_module_with_public_names_is_in_the_list():
 
 
 def test_lines_set_in_are_code_tables_have_room_and_units_are_no_links():
-    text = (
-        "Per step:\n  tracking + 1\n  slip - 2\nThen `x` [m] and [K] [m]:\n| a | b |\n| --- | --- |"
-    )
+    text = "Per step:\n  tracking + 1\n  slip - 2\nThen `x` [m] and [K] [m]:\n| a |\n| --- |"
     assert as_markdown(text).splitlines() == [
         "Per step:",
         "",
