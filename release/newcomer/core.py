@@ -21,8 +21,8 @@ env = gymnasium.make("stickslip/Biped-v0")
 policy, (obs, _) = load_policy("biped-steady"), env.reset(seed=0)
 for _ in range(50):
     obs, reward, terminated, _, info = env.step(policy(obs))
-if terminated or obs not in env.observation_space:
-    sys.exit(f"the policy of the package fell: {obs}, {info}")
+    if terminated or obs not in env.observation_space:
+        sys.exit(f"the policy of the package fell: {obs}, {info}")
 
 functional, key = BipedEnv(), jax.random.key(0)
 obs, state = functional.reset(key, functional.default_params)
