@@ -36,7 +36,7 @@ CLOSE = 0.01
 """The gap of expected running times and profiles."""
 UNITS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
 MANY, PANELS, TOP = 60, 6, 2e4
-LEVELS = 10.0 ** np.arange(2, -4.1, -0.5)
+LEVELS = 10.0 ** np.arange(2, -4.1, -0.25)
 
 
 def draw_report(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> list[Path]:
