@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimisers.results import Run
 
 COLOURS = (
-    "#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#5D6B79",
+    "#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#111111",
 )  # fmt: skip
 DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = "os^Dv<>Ph*Xp"
@@ -54,13 +54,13 @@ def styles(runs: Iterable[Run]) -> dict[str, Style]:
 
 
 def panels(
-    count: int, title: str, columns: int = 3, width: float = 3.7
+    count: int, title: str, columns: int = 3, width: float = 3.7, height: float = 0.0
 ) -> tuple[Figure, list[Axes]]:
     """A figure with so many panels, and room for the legend at the right."""
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = require("matplotlib.figure").Figure(
-        figsize=(width * columns + 1.9, 0.5 + 2.75 * rows),
+        figsize=(width * columns + 1.9, 0.5 + max(2.75 * rows, height)),
         dpi=100,
         facecolor=theme.PAGE,
         layout="constrained",

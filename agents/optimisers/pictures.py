@@ -36,7 +36,7 @@ CLOSE = 0.01
 """The gap of expected running times and profiles."""
 UNITS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
 MANY, PANELS, TOP = 60, 6, 2e4
-LEVELS = 10.0 ** np.arange(2, -4.1, -0.5)
+LEVELS = 10.0 ** np.arange(2, -4.1, -0.25)
 
 
 def draw_report(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> list[Path]:
@@ -111,11 +111,13 @@ def _profiles(
     counted: Sequence[Run], timed: Sequence[Run], own: dict[str, Style], path: Path
 ) -> Path:
     """Performance profiles over evaluations and over time."""
-    figure, axes = panels(2, f"Performance profiles at a gap of {CLOSE:g}", width=4.4)
+    figure, axes = panels(2, f"Performance profiles at a gap of {CLOSE:g}", width=4.4, height=3.2)
+    shown: dict[str, None] = {}
     by_cost: dict[Cost, Sequence[Run]] = {"evaluations": counted, "seconds": timed}
     for axis, (cost, runs) in zip(axes, by_cost.items(), strict=True):
         for method, (ratio, share) in profile(runs, CLOSE, cost).items():
             if len(ratio):
+                shown[method] = None
                 _steps(axis, ratio, share, 1e3, own[method])
         axis.set_xscale("log")
         axis.set_xlim(0.95, 1e3)
@@ -123,7 +125,7 @@ def _profiles(
         which = "evaluations" if cost == "evaluations" else "processor time"
         titled(axis, which, "factor of the best method's expected running time", "")
     axes[0].set_ylabel("share of instances", fontsize=8.5, color=theme.MUTED)
-    legend(figure, own, list(own))
+    legend(figure, own, [name for name in own if name in shown])
     return save_sheet(figure, path)
 
 
@@ -202,15 +204,11 @@ def _hypervolumes(runs: Sequence[Run], own: dict[str, Style], path: Path) -> Pat
     for axis, name in zip(axes, names, strict=True):
         for run in (one for one in runs if one.instance == name and not one.inside):
             style, missing = own[run.method], gaps(run)
-            known = np.isfinite(missing)
-            axis.step(
-                run.evaluations[known],
-                missing[known],
-                where="post",
-                color=style.colour,
-                linestyle=style.dash,
-                lw=1.2,
-            )
+            at = np.append(1, run.evaluations)
+            share = np.append(1.0, np.where(np.isfinite(missing), missing, 1.0))
+            axis.step(at, share, where="post", color=style.colour, linestyle=style.dash, lw=1.3)
+            axis.plot(at[-1], share[-1], "x", color=style.colour, markersize=4)
+        axis.set_ylim(0, 1.03)
         axis.set_xscale("log")
         titled(axis, name, "evaluations", "")
     legend(figure, own, [name for name in own if any(run.method == name for run in runs)])

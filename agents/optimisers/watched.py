@@ -62,7 +62,7 @@ class Watched(Record):
         better = len(self.improvements) > best or self.front is not front
         if not better and (self.improvements or self.front):
             return
-        began, seconds = time.process_time(), self.seconds
+        seconds, began = self.seconds, time.process_time()
         if better:
             self._judge(x, float(values[0]), number, seconds)
         else:

@@ -28,10 +28,12 @@ WRONG = 10
 
 def report_text(runs: Sequence[Run]) -> str:
     """All of it, in Markdown."""
-    parts = [counted_text(runs), closeness_table(runs).markdown(aligned=True)]
+    heading = f"Median gap at the end (share of runs within {CLOSE:.0%}):\n"
+    parts = [counted_text(runs), heading, closeness_table(runs).markdown(aligned=True)]
     single = [run for run in runs if len(suite()[run.instance].goals) == 1]
     if single:
-        parts.append(first_table(single).markdown(aligned=True))
+        heading = f"The first {FIRST} methods (interval, runs that hit it / runs):\n"
+        parts += [heading, first_table(single).markdown(aligned=True)]
     return "\n".join(parts)
 
 
@@ -87,7 +89,7 @@ def _closeness(ends: np.ndarray) -> str:
         if len(ends) % 2
         else (ends[len(ends) // 2 - 1] + ends[len(ends) // 2]) / 2
     )
-    words = "none feasible" if not np.isfinite(ends[0]) else f"{max(median, 0):.1g}"
+    words = "none feasible" if not np.isfinite(ends[0]) else f"{max(median, 0):.2g}"
     if np.isfinite(ends[0]) and not np.isfinite(median):
         words = f"{np.mean(np.isfinite(ends)):.0%} feasible"
     return f"{words} ({np.mean(ends <= CLOSE):.0%})"

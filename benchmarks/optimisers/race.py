@@ -10,7 +10,9 @@ from pyarrow import parquet
 
 from benchmarks.report import RESULTS, provenance, put_between, where
 from stickslip.agents.optimisers import METHODS, race, read_results
+from stickslip.agents.optimisers.directory import missing_runs
 from stickslip.agents.optimisers.pictures import draw_report
+from stickslip.agents.optimisers.plan import RacePlan
 from stickslip.agents.optimisers.results import table_of
 from stickslip.agents.optimisers.words import methods_table, report_text
 from stickslip.agents.sweeps.parquet import ABOUT, write_chunk
@@ -56,7 +58,11 @@ def run(folder: Path, workers: int | None) -> None:
 
 def store(folder: Path) -> None:
     """Keep the runs of a folder, those of instances that are whole, with where they were made."""
-    runs = read_results(folder)
+    plan = RacePlan.of(
+        METHODS, INSTANCES, budget=BUDGET, seconds=SECONDS, seeds=SEEDS, outside="clip", limit=LIMIT
+    )
+    halves = {plan.tasks[index].instance for index in missing_runs(folder, plan)}
+    runs = [run for run in read_results(folder) if run.instance not in halves]
     about = {
         **provenance(),
         "budget": BUDGET,
