@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 import signal
 import sys
@@ -38,6 +39,7 @@ from stickslip.agents.view_files import (
     view_files,
 )
 from stickslip.dynamics.checks import require_integer
+from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 
 if TYPE_CHECKING:
@@ -89,7 +91,7 @@ def train_command(given: Options) -> bool:
         print(f"Stopped after {trained.timesteps:,} steps; go on with: {again}", file=sys.stderr)
         return False
     if not given["no_pictures"]:
-        print("Drawing ...", file=sys.stderr)
+        say_stage("drawing")
         machine.write_products(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
@@ -105,19 +107,24 @@ def train_command(given: Options) -> bool:
     return True
 
 
-def demo_command(given: Options) -> bool:
-    """`stickslip demo`: whether it came to its end."""
+def demo_command(given: Options) -> Content | None:
+    """`stickslip demo`: its table and where it is, None where it was stopped before its end."""
     from stickslip.agents.demo import demo
 
     with interruptible() as stop:
-        demo(
+        directory = demo(
             given["out"],
             machine=given["machine"],
             fresh=given["fresh"],
             stop=stop,
             time_limit=given["time_limit"],
         )
-        return not stop()
+        if stop():
+            return None
+    table = directory / "table.json"  # not there where time was up before there was a policy
+    found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
+    units = {"rows": {"metrics": found.pop("units", {})}}
+    return Content(facts={"directory": str(directory), **found}, units=units)
 
 
 def evaluate_command(given: Options) -> Content:
@@ -130,7 +137,7 @@ def evaluate_command(given: Options) -> Content:
         require_new(targets, given["overwrite"])
 
     def progress(line: str) -> None:
-        print(f"running {line} ...", file=sys.stderr)
+        say_stage(f"running {line}")
 
     task = common_task(given)
     if task is not None:
@@ -214,7 +221,7 @@ def view_command(given: Options) -> None:
 
     params = machine.params_to_view(place.params, seconds)
     controller = controller_of(named[name], name, env, params, machine)
-    print(f"playing {seconds:g} s ...", file=sys.stderr)
+    say_stage(f"playing {seconds:g} s")
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
@@ -222,10 +229,8 @@ def view_command(given: Options) -> None:
         frames = min(machine.frames, 1 / float(params.control_period))
         show_window(env, played, params, files.title, frames)
     else:
-        print(f"drawing {files.film} ...", file=sys.stderr)
-        film = write_film(
-            env, played, params, files.film, machine.frames, seconds, sys.stderr.isatty()
-        )
+        say_stage(f"drawing {files.film}")
+        film = write_film(env, played, params, files.film, machine.frames, seconds, progress=True)
         print(f"Written: {film}")
 
 
