@@ -169,13 +169,13 @@ def print_summary(summary: Table) -> None:
         if value is not None:
             unit = "" if column.unit == "-" else f" {column.unit}"
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
-            print(f"{column.name:<{width}}  {text}{unit}")
+            print(f"{column.name.replace('_', ' '):<{width}}  {text}{unit}")
 
 
-def _in_words(setting: Setting) -> dict[str, str | float]:
+def _in_words(setting: Setting) -> dict[str, str | float | None]:
     return {
         "fidelity": repr(setting.fidelity),
         "integrator": repr(setting.integrator),
-        "step": setting.dt,
+        "step": None if isinstance(setting.integrator, EventExact) else setting.dt,
         "dtype": setting.dtype,
     }
