@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 import signal
 import sys
@@ -42,6 +43,7 @@ from stickslip.agents.view_files import (
 )
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 
 if TYPE_CHECKING:
@@ -96,7 +98,7 @@ def train_command(given: Options) -> bool:
         print(f"Stopped after {trained.timesteps:,} steps; go on with: {again}", file=sys.stderr)
         return False
     if not given["no_pictures"]:
-        print("Drawing ...", file=sys.stderr)
+        say_stage("drawing")
         machine.write_products(trained)
         write_training(trained, machine)
     print(
@@ -113,19 +115,24 @@ def train_command(given: Options) -> bool:
     return True
 
 
-def demo_command(given: Options) -> bool:
-    """`stickslip demo`: whether it came to its end."""
+def demo_command(given: Options) -> Content | None:
+    """`stickslip demo`: its table and where it is, None where it was stopped before its end."""
     from stickslip.agents.demo import demo
 
     with interruptible() as stop:
-        demo(
+        directory = demo(
             given["out"],
             machine=given["machine"],
             fresh=given["fresh"],
             stop=stop,
             time_limit=given["time_limit"],
         )
-        return not stop()
+        if stop():
+            return None
+    table = directory / "table.json"  # not there where time was up before there was a policy
+    found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
+    units = {"rows": {"metrics": found.pop("units", {})}}
+    return Content(facts={"directory": str(directory), **found}, units=units)
 
 
 def evaluate_command(given: Options) -> Content:
@@ -157,7 +164,7 @@ def evaluate_command(given: Options) -> Content:
 
 
 def _running(line: str) -> None:
-    print(f"running {line} ...", file=sys.stderr)
+    say_stage(f"running {line}")
 
 
 def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
@@ -249,7 +256,7 @@ def view_command(given: Options) -> None:
 
     params = machine.params_to_view(place.params, seconds)
     controller = controller_of(named[name], name, env, params, machine)
-    print(f"playing {seconds:g} s ...", file=sys.stderr)
+    say_stage(f"playing {seconds:g} s")
     played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
     for path in files.plots:
         print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
@@ -257,10 +264,8 @@ def view_command(given: Options) -> None:
         frames = min(machine.frames, 1 / float(params.control_period))
         show_window(env, played, params, files.title, frames)
     else:
-        print(f"drawing {files.film} ...", file=sys.stderr)
-        film = write_film(
-            env, played, params, files.film, machine.frames, seconds, sys.stderr.isatty()
-        )
+        say_stage(f"drawing {files.film}")
+        film = write_film(env, played, params, files.film, machine.frames, seconds, progress=True)
         print(f"Written: {film}")
 
 

@@ -1,10 +1,23 @@
-"""Progress bars: tqdm's where it is installed and asked for, else nothing."""
+"""How far work is, told on standard error: the one style of all that takes long.
+
+On a terminal a bar of tqdm's, where that is installed; elsewhere a line now and then, and none for
+work that is soon done.
+"""
 
 from __future__ import annotations
 
 import sys
+import time
 from types import TracebackType
 from typing import Any, TextIO
+
+EVERY = 10.0
+"""Between two lines [s]."""
+
+
+def say_stage(what: str, to: TextIO | None = None) -> None:
+    """A line for what goes on now and is not counted: "drawing ...". to: standard error if None."""
+    print(f"{what} ...", file=sys.stderr if to is None else to, flush=True)
 
 
 class Bar:
@@ -12,6 +25,7 @@ class Bar:
 
     total: None where the number of steps is not known. at: how many of them are done already. to:
     standard error if None. large: counts in thousands and millions, width as the terminal's.
+    shown=False is silent but for `say`. lines=False: none of its own where there is no bar.
     """
 
     def __init__(
@@ -24,31 +38,48 @@ class Bar:
         at: int = 0,
         to: TextIO | None = None,
         large: bool = False,
+        lines: bool = True,
     ):
-        self._bar: Any = None
         self._to = sys.stderr if to is None else to
-        if shown:
-            try:
-                from tqdm import tqdm
-            except ImportError:
-                return
-            self._bar = tqdm(
-                total=total,
-                initial=at,
-                file=self._to,
-                unit=unit if large else f" {unit}",
-                unit_scale=large,
-                dynamic_ncols=large,
-                desc=name,
-                leave=False,
-            )
+        self._name, self._total, self._unit = name, total, unit
+        self._at = self._first = at
+        self._bar = self._made(large) if shown and self._to.isatty() else None
+        self._lines = shown and lines and self._bar is None
+        self._begun = self._told = time.monotonic()
+
+    def _made(self, large: bool) -> Any:
+        try:
+            from tqdm import tqdm
+        except ImportError:
+            return None
+        return tqdm(
+            total=self._total,
+            initial=self._at,
+            file=self._to,
+            unit=self._unit if large else f" {self._unit}",
+            unit_scale=large,
+            dynamic_ncols=large,
+            desc=self._name,
+            leave=False,
+        )
 
     def advance(self, count: int = 1, note: str = "") -> None:
         """Count on; note: shown behind the bar."""
+        self._at += count
         if self._bar is not None:
             if note:
                 self._bar.set_postfix_str(note, refresh=False)
             self._bar.update(count)
+        elif self._lines:
+            now = time.monotonic()
+            if now - self._told >= EVERY:
+                self._told = now
+                self.say(self._line(now - self._begun))
+
+    def note(self, text: str) -> None:
+        """What goes on now, behind the bar; nothing where there is no bar."""
+        if self._bar is not None:
+            self._bar.set_postfix_str(text)
 
     def say(self, line: str) -> None:
         """Print a line above the bar, shown or not."""
@@ -57,6 +88,15 @@ class Bar:
         else:
             self._bar.write(line, file=self._to)
             self._to.flush()
+
+    def _line(self, seconds: float) -> str:
+        rate = (self._at - self._first) / seconds
+        of = "" if self._total is None else f" of {self._total:,}"
+        line = f"{self._name}: {self._at:,}{of} {self._unit}s, {_number(rate)} a second"
+        if self._total is None or not rate:
+            return line
+        left = max(self._total - self._at, 0) / rate
+        return f"{line}, about {int(left) // 60}:{int(left) % 60:02d} to go"
 
     def __enter__(self) -> Bar:
         return self
@@ -73,3 +113,7 @@ class Bar:
         """Take the bar away."""
         if self._bar is not None:
             self._bar.close()
+
+
+def _number(rate: float) -> str:
+    return f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"

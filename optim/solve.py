@@ -46,7 +46,7 @@ def solve(
 
     polish: let a local method follow where a method has that choice (scp after those of a posture
     problem's grid); False: the method's own point, of which alone is proved what it proves. The
-    other methods take no notice of it. progress: a bar on standard error, where tqdm is installed.
+    other methods take no notice of it. progress: told on standard error.
     options: the method's own, see its function's docstring; ValueError lists them where one is
     unknown.
     """

@@ -37,7 +37,7 @@ def film(
     """Write an animation of one episode (.gif, .png, .webp or .mp4) and return its path.
 
     key, steps: as for `rollout`. One picture every 1 / fps [s] of the episode, so it plays at the
-    speed of life; fps at most the control rate. progress: a bar, if tqdm is there.
+    speed of life; fps at most the control rate. progress: see stickslip.optim.progress.
     """
     played = rollout(env, controller, params, key, steps)
     return save_animation(pictures(env, played, params, fps, progress), path, fps)
@@ -54,7 +54,7 @@ def write_film(
 ) -> Path:
     """An episode that was played, or its first seconds, as an animation at the speed of life.
 
-    frames: pictures a second, at most one a control step. progress: a bar, if tqdm is there.
+    frames: pictures a second, at most one a control step. progress: see stickslip.optim.progress.
     """
     period = float(params.control_period)
     if seconds is not None:

@@ -19,6 +19,7 @@ from stickslip.agents.sweeps.reading import sweep_arrays
 from stickslip.agents.sweeps.words import in_words, summary_table
 from stickslip.agents.tasks.places import every_option
 from stickslip.dynamics.checks import shown
+from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 
@@ -76,7 +77,7 @@ def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> Content:
         from stickslip.agents.reports.swept import write_report
         from stickslip.agents.sweeps.pictures import write_pictures
 
-        print("Drawing ...", file=sys.stderr)
+        say_stage("drawing")
         drawn = write_pictures(found, path, slip)
         written += [*drawn, write_report(machine, path, text, drawn)]
     print("Written: " + ", ".join(map(str, written)))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """bar: True, False, or None for a bar on a terminal and lines elsewhere. False is silent.
+    """bar: a bar on a terminal and lines elsewhere, unless it is False, which is silent.
 
     after: what follows training, in durations of an evaluation; see Remaining.
     """
@@ -35,11 +35,13 @@ class Progress:
     ):
         self._to = sys.stderr if to is None else to
         self._silent, self._machine = bar is False, machine
-        on_terminal = self._to.isatty() if bar is None else bar
         self._at = at
         self._begun = time.monotonic()
         self._remaining = Remaining(total, after)
-        self._bar = Bar("training", total, "step", on_terminal, at=at, to=self._to, large=True)
+        shown = not self._silent
+        self._bar = Bar(
+            "training", total, "step", shown, at=at, to=self._to, large=True, lines=False
+        )
 
     def show(self, timesteps: int, row: Mapping[str, float]) -> None:
         """Move the bar; beside it how training episodes go."""

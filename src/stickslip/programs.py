@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.compiling import said_when_compiling
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -66,7 +67,7 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
 
     def say() -> None:
         once = " (the next time they are there)" if store or own else ""
-        print(f"compiling programs{once} ...", file=sys.stderr)
+        say_stage(f"compiling programs{once}")
 
     with said_when_compiling(say):
         if store is None:

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,13 @@ from stickslip.dynamics.biped import (
     INTEGRATORS,
     BipedParams,
     BipedState,
+    EventExact,
     SemiImplicitEuler,
     floor_position,
     prepare,
     simulate,
 )
-from stickslip.simulate import names, walk
+from stickslip.simulate import biped, names, walk
 from stickslip.simulate.expression import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
@@ -154,6 +156,34 @@ def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, flags
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
     assert said in line
     assert list(Path().iterdir()) == []
+
+
+def test_the_floors_numbers_are_not_rounded_where_the_walk_is_not(monkeypatch: pytest.MonkeyPatch):
+    scenes: list[Scene] = []
+
+    def walked(robot, scene: Scene, *rest: object) -> None:
+        scenes.append(scene)
+        raise ValueError("enough")
+
+    monkeypatch.setattr(biped, "walked", walked)
+    floor = ["--mu-static", "0.5", "0.1", "--kinetic-ratio=0.7", "--edges=0.3", "--payload=0.1"]
+    assert main(["simulate", "biped", "--torque=1", *floor]) == WRONG_INPUT
+    (scene,) = scenes
+    assert np.asarray(scene.floor.edges).tolist() == [0.3]
+    assert np.asarray(scene.floor.mu_kinetic).tolist() == [0.7 * 0.5, 0.7 * 0.1]
+    assert float(scene.payload) == 0.1
+
+
+@pytest.mark.long
+def test_an_integrator_that_gives_up_is_said_in_words_and_by_the_status(capsys, monkeypatch):
+    exact = replace(PRESETS["exact"], integrator=EventExact(max_steps=1, max_turn=1e-3))
+    monkeypatch.setitem(biped.PRESETS, "exact", replace(exact, dtype="float32"))
+    asked = ["simulate", "biped", "--torque=1", "--crank-rate=3", "--seconds=0.1", "--json"]
+    assert main(asked) == NOTHING_FOUND
+    (summary,) = found_in_json(capsys)["summary"]
+    assert summary["status"] == "NOT_CONVERGED"
+    assert "used up its steps" in summary["meaning"]
+    assert rows("walk.csv")[-1]["status"] == "NOT_CONVERGED"
 
 
 def test_names_in_the_help_are_those_of_the_library():

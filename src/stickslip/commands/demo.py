@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
-JSON = False
+JSON = True
 EXAMPLES = {
     "stickslip demo": "the biped on a floor too slippery for constant speed",
     "stickslip demo ugv --time-limit 120": "the UGV, with two minutes of training",
@@ -51,4 +51,5 @@ def run(given: argparse.Namespace) -> Outcome:
     """Train and show."""
     from stickslip.agents.commands import demo_command
 
-    return Outcome(OK if demo_command(vars(given)) else INTERRUPTED)
+    found = demo_command(vars(given))
+    return Outcome(INTERRUPTED if found is None else OK, found)

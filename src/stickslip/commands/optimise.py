@@ -17,11 +17,11 @@ EXAMPLES = {
     "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
         "least wheel energy over a higher bump, with motors of 400 N m"
     ),
-    "stickslip optimise biped --objective friction --speed 3 --mu 0.1": (
+    "stickslip optimise biped --objective friction --speed 3": (
         "the steady gait at 3 rad/s that asks least of the floor"
     ),
-    "stickslip optimise biped --steps 4 --objective time --torque-limit 3": (
-        "four steps from rest, as fast as 3 N m allows"
+    "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.5 --zmp": (
+        "four steps from rest, as fast as 3 N m and the floor allow"
     ),
 }
 MACHINES = ("ugv", "biped")

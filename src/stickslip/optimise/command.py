@@ -48,7 +48,7 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
         import_module(NEEDS[flags["method"]])  # where it is missing, nothing is computed in vain
     options = {name: flags[name] for name in ("angles", "seed") if flags[name] is not None}
     options["polish"] = flags["polish"]
-    result = solve(problem, flags["method"], progress=sys.stderr.isatty(), **options)
+    result = solve(problem, flags["method"], progress=True, **options)
     spent = energies(problem, result.x)
     print(table(rows(problem, result, spent)), end="")
     for warning in warnings(problem, result):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from stickslip.dynamics.biped import BipedParams
@@ -36,7 +35,7 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     require_scalar("feedback", flags["feedback"], low=0.0, accepted="a finite number >= 0 [1/rad]")
     if flags["pictures"]:
         require("matplotlib.figure")
-    result = solve(problem, progress=sys.stderr.isatty())
+    result = solve(problem, progress=True)
     replays = _replays(problem, result, flags)
     print(table(gait_rows(problem, result, replays)), end="")
     found = gait_content(problem, result, replays, _asked(flags))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 
 from stickslip.envs.rendering.extras import require
+from stickslip.optim.progress import Bar
 from stickslip.paper.drawing import png
 from stickslip.paper.registry import Figure, figures_of
 from stickslip.paper.result import Claim, Setting
@@ -59,18 +60,24 @@ def reproduce(
     require("matplotlib.figure")
     claims: dict[str, tuple[Claim, ...]] = {}
     begun = time.monotonic()
-    with jax.enable_x64(True):
+    bar = Bar("figures", len(figures), "figure", to is not None, to=to, lines=False)
+    with jax.enable_x64(True), bar:
         for place, (name, figure) in enumerate(figures.items(), 1):
-            show = _Progress(f"[{place}/{len(figures)}] {name}", to)
-            result = figure.compute(Setting(samples, show.say))
-            show.say("drawing")
+            began = time.monotonic()
+            result = figure.compute(
+                Setting(samples, lambda what, of=name: bar.note(f"{of}: {what}"))
+            )
+            bar.note(f"{name}: drawing")
             picture = png(result.draw(), figure.title)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
             for ending, columns in result.tables.items():
                 path = out / f"{name}{ending}.csv"
                 write_whole(path, csv_text(columns), overwrite=overwrite)
             claims[name] = tuple(result.claims)
-            show.done(figure.title)
+            bar.advance()
+            if to is not None:
+                took = time.monotonic() - began
+                bar.say(f"[{place}/{len(figures)}] {name}  {figure.title}  {took:.1f} s")
     write_whole(out / TABLE, claims_text(claims), overwrite=overwrite)
     if to is not None:
         print(f"{len(figures)} figures in {time.monotonic() - begun:.0f} s: {out}", file=to)
@@ -93,22 +100,3 @@ def refuse_to_clobber(out: Path, figures: Mapping[str, Figure]) -> None:
         raise ValueError(
             f"{there[0]}{more} exists; accepted: another --out, or --overwrite to replace"
         )
-
-
-class _Progress:
-    """One line a figure: on a terminal it also says what is being computed."""
-
-    def __init__(self, label: str, to: TextIO | None):
-        self._label, self._to = label, to
-        self._begun = time.monotonic()
-
-    def say(self, what: str) -> None:
-        if self._to is not None and self._to.isatty():
-            print(f"\r\033[K{self._label}  {what} ...", end="", file=self._to, flush=True)
-
-    def done(self, title: str) -> None:
-        if self._to is None:
-            return
-        clear = "\r\033[K" if self._to.isatty() else ""
-        took = time.monotonic() - self._begun
-        print(f"{clear}{self._label}  {title}  {took:.1f} s", file=self._to, flush=True)

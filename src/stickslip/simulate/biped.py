@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.agents.biped.task import floor_words
 from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.dynamics import PRESETS, Scene, recommend
 from stickslip.dynamics.biped import (
@@ -19,7 +20,8 @@ from stickslip.dynamics.biped import (
     BipedState,
     EventExact,
 )
-from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.envs.rendering.extras import require
 from stickslip.optim.progress import Bar
@@ -48,7 +50,9 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     far as it went.
     """
     torque = torque_of(given["torque"])
-    scene, setting, state = scene_of(given), setting_of(given), state_of(given)
+    setting, state = setting_of(given), state_of(given)
+    with precision(setting.dtype):  # or the floor's numbers would be rounded
+        scene = scene_of(given)
     if given["joints"]:
         scene = replace(scene, outputs="joints")
     seconds = given["seconds"]
@@ -58,7 +62,7 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     out = table_path(given["out"], given["overwrite"])
     picture = picture_path(given["plot"], given["overwrite"])
     require_writable([path for path in (out, picture) if path is not None])
-    with Bar("walking", count, "period", sys.stderr.isatty()) as bar:
+    with Bar("walking", count, "period", True) as bar:
         walk = walked(
             BipedParams.from_bars(), scene, state, torque, seconds, given["period"], setting, bar
         )
@@ -68,7 +72,7 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     if picture is not None:
         from stickslip.simulate.picture import plot_walk
 
-        title = f"Torque {given['torque']}, {floor_in_words(scene)}"
+        title = f"Torque {shorten(given['torque'], 60)}, floor: {floor_words(scene)}"
         written.append(plot_walk(walk, scene, picture, title))
     print(f"Written: {', '.join(map(str, written))}")
     about = {"setting": _in_words(setting), "files": list(map(str, written))}
@@ -165,20 +169,13 @@ def print_summary(summary: Table) -> None:
         if value is not None:
             unit = "" if column.unit == "-" else f" {column.unit}"
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
-            print(f"{column.name:<{width}}  {text}{unit}")
+            print(f"{column.name.replace('_', ' '):<{width}}  {text}{unit}")
 
 
-def floor_in_words(scene: Scene) -> str:
-    """The floor's numbers, for a title."""
-    numbers = {name: np.asarray(value).tolist() for name, value in vars(scene.floor).items()}
-    words = [f"{name.replace('_', ' ')} {shown(value)}" for name, value in numbers.items()]
-    return ", ".join(words) or "a floor without slip"
-
-
-def _in_words(setting: Setting) -> dict[str, str | float]:
+def _in_words(setting: Setting) -> dict[str, str | float | None]:
     return {
         "fidelity": repr(setting.fidelity),
         "integrator": repr(setting.integrator),
-        "step": setting.dt,
+        "step": None if isinstance(setting.integrator, EventExact) else setting.dt,
         "dtype": setting.dtype,
     }

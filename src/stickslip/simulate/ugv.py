@@ -123,15 +123,15 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
     row: dict[Column, object] = {
         Column("status", words=True): status,
         Column("meaning", words=True): meaning,
-        Column("first at", "m"): float(problem.x[bad[0]]) if bad.size else None,
+        Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
         Column("waypoints"): len(problem.x),
         Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
         Column("slips"): counts["WHEEL_SLIP"],
         Column("falls"): sum(counts[name] for name in FALLS),
-        Column("least grip margin", "N"): float(np.min(at.grip)),
-        Column("least normal force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
-        Column("largest torque", "N m"): float(np.max(np.abs(at.torque))),
-        Column("least clearance", "m"): float(np.min(at.clearance)),
+        Column("least_grip_margin", "N"): float(np.min(at.grip)),
+        Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
+        Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
+        Column("least_clearance", "m"): float(np.min(at.clearance)),
     }
     return Table(list(row), [list(row.values())])
 

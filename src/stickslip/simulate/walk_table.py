@@ -69,7 +69,7 @@ def walk_table(walk: Walk) -> Table:
 
 def event_table(walk: Walk) -> Table:
     """A row a switching instant."""
-    heads = [Column("time", "s"), Column("event", words=True), Column("crank angle", "rad")]
+    heads = [Column("time", "s"), Column("event", words=True), Column("crank_angle", "rad")]
     return Table(heads, walk.events)
 
 
@@ -91,15 +91,15 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,
-        Column("mean speed", "m/s"): distance / time if time else None,
-        Column("mean crank rate", "rad/s"): angle / time if time else None,
+        Column("mean_speed", "m/s"): distance / time if time else None,
+        Column("mean_crank_rate", "rad/s"): angle / time if time else None,
         Column("steps"): int(states.steps[-1] - states.steps[0]),
         Column("slid", "m"): slid,
         Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
         Column("slips"): kinds["slip"],
         Column("work", "J"): work,
-        Column("positive work", "J"): positive,
-        Column("energy per metre", "J/m"): positive / abs(distance) if went else None,
+        Column("positive_work", "J"): positive,
+        Column("energy_per_metre", "J/m"): positive / abs(distance) if went else None,
         Column("falls"): int(fell),
     }
     return Table(list(row), [list(row.values())])

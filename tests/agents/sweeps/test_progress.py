@@ -5,18 +5,19 @@ import io
 import pytest
 
 from stickslip.agents.sweeps import progress
+from stickslip.optim import progress as bars
 
 
 def test_a_line_now_and_then_says_how_far_it_is(monkeypatch: pytest.MonkeyPatch):
     now = iter([0.0, 4.0, 12.0, 13.0, 30.0])
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(bars.time, "monotonic", lambda: next(now))
     to = io.StringIO()
     with progress.Progress(1000, 100, True, to) as told:
         for _ in range(4):
             told.advance(180)
     assert to.getvalue().splitlines() == [
-        "460 of 1,000 episodes, 30 a second, about 0:18 to go",
-        "820 of 1,000 episodes, 24 a second, about 0:07 to go",
+        "sweep: 460 of 1,000 episodes, 30 a second, about 0:18 to go",
+        "sweep: 820 of 1,000 episodes, 24 a second, about 0:07 to go",
     ]
 
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted, progress
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.posture.helpers import on_grid as solve
 
@@ -162,7 +162,8 @@ def test_what_dynamic_programming_cannot_do_is_refused():
             solve(tiny(), "dp", angles=angles)
 
 
-def test_a_bar_is_shown_only_when_it_is_asked_for(capsys):
+def test_progress_is_told_only_when_it_is_asked_for(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", 0.0)
     solve(tiny(), "dp", angles=3)
     assert capsys.readouterr().err == ""
     solve(tiny(), "dp", angles=3, progress=True)
