@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
 from stickslip.dynamics.checks import require_integer, shown
@@ -56,7 +57,7 @@ class Rollout(NamedTuple, Generic[State_co]):
     def _repr_html_(self) -> str:
         """What a notebook shows: how long it was, what it earned and how it ended. `show` plays
         it."""
-        if np.ndim(self.length) or isinstance(self.length, jax.core.Tracer):
+        if np.ndim(self.length) or isinstance(self.length, Tracer):
             kept = f"a batch {np.shape(self.length)}" if np.ndim(self.length) else "traced"
             return Table([Column("Rollout", words=True)], [[kept]]).html()
         end = int(self.length)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
@@ -14,7 +15,6 @@ from stickslip.envs.rendering.html.data import Page
 from stickslip.envs.rendering.html.document import page_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from stickslip.agents.protocol import Params, Player, State
@@ -58,7 +58,8 @@ def show(
     scores. ValueError without a player, and for an environment of no machine.
     """
     require_integer("seed", seed, low=0, high=2**32 - 1)
-    named = players if hasattr(players, "items") else {type(players).__name__: players}
+    named: Mapping[str, Player[State, Params]]
+    named = players if isinstance(players, Mapping) else {type(players).__name__: players}
     if not named:
         raise ValueError("players is empty; accepted: at least one")
     where = type(env).__name__ if task is None else task
