@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.sb3 import from_sb3
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
+    from stickslip.agents.reports.show import View, show
     from stickslip.agents.shipped.names import shipped_names
     from stickslip.agents.standard import StandardMachine
     from stickslip.agents.sweep import sweep
@@ -70,6 +71,7 @@ else:
             "policy.plain": ("PlainPolicy",),
             "policy.sb3": ("from_sb3",),
             "protocol": ("Controller",),
+            "reports.show": ("View", "show"),
             "shipped.names": ("shipped_names",),
             "standard": ("StandardMachine",),
             "sweep": ("sweep",),
@@ -119,6 +121,7 @@ __all__ = [
     "TrainConfig",
     "Trained",
     "UGVTrainConfig",
+    "View",
     "describe_environment",
     "evaluate",
     "evaluate_task",
@@ -134,6 +137,7 @@ __all__ = [
     "rollout",
     "save_policy",
     "shipped_names",
+    "show",
     "sweep",
     "sweep_arrays",
     "train",

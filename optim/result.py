@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from stickslip.records.table import Column, Table
+
 if TYPE_CHECKING:
     from jaxtyping import Float
 
@@ -77,6 +79,22 @@ class Result:
         Below 0 where the drive is none of these, and better: one off the grid.
         """
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: outcome, value and bound, what is missed, and what it took."""
+        missed = ", ".join(f"{name} {by:.3g}" for name, by in self.residuals.items() if by > 0)
+        bound = "nothing proved" if self.lower_bound is None else f"{self.lower_bound:.8g}"
+        rows = {
+            "method": self.method,
+            "status": f"{self.status.name}: {self.status.value}",
+            "message": self.message,
+            "value": "no point" if self.x is None else f"{self.value:.8g}",
+            "lower bound": f"{bound}, {self.bound_of}" if self.bound_of else bound,
+            "constraints missed by": missed or ("-" if self.x is None else "nothing"),
+            "took": f"{self.seconds:.3g} s, {self.evaluations} evaluations",
+        }
+        columns = [Column(type(self).__name__, words=True), Column("", words=True)]
+        return Table(columns, [row for row in rows.items() if row[1]]).html()
 
     @classmethod
     def of(

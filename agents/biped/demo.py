@@ -16,6 +16,7 @@ from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
+from stickslip.agents.reports.writing import REPORT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +36,7 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         "comparison.png": "the policy beside the baselines, from rest",
         "episode.png": "the policy's torque, speed and friction, from rest",
         FILM: "the policy walking",
+        REPORT: "all of it as a page for a browser, the policy's episode to play",
         "policy.npz": "the policy, for stickslip evaluate and stickslip view",
         "table.csv": "the table above (table.json: every episode)",
     }

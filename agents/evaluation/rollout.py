@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
 from stickslip.dynamics.checks import require_integer, shown
 from stickslip.envs.functional import FunctionalEnv, pure_step
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
@@ -51,6 +53,18 @@ class Rollout(NamedTuple, Generic[State_co]):
         end = int(here.length)
         rows = jax.tree.map(lambda leaf: leaf[:end], here[2:-1])
         return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: how long it was, what it earned and how it ended. `show` plays
+        it."""
+        if np.ndim(self.length) or isinstance(self.length, Tracer):
+            kept = f"a batch {np.shape(self.length)}" if np.ndim(self.length) else "traced"
+            return Table([Column("Rollout", words=True)], [[kept]]).html()
+        end = int(self.length)
+        over = [name for name in ("terminated", "truncated") if bool(getattr(self, name)[end - 1])]
+        rows = [["steps", f"{end}"], ["return", f"{float(np.sum(self.reward[:end])):.6g}"]]
+        rows.append(["ended", ", ".join(over) or "not yet"])
+        return Table([Column("Rollout", words=True), Column("", words=True)], rows).html()
 
 
 AnyRollout: TypeAlias = Rollout[Any]

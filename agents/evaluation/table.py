@@ -69,6 +69,10 @@ class Evaluation:
         """The same for a terminal: aligned, with a note on the intervals."""
         return self.shown().terminal(grouped=True)
 
+    def _repr_html_(self) -> str:
+        """The same in a notebook."""
+        return self.shown().html()
+
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""
         flat = self.as_table()

@@ -76,7 +76,7 @@ def station_frames(
 
 
 def _frames(
-    sampled: Sampled, stations: Station, costs: np.ndarray, start: float, statuses: np.ndarray
+    sampled: Sampled, stations: Station, costs: np.ndarray, start: float, statuses: Array
 ) -> list[UGVFrame]:
     frames = []
     for i in range(len(costs)):
@@ -93,11 +93,11 @@ def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) 
     for i, contact in enumerate((placed.rear, placed.front)):
         wheels.append(
             WheelFrame(
-                centre=contact.centre,
-                contact=contact.point,
+                centre=np.asarray(contact.centre),
+                contact=np.asarray(contact.point),
                 slope=float(np.arctan2(contact.tangent[1], contact.tangent[0])),
                 turned=float(turned[i]),
-                hinge=hinges[i],
+                hinge=np.asarray(hinges[i]),
                 leg_angle=float(at.leg_angles[i]),
                 **dict(zip(("friction", "normal", "mu"), map(float, at.wheels[i]), strict=True)),
             )
@@ -108,15 +108,15 @@ def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) 
         start=start,
         rear=wheels[0],
         front=wheels[1],
-        ground=points,
-        preview=seen,
+        ground=np.asarray(points),
+        preview=np.asarray(seen),
         pitch=float(placed.pitch),
         torque=float(at.torque),
         cost=cost,
         mu=float(np.min(at.friction)),
         grip=float(at.grip),
         status="ok" if status == Status.OK else status.name.lower().replace("_", " "),
-        ground_mu=mu,
+        ground_mu=None if mu is None else np.asarray(mu),
     )
 
 

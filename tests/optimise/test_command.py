@@ -11,6 +11,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
+from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim import PostureProblem
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.picture import chosen
@@ -72,6 +73,15 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     angles = np.array(found["leg_angles"])
     np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)
     assert Path("run/drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    (drive,) = read_episodes("run/report.html")
+    lines = {one.title: one.lines[0].values for one in drive.panels}
+    torque = at["torque on each wheel"]
+    shown = lines["torque on each wheel, negative drives forwards"]
+    np.testing.assert_allclose(shown, torque, atol=1e-4 * np.ptp(torque))
+    assert lines["wheel energy"][-1] == pytest.approx(found["value"], rel=1e-4)
+    assert drive.drawing is not None
+    front = drive.drawing.contacts[1].place[:, 0]
+    np.testing.assert_allclose(front, at["front wheel"], atol=1e-5)
 
 
 def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):

@@ -128,3 +128,13 @@ def test_json_has_null_for_what_is_not_finite_and_keeps_every_letter():
 def test_a_measurement_is_written_as_it_stands(path: Path):
     text = path.read_text(encoding="utf-8")
     assert json_text(json.loads(text)) == text
+
+
+def test_html_holds_every_cell_as_text():
+    table = Table([Column("who <b>", words=True), Column("way", "m")], [["a & b", 1.5], ["c", 2]])
+    text = table.html("how <far>")
+    assert "<b>" not in text
+    assert "<far>" not in text
+    for shown in ("who &lt;b&gt;", "way [m]", "a &amp; b", "1.5", "how &lt;far&gt;"):
+        assert shown in text
+    assert text.count("<tr>") == 3

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from stickslip.envs.rendering.html.colours import style_of_colours
 from stickslip.envs.rendering.html.encode import script_text
-from stickslip.envs.rendering.html.table import table_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -38,10 +37,10 @@ def page_text(page: Page) -> str:
         style=style_of_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
         lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
         summary=_facts(page.facts)
-        + "".join(table_text(*one) for one in page.tables)
+        + "".join(table.html(title) for title, table in page.tables)
         + (f'<pre class="scroll" tabindex="0">{escape(page.text)}</pre>' if page.text else ""),
         pictures="".join(_picture(*one) for one in page.pictures)
-        + "".join(table_text(*one) for one in page.closing),
+        + "".join(table.html(title) for title, table in page.closing),
         notes="".join(f'<p class="note">{escape(words)}</p>' for words in page.notes),
         data=script_text({"episodes": page.episodes, "curves": page.curves}),
         library=library,

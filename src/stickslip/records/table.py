@@ -1,4 +1,4 @@
-"""Rows with units as text: for a terminal, as Markdown, CSV and JSON."""
+"""Rows with units as text: for a terminal, as Markdown, HTML, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from math import isfinite
 from numbers import Integral, Real
 from typing import Any
@@ -87,6 +88,31 @@ class Table:
             lines.append(["" if grouped and line[0] == before else line[0], *line[1:]])
             before = line[0]
         return "".join("  ".join(self._aligned(line, widths)).rstrip() + "\n" for line in lines)
+
+    def html(self, caption: str = "") -> str:
+        """A table of HTML in a box that scrolls sideways, words to the left and numbers to the
+        right, whatever characters the cells hold."""
+        kinds = ["words" if column.words else "number" for column in self.columns]
+        sides = ["left" if column.words else "right" for column in self.columns]
+        marks = [
+            f'class="{kind}" style="text-align:{side}"'
+            for kind, side in zip(kinds, sides, strict=True)
+        ]
+        head, *body = (list(map(escape, line)) for line in self._shown())
+        titles = zip(head, marks, strict=True)
+        lines = [f'<th scope="col" {mark}>{cell}</th>' for cell, mark in titles]
+        rows = [
+            "".join(f"<td {mark}>{cell}</td>" for cell, mark in zip(line, marks, strict=True))
+            for line in body
+        ]
+        named = f"<caption>{escape(caption)}</caption>" if caption else ""
+        return (
+            '<div class="scroll" style="overflow-x:auto" tabindex="0" role="region" '
+            f'aria-label="{escape(caption or "Table")}"><table>{named}'
+            f"<thead><tr>{''.join(lines)}</tr></thead>\n<tbody>"
+            + "".join(f"<tr>{row}</tr>\n" for row in rows)
+            + "</tbody></table></div>\n"
+        )
 
     def csv(self, digits: int | None = None) -> str:
         """A head and a line a row; see `cell_text`."""

@@ -1,0 +1,68 @@
+"""Episodes to play in a notebook, or in a page of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING
+
+from stickslip.agents.reports.course import scale_of
+from stickslip.agents.reports.evaluated import first_episodes
+from stickslip.agents.reports.writing import write_page
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.rendering.html.data import Page
+from stickslip.envs.rendering.html.document import page_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stickslip.agents.protocol import Params, Player, State
+    from stickslip.envs.functional import FunctionalEnv
+
+TALL = 860
+"""Height of a page in a notebook [px]."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A page: a notebook shows it in place, `save` writes it to a file."""
+
+    page: Page
+
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the page as one .html file and return its path. ValueError for another kind of
+        file, and for one that exists unless overwrite."""
+        return write_page(self.page, path, overwrite=overwrite)
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own, which can neither reach the notebook nor a network."""
+        text = escape(page_text(self.page))
+        return (
+            f'<iframe srcdoc="{text}" sandbox="allow-scripts" title="{escape(self.page.title)}" '
+            f'style="width:100%;height:{TALL}px;border:0"></iframe>'
+        )
+
+
+def show(
+    env: FunctionalEnv[State, Params],
+    players: Player[State, Params] | Mapping[str, Player[State, Params]],
+    params: Params,
+    seed: int = 0,
+    *,
+    task: str | None = None,
+) -> View:
+    """Play a seed's first episode of one player, or of several by name, to be looked at.
+
+    players: controllers, policies or the UGV's planners, six at most. task: a named one, for its
+    scores. ValueError without a player, and for an environment of no machine.
+    """
+    require_integer("seed", seed, low=0, high=2**32 - 1)
+    named: Mapping[str, Player[State, Params]]
+    named = players if isinstance(players, Mapping) else {type(players).__name__: players}
+    if not named:
+        raise ValueError("players is empty; accepted: at least one")
+    where = type(env).__name__ if task is None else task
+    every = [(where, name, env, one, params) for name, one in named.items()]
+    shown = first_episodes(every, seed, scale_of(task))
+    return View(Page(f"{', '.join(named)} on {where}", episodes=shown))
