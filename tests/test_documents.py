@@ -56,6 +56,6 @@ def test_a_class_that_is_named_is_there(document: str, name: str):
 
 
 def test_examples_are_where_they_are_run():
-    """By tests/test_readme.py and tests/test_recipes.py."""
+    """By tests/test_readme.py, tests/test_recipes.py and tests/test_suite_page.py."""
     shown = {name for name, text in TEXTS.items() if "```python" in text}
-    assert shown == {"README.md", "docs/training.md"}
+    assert shown == {"README.md", "docs/training.md", "docs/suite.md"}
