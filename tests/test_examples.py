@@ -136,7 +136,18 @@ def went_on(names: dict, printed: str) -> None:
     assert names["check"].angle_error < 1e-2
 
 
+def found_in_a_valley(names: dict, printed: str) -> None:
+    assert names["one"].id == "valley-d2-v1"
+    assert printed.splitlines()[-1].endswith(" 1.0")
+
+
+def searched(names: dict, printed: str) -> None:
+    assert np.isfinite(names["record"].best)
+
+
 CHECKS: dict[str, Callable[[dict, str], None]] = {
+    "one = made(": found_in_a_valley,
+    "def search(objective)": searched,
     "total_timesteps=500_000": learnt_with_sb3,
     "def improved": learnt_in_a_loop,
     "class Gentle": learnt_gently,
@@ -166,6 +177,11 @@ def test_what_is_made_less_or_run_apart_is_there():
     assert [sum(much in code for code in codes) for much in FEWER] == [1] * len(FEWER)
     assert [words for words in LONG if not any(words in code for code in codes)] == []
     assert [words for words in CHECKS if not any(words in code for code in codes)] == []
+
+
+def test_ten_lines_are_ten():
+    (code,) = (one.code for one in every_block() if "def search(objective)" in one.code)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 10
 
 
 def test_programs_of_fifteen_lines_are_short():

@@ -17,6 +17,7 @@ from stickslip.agents.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
 from stickslip.agents.reports.writing import REPORT
+from stickslip.agents.shown_names import shown_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -63,12 +64,12 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already
         moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
         played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
-        width = max(map(len, played))
+        width = max(len(shown_name(name)) for name in played)
         lines = [
             f"{moving.to_text().rstrip()}\n",
             f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
             "baselines\nread the true state and masses, the policy its observation. From rest:",
-            *(_line(f"{name:<{width}}", one, task) for name, one in played.items()),
+            *(_line(f"{shown_name(name):<{width}}", one, task) for name, one in played.items()),
         ]
         text = self.text_of(trained, lines)
         say("\n" + text)
@@ -87,6 +88,6 @@ def _line(name: str, played: Rollout[BipedEnvState], task: Task) -> str:
     seconds = int(played.length) * float(task.rest.control_period)
     return (
         f"  {name} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
-        f"walked {last.walked:6.3f} m, slid {last.slid:6.4f} m, took {last.energy:5.1f} J "
+        f"walked {last.walked:6.3f} m, distance slid {last.slid:6.4f} m, took {last.energy:5.1f} J "
         f"in {seconds:.1f} s"
     )

@@ -8,11 +8,12 @@ import numpy as np
 
 from stickslip.agents.biped.histories import Histories, histories
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
+from stickslip.agents.shown_names import shown_name
 from stickslip.dynamics.scene import Grip
 from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#1E2A36")
 STYLES = ("-", "--", "-.", ":")
+SLID = "distance slid [mm]"
+SMALL = 0.42
+"""Height of one controller's friction, in parts of the other panels'."""
 CEILING = 1.6
 """Friction use beyond this is cut off in plots."""
 
@@ -43,7 +47,7 @@ def plot_episode(
     path: str | Path,
     title: str | None = None,
 ) -> Path:
-    """One episode over time: torque, crank rate, P w, friction use, way slid; return the path.
+    """One episode over time: torque, crank rate, P w, friction use, distance slid; return the path.
 
     Slides are shaded. Forces are those at the end of each control step.
     """
@@ -70,7 +74,7 @@ def plot_course(
     _friction(use, [course], floor)
     use.plot(course.time, np.minimum(course.friction_use, CEILING), color=LINES[0], lw=1.2)
     slid.plot(course.time, 1e3 * course.slid, color=LINES[0], lw=1.2)
-    _name(slid, "slid [mm]", "since the start, either direction; shaded: the foot slides")
+    _name(slid, SLID, "since the start, either direction; shaded: the foot slides")
     for axis in axes:
         _shade(axis, course)
     slid.set_ylim(*_from_zero(1e3 * float(course.slid[-1])))
@@ -83,36 +87,51 @@ def plot_comparison(
     path: str | Path,
     title: str | None = None,
 ) -> Path:
-    """Several controllers in one scene over time: crank rate, P w, friction use, way slid."""
+    """Several controllers in one scene over time: crank rate, P w, distance slid, and the friction
+    use of each in a panel of its own."""
     if not played:
         raise ValueError("played is empty; accepted: at least one rollout")
     courses = {name: histories(one, params) for name, one in played.items()}
     every = list(courses.values())
-    figure, axes = _sheet(4, title or "Controllers compared")
-    rate, momentum, use, slid = axes
+    heights = [1.0, 1.0, *[SMALL] * len(every), 1.0]
+    figure, axes = _sheet(len(heights), title or "Controllers compared", heights)
+    rate, momentum, *uses, slid = axes
     _rate(rate, every[0])
     _momentum(momentum, every)
-    _friction(use, every, params.scene.floor)
-    _name(slid, "slid [mm]", "since the start, either direction; linear below 1 mm; x: fell")
+    for use in uses:
+        _friction(use, every, params.scene.floor)
+    for use in uses[1:]:
+        _name(use, "", "")
+    _name(slid, SLID, "since the start, either direction; linear below 1 mm; x: fell")
     for index, (name, course) in enumerate(courses.items()):
         look = Look(
             color=LINES[index % len(LINES)],
             ls=STYLES[index // len(LINES) % len(STYLES)],
             lw=1.3,
         )
-        rate.plot(course.time, course.crank_rate, label=name, **look)
+        rate.plot(course.time, course.crank_rate, label=shown_name(name), **look)
         momentum.plot(course.time, course.momentum, **look)
-        use.plot(course.time, np.minimum(course.friction_use, CEILING), **look)
+        _alone(uses[index], course, name, look)
         slid.plot(course.time, 1e3 * course.slid, **look)
         if course.time[-1] < max(one.time[-1] for one in every):
             slid.plot(course.time[-1], 1e3 * course.slid[-1], "x", color=look["color"], ms=7)
-    _settle(axes, every)
-    figure.legend(loc="upper right", ncols=4, frameon=False, fontsize=9.5)
+    _settle((rate, momentum, slid), every)
+    figure.legend(loc="upper right", ncols=5, frameon=False, fontsize=9.5)
     return _save(figure, axes, every, path)
 
 
-def _sheet(rows: int, title: str) -> tuple[Figure, list[Axes]]:
-    return make_sheet(rows, 1, (11, 1.75 * rows + 0.9), title)
+def _alone(axis: Axes, course: Histories, name: str, look: Look) -> None:
+    """One controller's friction use, and its name."""
+    axis.plot(course.time, np.minimum(course.friction_use, CEILING), **look)
+    axis.set_yticks([0, 1])
+    axis.set_title(shown_name(name), loc="center", fontsize=9, color=look["color"], pad=3)
+
+
+def _sheet(
+    rows: int, title: str, heights: Sequence[float] | None = None
+) -> tuple[Figure, list[Axes]]:
+    tall = 1.75 * (rows if heights is None else sum(heights)) + 0.9
+    return make_sheet(rows, 1, (11, tall), title, heights)
 
 
 def _name(axis: Axes, label: str, note: str) -> None:
@@ -152,9 +171,9 @@ def _friction(axis: Axes, courses: list[Histories], floor: Floor) -> None:
     axis.set_ylim(0, min(max(1.1, 1.1 * highest), CEILING))
 
 
-def _settle(axes: list[Axes], courses: list[Histories]) -> None:
+def _settle(axes: tuple[Axes, Axes, Axes], courses: list[Histories]) -> None:
     """Limits that a controller out of hand does not spoil for the others."""
-    rate, momentum, _, slid = axes
+    rate, momentum, slid = axes
     for axis, usual in ((rate, courses[0].commanded_rate), (momentum, courses[0].cruise)):
         if usual is None:
             continue

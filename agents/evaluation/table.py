@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stickslip.agents.evaluation.columns import Column
 from stickslip.agents.evaluation.statistics import Interval
+from stickslip.agents.shown_names import shown_name
 from stickslip.records import table
 from stickslip.records.files import write_whole
 from stickslip.records.table import Table, json_text, undefined
@@ -126,7 +127,7 @@ class Evaluation:
         metrics = {name: column for name, (column, _) in self.columns.items()}
         words = (table.Column(name, words=True) for name in ("scene", "controller"))
         rows = [
-            [row.scene, row.controller, row.count]
+            [row.scene, shown_name(row.controller), row.count]
             + [metrics[name].show(value) for name, value in row.metrics.items()]
             for row in self.rows
         ]

@@ -10,6 +10,7 @@ from stickslip.envs.rendering.extras import require
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -17,15 +18,23 @@ if TYPE_CHECKING:
 
 
 def make_sheet(
-    rows: int, columns: int, size: tuple[float, float], title: str
+    rows: int,
+    columns: int,
+    size: tuple[float, float],
+    title: str,
+    heights: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of `size` [inches] with a title, and its rows * columns axes, which share x."""
+    """A figure of `size` [inches] with a title, and its rows * columns axes, which share x.
+
+    heights: of the rows, in parts of each other; None: all the same.
+    """
     figure = require("matplotlib.figure").Figure(
         figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"
     )
     require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
-    axes = figure.subplots(rows, columns, sharex=True).ravel().tolist()
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False, height_ratios=heights)
+    axes = grid.ravel().tolist()
     for axis in axes:
         axis.set_facecolor(theme.PANEL)
         axis.set_axisbelow(True)

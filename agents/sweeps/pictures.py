@@ -130,7 +130,7 @@ def _quantities(
         ),
     ]
     if (slips := slip_of(found, slip)) is not None and np.isfinite(slips[at]).any():
-        shown.append(Shown("slide [m/m]", mean(slips[at]), None, True))
+        shown.append(Shown("distance slid [m/m]", mean(slips[at]), None, True))
     return shown
 
 

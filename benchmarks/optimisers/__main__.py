@@ -82,7 +82,8 @@ def bound(instance: Instance, seconds: float | None) -> None:
         flush=True,
     )
     if np.isfinite(found.value) and (known.bound is None or found.value > known.bound):
-        how = f"interval arithmetic over cells of leg angles, {len(found.levels)} levels"
+        levels = f"{len(found.levels)} level{'s' * (len(found.levels) > 1)}"
+        how = f"interval arithmetic over cells of leg angles, {levels}"
         keep(instance.id, replace(known, bound=float(found.value), bound_how=how))
 
 

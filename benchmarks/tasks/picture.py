@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.tasks import picture_biped, picture_ugv
 from stickslip.agents.evaluation.rollout import horizon, planned, rollout, without_resets
 from stickslip.agents.registry import machine_by_name
+from stickslip.agents.shown_names import shown_name
 from stickslip.envs import known_of
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
@@ -59,6 +60,6 @@ def _figure(task: TaskDefinition) -> Figure:
     top, below = axes[:, 0]
     drawing.name_panel(top, task.title)
     who = {"ha": "right", "va": "top", "fontsize": 8, "color": theme.MUTED, "zorder": 9}
-    top.text(0.995, 0.97, shown.policy, transform=top.transAxes, **who)
+    top.text(0.995, 0.97, shown_name(shown.policy), transform=top.transAxes, **who)
     below.tick_params(pad=2)
     return figure

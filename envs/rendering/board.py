@@ -45,10 +45,14 @@ class Board:
 
 
 def draw_entries(
-    canvas: Canvas, entries: tuple[tuple[str, str], ...], left: float, top: float
-) -> None:
-    """Colours with their words below each other, from a place downwards."""
+    canvas: Canvas, entries: Sequence[tuple[str | None, str]], left: float, top: float
+) -> float:
+    """Colours with their words below each other, from a place downwards; None: the words go on from
+    the line above. Where the next line would be."""
+    y = top
     for i, (colour, words) in enumerate(entries):
-        y = top - 17 * i
-        canvas.lines([[(left + 3, y), (left + 17, y)]], colour, 5.0, still=True)
+        y -= 0 if i == 0 else 13 if colour is None else 17
+        if colour is not None:
+            canvas.lines([[(left + 3, y), (left + 17, y)]], colour, 5.0, still=True)
         canvas.text(left + 26, y - 4, words, theme.SMALL, theme.MUTED, still=True)
+    return y - 17

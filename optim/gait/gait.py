@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from stickslip.optim.gait.limits import ground_of, torque_of, zmp_of
 from stickslip.optim.gait.program import STRAIN, TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Array, Float
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.gait.profile import Profile
 
 
@@ -153,7 +154,12 @@ class Gait:
         return energy / (robot.weight * way)
 
 
-def terms_on_grid(grid: Grid, b: Any, torque: Any, xp: ModuleType = np) -> dict[str, Any]:
+def terms_on_grid(
+    grid: Grid,
+    b: Float[Number, "n K+1"],
+    torque: Float[Number, "n K+1"],
+    xp: ModuleType = np,
+) -> dict[str, float | Float[Array, ""]]:
     """The terms of the objectives as the program adds them up, of b and torque at the nodes.
 
     xp: numpy, or jax.numpy for arrays that are traced.
@@ -170,7 +176,9 @@ def terms_on_grid(grid: Grid, b: Any, torque: Any, xp: ModuleType = np) -> dict[
     }
 
 
-def friction_use(friction: Any, normal: Any, xp: ModuleType = np) -> Any:
+def friction_use(
+    friction: Float[Number, "..."], normal: Float[Number, "..."], xp: ModuleType = np
+) -> float | Float[Array, ""]:
     """Largest |friction| / normal force; infinite where nothing presses the foot down. xp: as
     above."""
     with np.errstate(divide="ignore", invalid="ignore"):

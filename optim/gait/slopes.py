@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import jax
 import jax.numpy as jnp
@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.optim.gait.gait import friction_use, terms_on_grid
 from stickslip.optim.gait.instance import squares_of
-from stickslip.optim.gait.limits import ground_of, torque_of
+from stickslip.optim.gait.limits import affine_ground, affine_torque, ground_of, torque_of
 from stickslip.optim.gait.program import TIME
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Slopes:
     """Of a gait problem in numbers: b at the nodes is linear in the decision vector, limits are
-    linear in it and in b, and JAX differentiates the value by b and by the accelerations."""
+    linear in it and in b, torque and forces affine in both, and JAX differentiates the value by b
+    and by these."""
 
     instance: Instance
 
@@ -60,31 +61,45 @@ class Slopes:
         return np.stack([of.ravel() for of in columns], axis=1)
 
     def _along(self, slope: jax.stages.Wrapped, x: np.ndarray) -> np.ndarray:
-        """From the slopes in a and b at the nodes."""
-        a = x[1:].reshape(self.instance.grid.theta.shape)
+        """From the slopes in b, and in what is affine in a and b at the nodes: the torque, or the
+        ground's forces."""
+        at, nodes = self.instance, self.instance.profiles[0]
+        a = x[1:].reshape(at.grid.theta.shape)
+        b = squares_of(at.grid, a, float(x[0]))
+        if at.goal.is_friction and slope is self._value:
+            given, affine = ground_of(nodes, a, b), affine_ground(nodes)
+        else:
+            given, affine = (torque_of(nodes, a, b),), (affine_torque(nodes),)
         with jax.enable_x64(True):
-            on_a, on_b = map(np.asarray, slope(a, squares_of(self.instance.grid, a, float(x[0]))))
+            on_b, *on_each = map(np.asarray, slope(b, *given))
+        on_a = np.zeros_like(a)
         with np.errstate(invalid="ignore"):
+            for on_it, (by_a, by_b, *_) in zip(on_each, affine, strict=True):
+                on_a, on_b = on_a + on_it * by_a, on_b + on_it * by_b
             found = on_b.ravel() @ self._squares
-        found[1:] += on_a.ravel()
+            found[1:] += on_a.ravel()
         return np.where(np.isfinite(found), found, 0.0)
 
     @cached_property
     def _value(self) -> jax.stages.Wrapped:
-        at, nodes = self.instance, self.instance.profiles[0]
+        at = self.instance
 
-        def value(a: Float[Array, "n K+1"], b: Float[Array, "n K+1"]) -> Float[Array, ""]:
-            if at.goal.is_friction:
-                return friction_use(*ground_of(nodes, a, b), jnp)
-            return at.goal.of(terms_on_grid(at.grid, b, torque_of(nodes, a, b), jnp))
+        def demand(b: Array, friction: Array, normal: Array) -> Float[Array, ""]:
+            return jnp.asarray(friction_use(friction, normal, jnp))
 
+        def value(b: Array, torque: Array) -> Float[Array, ""]:
+            spent = terms_on_grid(at.grid, b, torque, jnp)
+            return jnp.asarray(at.goal.of(cast("dict[str, float]", spent)))
+
+        if at.goal.is_friction:
+            return jax.jit(jax.grad(demand, argnums=(0, 1, 2)))
         return jax.jit(jax.grad(value, argnums=(0, 1)))
 
     @cached_property
     def _time(self) -> jax.stages.Wrapped:
-        at, nodes = self.instance, self.instance.profiles[0]
+        at = self.instance
 
-        def time(a: Float[Array, "n K+1"], b: Float[Array, "n K+1"]) -> Float[Array, ""]:
-            return terms_on_grid(at.grid, b, torque_of(nodes, a, b), jnp)[TIME]
+        def time(b: Array, torque: Array) -> Float[Array, ""]:
+            return jnp.asarray(terms_on_grid(at.grid, b, torque, jnp)[TIME])
 
         return jax.jit(jax.grad(time, argnums=(0, 1)))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Float
 
-    Program = Callable[..., Any]
+    Program = Callable[[Posture, Array, Array, np.ndarray], Array]
 
 SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""

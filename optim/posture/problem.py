@@ -161,7 +161,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return replace(self._judged, criterion=None)
 
     @property
-    def _criterion(self) -> Any:
+    def _criterion(self) -> Criterion | Weighted:
         return self._judged.criterion
 
     def evaluate(self, x: Vector) -> Evaluation:

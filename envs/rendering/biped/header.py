@@ -50,13 +50,21 @@ class Header(Board):
 
 
 def draw_key(canvas: Canvas, left: float, top: float) -> None:
-    """What the colours stand for, in the still background; the words are all there is to read."""
+    """What colours, letters and marks stand for, in the still background."""
     entries = (
         (theme.SUPPORT["main"], "supporting leg"),
         (theme.SWING["main"], "swinging leg"),
-        (theme.HIP_EDGE, "hip and slot"),
+        (theme.HIP_EDGE, "hip and its slot: A crank, B rocker,"),
+        (None, "D tendons"),
         (theme.MOTOR, "crank and motor"),
-        (theme.HOLDS, "foot holds (force, cone)"),
-        (theme.SLIDES, "foot slides (and marks)"),
+        (theme.HOLDS, "foot holds: ground force and its cone,"),
+        (None, "both from the zero-moment point"),
+        (theme.SLIDES, "foot slides; on the floor how far"),
+        (None, "each time, either way"),
     )
-    draw_entries(canvas, entries, left, top)
+    last = draw_entries(canvas, entries, left, top)
+    dashes = [[(left + a, last), (left + b, last)] for a, b in ((3, 8), (12, 17))]
+    canvas.lines(dashes, theme.SLIDES, 1.6, still=True)
+    canvas.text(
+        left + 26, last - 4, "cone of kinetic friction", theme.SMALL, theme.MUTED, still=True
+    )

@@ -59,7 +59,7 @@ class History:
             self._rows.popleft()
 
     def columns(self) -> np.ndarray:
-        """[6, n]: Row's fields, time counted from now [s], slide in mm."""
+        """[6, n]: Row's fields, time counted from now [s], slide in mm, forwards positive."""
         columns = np.array(self._rows, dtype=float).T
         columns[0] -= columns[0, -1]
         return columns
@@ -72,7 +72,7 @@ class Strips:
         boxes = strip_boxes(box)
         self._torque = Strip(canvas, boxes[0], "motor torque", "N m", theme.MOTOR)
         self._rate = Strip(canvas, boxes[1], "crank rate", "rad/s", theme.MOTOR, second=True)
-        self._slide = Strip(canvas, boxes[2], "slide of the feet", "mm", theme.SLIDES)
+        self._slide = Strip(canvas, boxes[2], "slide, forwards +", "mm", theme.SLIDES)
         self._limit = torque_limit
         draw_axis(canvas, boxes[2])
 

@@ -18,6 +18,7 @@ from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures import learning
 from stickslip.agents.registry import register, unregister
+from stickslip.agents.shown_names import shown_name
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.ugv import plots
 from stickslip.agents.ugv.config import UGVTrainConfig
@@ -98,7 +99,7 @@ def test_a_line_has_the_drives_own_numbers_and_says_where_it_failed(drives):
     for (name, one), line in zip(played.items(), _lines(*drives), strict=True):
         last, least = one.state, float(played["optimum"].state.cost[-1])
         cost, ratio, legs = (float(word) for word in re.findall(r"\d+\.\d+", line)[:3])
-        assert line.split()[0] == name
+        assert line.startswith(f"  {shown_name(name)} ")
         assert cost == pytest.approx(float(last.cost[-1]), abs=0.051)
         assert ratio == pytest.approx(float(last.cost[-1]) / least, abs=6e-4)
         assert legs == pytest.approx(float(last.totals.total_energy[-1]), abs=0.051)
@@ -122,7 +123,7 @@ def test_a_comparison_is_drawn_without_pyplot_and_crosses_out_a_failure(
     ((_, axes),) = sheets
     for axis in axes[1:]:
         crosses = [line for line in axis.lines if line.get_marker() == "x"]
-        ends = [line.get_xydata()[-1] for line in axis.lines if line.get_label() == "level-body"]
+        ends = [line.get_xydata()[-1] for line in axis.lines if line.get_label() == "level body"]
         np.testing.assert_array_equal([one.get_xydata()[0] for one in crosses], ends)
     with pytest.raises(ValueError, match="played is empty"):
         plots.plot_comparison({}, env, params, tmp_path / "none.png")
