@@ -54,6 +54,7 @@ LONG = {
     "walk.events():": "docs/use.md records events, too",
     "as_scipy": "a drive's slopes, in float64",
     "gait-time-d16": "a gait's program",
+    "view = show(": "two episodes, drawn; tests of reports play them",
 }
 """Words of the programs that only `make test-long` runs, and why."""
 BEFORE = {
