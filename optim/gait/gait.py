@@ -164,7 +164,7 @@ def terms_on_grid(
 
     xp: numpy, or jax.numpy for arrays that are traced.
     """
-    rate = xp.sqrt(xp.maximum(b, 0.0))
+    rate: Array = xp.sqrt(xp.maximum(b, 0.0))
     with np.errstate(divide="ignore"):
         pace = grid.h / (rate[:, :-1] + rate[:, 1:])
     squares = torque[:, :-1] ** 2 + torque[:, 1:] ** 2
