@@ -164,15 +164,15 @@ def terms_on_grid(
 
     xp: numpy, or jax.numpy for arrays that are traced.
     """
-    rate: Array = xp.sqrt(xp.maximum(b, 0.0))
+    rate, torques = xp.sqrt(xp.maximum(b, 0.0)), xp.asarray(torque)
     with np.errstate(divide="ignore"):
         pace = grid.h / (rate[:, :-1] + rate[:, 1:])
-    squares = torque[:, :-1] ** 2 + torque[:, 1:] ** 2
+    squares = torques[:, :-1] ** 2 + torques[:, 1:] ** 2
     return {
         TIME: xp.sum(2 * pace),
         TORQUE: xp.sum(squares * pace),
-        WORK: xp.sum(xp.maximum(torque, 0.0) * grid.weights),
-        STRAIN: xp.sum(torque**2 * grid.weights),
+        WORK: xp.sum(xp.maximum(torques, 0.0) * grid.weights),
+        STRAIN: xp.sum(torques**2 * grid.weights),
     }
 
 
