@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.method import METHODS
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +33,7 @@ def main(arguments: list[str]) -> int:
     given = make_parser().parse_args(arguments)
     try:
         return given.run(given)
-    except (ValueError, ModuleNotFoundError) as error:
+    except (ValueError, OSError, ModuleNotFoundError) as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
         return WRONG_INPUT
 
@@ -159,7 +160,7 @@ def _report(given: argparse.Namespace) -> int:
     runs = _read(given)
     text = report_text(runs)
     print(text)
-    print("Drawing ...", file=sys.stderr)
+    say_stage("drawing")
     written = [write_whole(given.out / "report.md", text, overwrite=False)]
     written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
     written += draw_report(runs, given.out)

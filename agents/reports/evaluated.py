@@ -9,6 +9,7 @@ from stickslip.agents.evaluation.rollout import horizon, planned, rollout, witho
 from stickslip.agents.registry import machine_of_env
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.writing import REPORT, require_page, write_page
+from stickslip.agents.shown_names import shown_name
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Page
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def write_evaluation(
 ) -> Path:
     """Write the page of `stickslip evaluate`; tasks: what each scene is. Returns the path."""
     episodes = first_episodes(players, table.seeds[0], scale_of(task), say)
-    names = ", ".join(dict.fromkeys(row.controller for row in table.rows))
+    names = ", ".join(dict.fromkeys(shown_name(row.controller) for row in table.rows))
     title = f"{names} on {', '.join(tasks)}"
     page = evaluation_page(table, title, "\n".join(tasks.values()), episodes)
     return write_page(page, path, overwrite=overwrite)
@@ -81,6 +82,6 @@ def first_episodes(
         say(f"{name} on {scene}, to be shown")
         env = without_resets(env)
         played = rollout(env, planned(env, player, params, seed), params, seed)
-        whose = name if len(scenes) == 1 else f"{name} on {scene}"
+        whose = shown_name(name) if len(scenes) == 1 else f"{shown_name(name)} on {scene}"
         found.append(machine_of_env(env).shown(played, env, params, whose, scale))
     return tuple(found)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.writing import KINDS, require_page, write_page
+from stickslip.agents.shown_names import shown_name
 from stickslip.agents.tasks.named import common_task, title_of
 from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
 from stickslip.agents.view_files import require_new, require_writable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.html.data import Page
 from stickslip.envs.rendering.html.reading import read_episodes
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from stickslip.agents.machine import Options
@@ -73,10 +74,11 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
     for place in places:
         params = machine.params_to_view(place.params, given["seconds"])
         for name, env in place.who.items():
-            print(f"playing {name} ...", file=sys.stderr)
+            say_stage(f"playing {name}")
             controller = controller_of(named[name], name, env, params, machine)
             played = rollout(env, planned(env, controller, params, seed), params, seed)
-            title = Path(name).name if len(places) == 1 else f"{Path(name).name} on {place.label}"
+            whose = shown_name(Path(name).name)
+            title = whose if len(places) == 1 else f"{whose} on {place.label}"
             shown.append(machine.shown(played, env, params, title, scale))
     lead = [place.line() for place in places] if task is None else [title_of(task)]
     return shown, lead, [task] if task else [place.label for place in places]

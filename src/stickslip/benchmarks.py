@@ -43,6 +43,7 @@ BENCHMARKS = {
     ),
     "animations": Benchmark("benchmarks.animations", "what writes an animation best"),
     "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
+    "evaluations": Benchmark("benchmarks.evaluations", "what one look at a posture costs"),
     "extremes": Benchmark("benchmarks.extremes", "numerical stability at the extremes"),
     "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
     "gradients": Benchmark("benchmarks.gradients", "derivatives through stick and slip"),

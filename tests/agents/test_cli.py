@@ -147,7 +147,7 @@ def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.Monk
     table = ["evaluate", "run", "constant-torque", "--episodes", "2", "--out", "table"]
     assert main([*table, "--scene", "slippery", "wet"]) == OK
     printed = capsys.readouterr().out
-    assert printed.count("constant-torque") == 2
+    assert printed.count("constant torque") == 2
     assert Path("table/evaluation.csv").read_text().count("\n") == 5
     load_policy("run/policy.npz")
     assert main(["view", "run", "--seconds", "0.2", "--plot", "run.png"]) == OK

@@ -114,9 +114,8 @@ def test_plain_numpy_as_the_page_shows_it():
     """What docs/policies.md prints, on the file alone."""
     page = (Path(__file__).parents[3] / "docs" / "policies.md").read_text(encoding="utf-8")
     code = page.partition("<!-- numpy -->\n\n")[2].partition("\n\n<!-- end of numpy -->")[0]
-    lines = [line.removeprefix("    ") for line in code.splitlines()]
     spaces: dict = {}
-    exec("\n".join(lines), spaces)
+    exec(code.removeprefix("```python\n").removesuffix("```"), spaces)
     policy = load_policy("biped-ice")
     for obs in observations(policy, 8):
         assert_alike(spaces["act"](obs), policy, obs)

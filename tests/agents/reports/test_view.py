@@ -28,10 +28,11 @@ def test_two_baselines_on_one_page_that_is_read_again(capsys: pytest.CaptureFixt
     names = ["constant-torque", "crank-speed-pi"]
     assert main(["view", *names, "--html", "a.html", "--seconds", "0.4"]) == OK
     one, two = read_episodes("a.html")
-    assert [one.name, two.name] == names
+    shown = ["constant torque", "crank-speed PI"]
+    assert [one.name, two.name] == shown
     assert not np.array_equal(line(one, "motor torque"), line(two, "motor torque"))
     assert main(["view", "a.html", "--html", "b.html"]) == OK
-    assert [again.name for again in read_episodes("b.html")] == names
+    assert [again.name for again in read_episodes("b.html")] == shown
     capsys.readouterr()
     assert main(["view", "a.html", "--html", "b.html"]) == WRONG_INPUT
     assert "b.html exists" in capsys.readouterr().err
