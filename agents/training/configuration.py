@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar, Unpa
 from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.training.fixed import own_task, refuse_fixed
-from stickslip.dynamics.plain_checks import require_kind, require_known, shown
+from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
     import argparse
@@ -161,6 +161,8 @@ class Configuration(Settings):
         rules = {one.name: rule_of(one) for one in every_field(cls)}
         require_known(given, rules)
         given = {name: value for name, value in given.items() if value is not None}
+        for kind in sorted(given.keys() & rules.keys() & {"algorithm", "trainer"}):
+            require_choice(kind, given[kind], rules[kind].choices)
         if given.get("task") is not None:
             refuse_fixed([name for name in cls.FIXED if name in given], str(given["task"]))
         defaults = cls._defaults(str(given.get("algorithm", "ppo")), given.get("trainer"))

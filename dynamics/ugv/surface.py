@@ -42,10 +42,15 @@ class Surface:
         require_number("factors", factors, low=0.0, accepted="factors >= 0, one more than edges")
         require_number("ramp", ramp, low=0.0, strict=True, accepted="a length > 0 [m]")
         at, of = np.asarray(edges, float), np.asarray(factors, float)
-        if at.ndim != 1 or of.shape != (len(at) + 1,) or np.any(np.diff(at) <= ramp):
+        if (
+            np.ndim(ramp)
+            or at.ndim != 1
+            or of.shape != (len(at) + 1,)
+            or np.any(np.diff(at) <= ramp)
+        ):
             raise ValueError(
-                f"edges = {shown(edges)}, factors = {shown(factors)}; accepted: ascending edges "
-                f"more than ramp = {ramp} m apart, and one factor more"
+                f"edges = {shown(edges)}, factors = {shown(factors)}, ramp = {shown(ramp)}; "
+                "accepted: ascending edges further apart than one ramp [m], and one factor more"
             )
         return cls(*pairs(at, of, ramp)).validate()
 

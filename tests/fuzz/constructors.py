@@ -374,7 +374,7 @@ def others() -> dict[str, Plan]:
         ),
         "Surface.patches": Plan(
             ugv.Surface.patches,
-            {"edges": (), "factors": (), "ramp": ("half", "subnormal")},
+            {"edges": (), "factors": ("pair",), "ramp": ("half", "subnormal")},
             {"edges": [1.0], "factors": [1.0, 0.5]},
         ),
         "PoseSolver": Plan(

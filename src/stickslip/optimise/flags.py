@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
-from stickslip.optimise.track_options import track_options
+from stickslip.optimise.drive_flags import add_limits, add_track, options_in_words
 from stickslip.parser import add_tables, completes
 
 
@@ -24,29 +23,13 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         action="store_false",
         help="no plot of the drive, no report",
     )
-    options = {name: ", ".join(words) for name, words in track_options().items()}
-    options["a file"] = "interpolation"
-    add_tables(
-        parser, {"track options": options, "criteria": CRITERIA_IN_WORDS, "methods": METHODS}
-    )
+    tracks = {"track options": options_in_words()}
+    add_tables(parser, tracks | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS})
 
 
 def _add_problem(group: argparse._ArgumentGroup) -> None:
-    track = group.add_argument(
-        "--track",
-        default="bump",
-        metavar="NAME_OR_FILE",
-        help=f"{', '.join(TRACKS)}, or a file of x and y or GPX (default: %(default)s)",
-    )
-    completes(track, TRACKS)
-    group.add_argument(
-        "--track-option",
-        dest="track_options",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="of the track, as often as needed: height=0.2; see below",
-    )
+    add_track(group)
+    add_limits(group)
     criterion = group.add_argument(
         "--criterion",
         default="wheel_energy",
@@ -54,26 +37,6 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         help="what is to be small, see below (default: %(default)s)",
     )
     completes(criterion, CRITERIA_IN_WORDS)
-    group.add_argument(
-        "--leg-rate",
-        default="1.0",
-        metavar="RATE",
-        help="what a leg may turn for each metre [rad/m], or none for no limit "
-        "(default: %(default)s)",
-    )
-    group.add_argument(
-        "--friction",
-        type=float,
-        default=0.8,
-        metavar="MU",
-        help="between wheels and ground [-] (default: %(default)s)",
-    )
-    group.add_argument(
-        "--max-torque",
-        default="none",
-        metavar="NM",
-        help="of each wheel's motor, either way [N m], or none for no limit (default: %(default)s)",
-    )
     group.add_argument(
         "--spacing",
         type=float,

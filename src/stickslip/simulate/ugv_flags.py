@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypedDict
 
-from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
-from stickslip.optimise.track_options import track_options
-from stickslip.parser import add_tables, completes
+from stickslip.optimise.drive_flags import add_limits, add_track, options_in_words
+from stickslip.parser import add_tables
 
 if TYPE_CHECKING:
     import argparse
@@ -47,28 +46,7 @@ def add_ugv_flags(parser: argparse.ArgumentParser) -> None:
         help="rear and front leg, held [degrees]: 90 is straight down, more is outwards",
     )
     ground = parser.add_argument_group("ground")
-    track = ground.add_argument(
-        "--track",
-        default="bump",
-        metavar="NAME_OR_FILE",
-        help=f"{', '.join(TRACKS)}, or a file of x and y or GPX (default: %(default)s)",
-    )
-    completes(track, TRACKS)
-    ground.add_argument(
-        "--track-option",
-        dest="track_options",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="of the track, as often as needed: height=0.2; see below",
-    )
-    ground.add_argument(
-        "--friction",
-        type=float,
-        default=0.8,
-        metavar="MU",
-        help="between wheels and ground [-] (default: %(default)s)",
-    )
+    add_track(ground)
     ground.add_argument(
         "--spacing",
         type=float,
@@ -82,20 +60,5 @@ def add_ugv_flags(parser: argparse.ArgumentParser) -> None:
             metavar="M",
             help=f"{which} place of the front wheel, with --angles",
         )
-    limits = parser.add_argument_group("limits")
-    limits.add_argument(
-        "--leg-rate",
-        default="1.0",
-        metavar="RATE",
-        help="what a leg may turn for each metre [rad/m], or none for no limit "
-        "(default: %(default)s)",
-    )
-    limits.add_argument(
-        "--max-torque",
-        default="none",
-        metavar="NM",
-        help="of each wheel's motor, either way [N m], or none for no limit (default: %(default)s)",
-    )
-    options = {name: ", ".join(words) for name, words in track_options().items()}
-    options["a file"] = "interpolation"
-    add_tables(parser, {"track options": options, "criteria": CRITERIA_IN_WORDS})
+    add_limits(parser.add_argument_group("limits"))
+    add_tables(parser, {"track options": options_in_words(), "criteria": CRITERIA_IN_WORDS})

@@ -68,7 +68,10 @@ def test_a_surface_goes_through_jit_and_batches_alike():
 @pytest.mark.parametrize(
     ("make", "named"),
     [
-        (lambda: Surface.patches([1.0, 1.02], [1, 1, 1]), "ascending edges more than ramp"),
+        (
+            lambda: Surface.patches([1.0, 1.02], [1, 1, 1]),
+            "ascending edges further apart than one ramp",
+        ),
         (lambda: Surface.patches([1.0], [1, 1, 1]), "one factor more"),
         (lambda: Surface.patches([1.0], [1, -1]), "factors"),
         (lambda: Surface.patches([1.0], [1, 1], ramp=0.0), "ramp"),

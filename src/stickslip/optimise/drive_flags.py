@@ -1,0 +1,61 @@
+"""Flags of a UGV's drive that several commands have: words and numbers only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.ugv.names import TRACKS
+from stickslip.optimise.track_options import track_options
+from stickslip.parser import completes
+
+if TYPE_CHECKING:
+    import argparse
+
+
+def add_track(group: argparse._ArgumentGroup) -> None:
+    """Which ground, and how much friction it has."""
+    track = group.add_argument(
+        "--track",
+        default="bump",
+        metavar="NAME_OR_FILE",
+        help=f"{', '.join(TRACKS)}, or a file of x and y or GPX (default: %(default)s)",
+    )
+    completes(track, TRACKS)
+    group.add_argument(
+        "--track-option",
+        dest="track_options",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="of the track, as often as needed: height=0.2; see below",
+    )
+    group.add_argument(
+        "--friction",
+        type=float,
+        default=0.8,
+        metavar="MU",
+        help="between wheels and ground [-] (default: %(default)s)",
+    )
+
+
+def add_limits(group: argparse._ArgumentGroup) -> None:
+    """What legs and motors may do."""
+    group.add_argument(
+        "--leg-rate",
+        default="1.0",
+        metavar="RATE",
+        help="what a leg may turn for each metre [rad/m], or none for no limit "
+        "(default: %(default)s)",
+    )
+    group.add_argument(
+        "--max-torque",
+        default="none",
+        metavar="NM",
+        help="of each wheel's motor, either way [N m], or none for no limit (default: %(default)s)",
+    )
+
+
+def options_in_words() -> dict[str, str]:
+    """The options of each track, for the end of a help."""
+    options = {name: ", ".join(words) for name, words in track_options().items()}
+    return {**options, "a file": "interpolation"}
