@@ -66,6 +66,7 @@ def test_wrong_input_is_a_line(tmp_path, capsys, arguments, words):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_the_program_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     (code,) = re.findall(r"(?m)^((?:    .*\n|\n)*    .*race\(.*\n(?:    .*\n)*)", PAGE.read_text())
     lines = [line[4:] for line in code.splitlines() if line.strip()]

@@ -146,6 +146,7 @@ def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls
     assert found.holds
 
 
+@pytest.mark.long
 def test_commands_read_a_value_policy_like_any_other(holding, tmp_path, capsys):
     path = str(save_value_policy(holding.policy, holding.params, tmp_path / "walk.npz"))
     assert main(["evaluate", path, "--episodes", "2", "--out", str(tmp_path)]) == OK

@@ -153,6 +153,7 @@ def test_a_table_holds_the_whole_vehicle_at_both_ends(float64):
         np.testing.assert_allclose(table.height(x), track.height(x), atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_table_in_single_precision_is_as_good_as_its_numbers():
     x = np.linspace(0.0, 8.0, 101, dtype=np.float32)
     narrow = Setting(dtype="float32", pieces=16).prepared(Track.bump())

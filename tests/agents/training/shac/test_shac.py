@@ -100,6 +100,7 @@ def config(**changes) -> MassConfig:
     return MassConfig.of(**{"algorithm": "shac", "timesteps": 12_800, **usual, **changes})
 
 
+@pytest.mark.long
 def test_it_learns_to_pull_and_goes_on_from_a_checkpoint_to_the_last_bit():
     rows = []
     make = partial(trainer_of(config()), config(), MassEnv(), EASY, rows.append, lambda: False)
