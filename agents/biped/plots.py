@@ -116,7 +116,14 @@ def plot_comparison(
         if course.time[-1] < max(one.time[-1] for one in every):
             slid.plot(course.time[-1], 1e3 * course.slid[-1], "x", color=look["color"], ms=7)
     _settle((rate, momentum, slid), every)
-    figure.legend(loc="upper right", ncols=5, frameon=False, fontsize=9.5)
+    figure.legend(
+        loc="upper right",
+        ncols=5,
+        frameon=False,
+        fontsize=9.5,
+        handlelength=1.2,
+        columnspacing=1.2,
+    )
     return _save(figure, axes, every, path)
 
 
