@@ -16,6 +16,7 @@ from stickslip.agents.protocol import Env, Params
 from stickslip.agents.training.configuration import Config, Configuration
 
 if TYPE_CHECKING:
+    import argparse
     from pathlib import Path
 
     import numpy as np
@@ -53,6 +54,16 @@ class Option:
     def flag(self) -> str:
         """As it stands on the command line."""
         return "--" + self.name.replace("_", "-")
+
+    def add_to(self, group: argparse._ArgumentGroup) -> None:
+        """Make it a flag of a command."""
+        group.add_argument(
+            self.flag,
+            type=self.kind,
+            metavar=self.metavar,
+            choices=self.choices,
+            help=self.about,
+        )
 
 
 class Task(Protocol[Env_co, Params_co]):

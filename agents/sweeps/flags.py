@@ -89,10 +89,4 @@ def _add_task(parser: argparse.ArgumentParser, machine: AnyMachine) -> None:
     )
     under.add_argument("--scene", metavar="NAME", help="floor or ground instead, see below")
     for option in machine.options():
-        under.add_argument(
-            option.flag,
-            type=option.kind,
-            metavar=option.metavar,
-            choices=option.choices,
-            help=option.about,
-        )
+        option.add_to(under)

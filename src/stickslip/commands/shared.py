@@ -47,13 +47,7 @@ def add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
         under = parser.add_argument_group(f"for the {machine.title}")
         for option in machine.options(viewed=not many):
             if option.flag not in parser._option_string_actions:
-                under.add_argument(
-                    option.flag,
-                    type=option.kind,
-                    metavar=option.metavar,
-                    choices=option.choices,
-                    help=option.about,
-                )
+                option.add_to(under)
     tables: dict[str, Mapping[str, str]] = {
         "baselines": {one.title: ", ".join(one.baselines) for one in every if one.baselines},
         "scenes": {
