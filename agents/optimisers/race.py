@@ -5,20 +5,15 @@ from __future__ import annotations
 import tempfile
 from functools import partial
 from pathlib import Path
-from threading import Lock, local
 from typing import TYPE_CHECKING, Literal
 
-from stickslip.agents.optimisers.directory import (
-    about,
-    missing_runs,
-    open_race,
-    run_path,
-)
+from stickslip.agents.optimisers.directory import LIBRARIES, missing_runs, open_race, run_path
 from stickslip.agents.optimisers.names import FAILED
 from stickslip.agents.optimisers.plan import RacePlan
 from stickslip.agents.optimisers.reading import read_runs
 from stickslip.agents.optimisers.results import Run, table_of
-from stickslip.agents.optimisers.seat import Seat
+from stickslip.agents.optimisers.seat import Seats
+from stickslip.agents.sweeps.directory import versions
 from stickslip.agents.sweeps.engine import Watch, run_here
 from stickslip.agents.sweeps.parquet import write_chunk
 from stickslip.agents.sweeps.progress import Progress
@@ -143,7 +138,7 @@ class Runs:
     def __init__(self, plan: RacePlan, path: Path):
         self._plan, self._path = plan, path
         self.digest, self.count = plan.digest, len(plan.tasks)
-        self._own, self._seats, self._lock = local(), list[Seat](), Lock()
+        self._seats, self._versions = Seats(plan.limit), versions(LIBRARIES)
 
     def size(self, index: int) -> int:
         """One."""
@@ -157,18 +152,13 @@ class Runs:
         stop: Callable[[], bool],
     ) -> Run:
         """Make a run."""
-        seat = getattr(self._own, "seat", None)
-        if seat is None:
-            seat = self._own.seat = Seat(self._plan.limit)
-            with self._lock:
-                self._seats.append(seat)
-        found = seat.run(self._plan.tasks[index], stop)
+        found = self._seats.here().run(self._plan.tasks[index], stop)
         advance(1)
         return found
 
     def keep(self, index: int, found: Run) -> None:
         """Write it."""
-        own = {"digest": self.digest, "chunk": index, "race": about(self._plan)["versions"]}
+        own = {"digest": self.digest, "chunk": index, "race": self._versions}
         write_chunk(run_path(self._path, index), table_of([found], own))
 
     def sent(self) -> bytes:
@@ -178,17 +168,10 @@ class Runs:
 
     def close(self) -> None:
         """End the processes."""
-        for seat in self._seats:
-            seat.close()
+        self._seats.close()
 
 
 def _running(tasks: tuple[Task, ...], limit: float) -> Callable[[int], Run]:
     """What makes runs by their numbers, in a worker: a Seat for each of its threads."""
-    own = local()
-
-    def run(index: int) -> Run:
-        if not hasattr(own, "seat"):
-            own.seat = Seat(limit)
-        return own.seat.run(tasks[index])
-
-    return run
+    seats = Seats(limit)
+    return lambda index: seats.here().run(tasks[index])

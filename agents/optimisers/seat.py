@@ -10,7 +10,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from threading import Thread
+from threading import Lock, Thread, local
 from typing import IO, TYPE_CHECKING, cast
 
 import numpy as np
@@ -116,6 +116,27 @@ class Seat:
             else (f"its process was ended by signal {-code}")
         )
         return _unended(task, events, "died", words, took)
+
+
+class Seats:
+    """A Seat for each thread that asks."""
+
+    def __init__(self, limit: float):
+        self._limit, self._own = limit, local()
+        self._all, self._lock = list[Seat](), Lock()
+
+    def here(self) -> Seat:
+        """This thread's."""
+        if not hasattr(self._own, "seat"):
+            self._own.seat = Seat(self._limit)
+            with self._lock:
+                self._all.append(self._own.seat)
+        return self._own.seat
+
+    def close(self) -> None:
+        """End the processes."""
+        for seat in self._all:
+            seat.close()
 
 
 def run_of(task: Task, events: list[Event], ending: Ending) -> Run:
