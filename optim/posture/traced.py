@@ -247,9 +247,8 @@ def value_and_margins(
     posture: Posture, rows: Float[Array, "rows K"], angles: Float[Array, "K 2"]
 ) -> Float[Array, "1+m"]:
     """The value and then the margins: one array is read faster than two."""
-    found = posture.constraints(Station.unpacked(rows), angles).values()
-    at_first = finite_cost(posture.criterion, Station.unpacked(rows))
-    return jnp.concatenate([at_first[None], *(jnp.ravel(of) for of in found)])
+    first = finite_cost(posture.criterion, Station.unpacked(rows))
+    return jnp.concatenate([first[None], margins(posture, rows, angles)])
 
 
 @jax.jit
