@@ -12,23 +12,22 @@ does not use are dropped from it before.
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache, partial, wraps
+from functools import cache, cached_property, lru_cache, partial, wraps
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
-from jax.extend.core import ClosedJaxpr, Primitive, jaxpr_as_fun
-from jax.interpreters import batching, mlir
-from jax.interpreters.partial_eval import dce_jaxpr, dce_rules
+from jax.extend.core import Primitive, jaxpr_as_fun
 
 from stickslip.dynamics.grouping import KERNEL
+from stickslip.dynamics.jax_versions import register, register_thinning, thinned, works
 from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Sequence
 
-    from jax.extend.core import JaxprEqn
+    from jax.extend.core import ClosedJaxpr, JaxprEqn
     from jaxtyping import Array
 
     Function = Callable[..., list[Array]]
@@ -62,6 +61,13 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     Members do not see each other: a batch gives what each gives alone, up to roundings. Derivatives
     are those of the function itself, not fused.
     """
+    return _fused(function, fixed, _works)
+
+
+def _fused(
+    function: Callable[..., Result], fixed: int, works: Callable[[], bool]
+) -> Callable[..., Result]:
+    """works: whether there are kernels at all, asked when the function is called."""
     traced_once = jax.jit(function, static_argnums=tuple(range(fixed)))
 
     @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -86,6 +92,8 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
     @wraps(function)
     def call(*arguments: object) -> Result:
+        if not works():
+            return traced_once(*arguments)
         traced = traced_once.trace(*arguments).jaxpr
         hidden = any(isinstance(constant, Tracer) for constant in traced.consts)
         if hidden or len(traced.in_avals) != len(jax.tree.leaves(arguments[fixed:])):
@@ -114,9 +122,8 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
         return run_as_one_kernel(traced, leaves, read)
 
     def less(needed: Flags) -> Less:
-        rest, kept = dce_jaxpr(traced.jaxpr, needed)
-        kernel = _kernel(ClosedJaxpr(rest, traced.consts), _those(keys, kept), off)
-        return kernel, tuple(kept)
+        rest, kept = thinned(traced, needed)
+        return _kernel(rest, _those(keys, kept), off), tuple(kept)
 
     return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals), less)
 
@@ -244,10 +251,14 @@ def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEq
     return list(kept), rest
 
 
-batching.primitive_batchers[kernel_p] = _batched
-dce_rules[kernel_p] = _needed
-mlir.register_lowering(kernel_p, mlir.lower_fun(_at_once, multiple_results=True))
-mlir.register_lowering(kernel_p, mlir.lower_fun(_in_kernels, multiple_results=True), "cpu")
+register(kernel_p, _batched, _at_once, _in_kernels)
+register_thinning(kernel_p, _needed)
+
+
+@cache
+def _works() -> bool:
+    """Whether functions can be kernels with the JAX at hand."""
+    return works(kernel_p, partial(_fused, fixed=0, works=lambda: True))
 
 
 def _block(size: int, most: int) -> int:

@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
-from jax.extend.core import ClosedJaxpr, Literal
+from jax.extend.core import Literal
+
+from stickslip.dynamics.jax_versions import constants_of, is_traced, unclosed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jax.extend.core import Jaxpr, JaxprEqn, Primitive, Var
+    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Primitive, Var
     from jax.typing import ArrayLike
     from jaxtyping import Array
 
@@ -137,15 +139,14 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
                 work = max(getattr(atom.aval, "size", 1) for atom in atoms)
                 steps.append(_Step(equation.primitive, equation.params, operands, results, work))
                 found: list[Operand] = [_Value(number) for number in results]
-            elif isinstance(called, ClosedJaxpr):
-                found = walk(called.jaxpr, called.consts, operands)
             else:
-                found = walk(called, (), operands)
+                found = walk(unclosed(called), constants_of(called), operands)
             known.update(zip(equation.outvars, found, strict=True))
         return [read(atom) for atom in jaxpr.outvars]
 
-    inputs = [next(count) for _ in traced.jaxpr.invars]
-    outputs = walk(traced.jaxpr, traced.consts, [_Value(number) for number in inputs])
+    whole = unclosed(traced)
+    inputs = [next(count) for _ in whole.invars]
+    outputs = walk(whole, traced.consts, [_Value(number) for number in inputs])
     return _Program(steps, inputs, outputs)
 
 
@@ -272,8 +273,9 @@ def _marked(leaf: Array) -> Array:
 
 def _inside(param: object) -> object:
     """A loop's parameter, with what it runs grouped, too."""
-    if isinstance(param, ClosedJaxpr):
-        return jax.make_jaxpr(grouped(param))(*map(_shape, param.in_avals))
-    if isinstance(param, tuple) and any(isinstance(one, ClosedJaxpr) for one in param):
+    if is_traced(param):
+        traced: Any = param
+        return jax.make_jaxpr(grouped(traced))(*map(_shape, traced.in_avals))
+    if isinstance(param, tuple) and any(map(is_traced, param)):
         return tuple(map(_inside, param))
     return param

@@ -8,7 +8,8 @@ function gives inside the user's own jit by roundings, as those of any two progr
 
 from __future__ import annotations
 
-from functools import wraps
+import re
+from functools import cache, wraps
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -21,7 +22,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 IN_A_HURRY = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 0}
-"""Options of XLA's CPU compiler: each kernel by the plain emitter, and LLVM as it comes."""
+"""Options of XLA's CPU compiler: each kernel by the plain emitter, and LLVM as it comes. JAX 0.11
+has no plain emitter any more: preparing a robot then takes 2.5 s of compiling rather than 1, and 4
+without the other option."""
+UNKNOWN = re.compile(r"[Nn]o such compile option: '(\w+)'")
+"""What XLA says of an option that it does not know."""
+
+_unknown: set[str] = set()
+"""Options that XLA was found not to know."""
 
 Result = TypeVar("Result")
 
@@ -30,25 +38,36 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
     """`function` of pytrees of arrays, compiled in a hurry where nothing is traced.
 
     fixed: so many arguments come first that are hashable and no arrays. Positional arguments only.
-    Inside jit, vmap and grad, on other platforms, and where XLA does not know the options, it is
-    `jax.jit(function)`.
+    Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`; options that XLA
+    does not know are left out.
     """
     static = tuple(range(fixed))
     usual = jax.jit(function, static_argnums=static, inline=True)
-    hurried = jax.jit(function, static_argnums=static, compiler_options=IN_A_HURRY)
+
+    @cache
+    def hurried(options: tuple[tuple[str, bool | int], ...]) -> Callable[..., Result]:
+        return jax.jit(function, static_argnums=static, compiler_options=dict(options))
 
     @wraps(function)
     def call(*arguments: object) -> Result:
         if jax.default_backend() != "cpu" or _in_a_trace(arguments):
             return usual(*arguments)
-        try:
-            return hurried(*arguments)
-        except jax.errors.JaxRuntimeError as error:
-            if "compile option" not in str(error):
-                raise
-            return usual(*arguments)
+        while options := known(IN_A_HURRY):
+            try:
+                return hurried(tuple(options.items()))(*arguments)
+            except jax.errors.JaxRuntimeError as error:
+                said = UNKNOWN.search(str(error))
+                if said is None or said[1] not in options:
+                    raise
+                _unknown.add(said[1])
+        return usual(*arguments)
 
     return call
+
+
+def known(options: dict[str, bool | int]) -> dict[str, bool | int]:
+    """Without those that XLA was found not to know."""
+    return {name: value for name, value in options.items() if name not in _unknown}
 
 
 def _in_a_trace(arguments: object) -> bool:

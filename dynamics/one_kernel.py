@@ -12,6 +12,7 @@ from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import jaxpr_as_fun
 
 from stickslip.dynamics.grouping import KERNEL, LOOPS, grouped, opened
+from stickslip.dynamics.jax_versions import changing, is_traced, unclosed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -58,7 +59,7 @@ def run_as_one_kernel(
     traced: ClosedJaxpr, leaves: Sequence[Array], read: Callable[..., Sequence[Array]] = _as_it_is
 ) -> list[Array]:
     """A traced function of read(*leaves), where these are no random keys."""
-    if switched_off() or not _can_be_one(traced.jaxpr):
+    if switched_off() or not _can_be_one(unclosed(traced)):
         return list(jaxpr_as_fun(traced)(*read(*leaves)))
     run = grouped(traced)
     inner = jax.jit(partial(_and_first, lambda *leaves: run(*read(*leaves))))
@@ -99,13 +100,10 @@ def _can_be_in_one(equation: JaxprEqn) -> bool:
     if large or name.startswith(NEVER_IN_A_KERNEL):
         return False
     if name == KERNEL:
-        return _can_be_one(opened(equation).jaxpr)
-    leaves = jax.tree.leaves(
-        list(equation.params.values()), is_leaf=lambda leaf: hasattr(leaf, "eqns")
-    )
-    jaxprs = [getattr(leaf, "jaxpr", leaf) for leaf in leaves if hasattr(leaf, "eqns")]
+        return _can_be_one(unclosed(opened(equation)))
+    leaves = jax.tree.leaves(list(equation.params.values()), is_leaf=is_traced)
+    jaxprs = [unclosed(leaf) for leaf in leaves if is_traced(leaf)]
     if name == "scan":  # what is cut out of its arguments is an array of its own
-        cut = jaxprs[0].invars[equation.params["num_consts"] :]
-        if any(atom.aval.size > LARGEST_ARRAY for atom in cut):
+        if any(one.aval.size > LARGEST_ARRAY for one in changing(equation, jaxprs[0])):
             return False
     return all(map(_can_be_one, jaxprs))

@@ -161,6 +161,8 @@ def xla_defaults() -> Iterator[None]:
 
     def as_users_do(*args: Any, env_options_overrides: Any = None, **kwargs: Any) -> Any:
         given = {"xla_backend_optimization_level": 3, "xla_cpu_use_fusion_emitters": True}
+        flags = os.environ.get("XLA_FLAGS", "")  # what it names, XLA knows
+        given = {name: value for name, value in given.items() if name in flags}
         overrides = given | (env_options_overrides or {})
         return asked(*args, env_options_overrides=overrides, **kwargs)
 

@@ -1,7 +1,9 @@
 """A function as one kernel: the same numbers, whatever the batch, and really one kernel."""
 
+import secrets
 from functools import partial
 from itertools import product
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -72,7 +74,7 @@ def test_derivatives_are_those_of_the_function():
 
 @pytest.mark.parametrize("size", [None, 3, 300])
 def test_the_compiled_program_has_the_kernel(size):
-    """If this fails with a new JAX, its XLA no longer reads AS_ONE_KERNEL: steps are slow then."""
+    """That XLA's CPU backend makes one of it, the next test looks."""
     function = partial(fused(settle, fixed=1), 2)
     given = arguments(size or 1)
     if size is None:
@@ -83,6 +85,32 @@ def test_the_compiled_program_has_the_kernel(size):
     entry = compiled[compiled.index("ENTRY") :]
     assert "xla_cpu_small_call" in entry
     assert " while(" not in entry
+
+
+def machine_code(program, given, folder: Path) -> list[str]:
+    """Names of the functions that XLA compiles a program to."""
+    program.lower(*given).compile(compiler_options={"xla_dump_to": str(folder)})
+    return [path.name.split("obj-file.")[1] for path in folder.glob("*obj-file*.o")]
+
+
+@pytest.mark.parametrize("size", [None, 3])
+def test_xla_compiles_the_kernel_as_one(size, tmp_path):
+    """If this fails with a new JAX, its XLA no longer reads AS_ONE_KERNEL: steps are slow then."""
+    own = secrets.randbits(20) / 2**20  # or an earlier run may have kept the program
+
+    def program(function):
+        function = partial(function, 2)
+        if size is not None:
+            function = jax.vmap(function, (0, None, 0))
+        return jax.jit(lambda start, *others: function(start + own, *others))
+
+    given = arguments(size or 1)
+    if size is None:
+        given = given[0][0], given[1], given[2][0]
+    kernel = machine_code(program(fused(settle, fixed=1)), given, tmp_path / "kernel")
+    assert sum("and_first" in name for name in kernel) == 1
+    plain = machine_code(program(settle), given, tmp_path / "plain")
+    assert len(kernel) <= 2 < 6 < len(plain)
 
 
 @pytest.mark.parametrize(

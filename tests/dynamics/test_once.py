@@ -35,9 +35,15 @@ def test_numbers_at_hand_do_inside_of_a_trace():
         assert float(quick(2, x)) == pytest.approx(float(wave(2, x)), rel=1e-6)
 
 
-def test_a_compiler_that_does_not_know_the_options_compiles_as_ever(monkeypatch):
-    monkeypatch.setattr(once, "IN_A_HURRY", {"xla_cpu_no_such_thing": True})
+def test_options_that_the_compiler_does_not_know_are_left_out(monkeypatch):
+    level = {"xla_backend_optimization_level": 0}
+    monkeypatch.setattr(once, "_unknown", set())
+    monkeypatch.setattr(once, "IN_A_HURRY", {"xla_cpu_no_such_thing": True} | level)
     assert float(run_once(wave, fixed=1)(2, 0.3)) == pytest.approx(float(wave(2, 0.3)), rel=1e-6)
+    assert once.known(once.IN_A_HURRY) == level
+    monkeypatch.setattr(once, "IN_A_HURRY", {"xla_cpu_nor_this": 1})
+    assert float(run_once(wave, fixed=1)(2, 0.3)) == pytest.approx(float(wave(2, 0.3)), rel=1e-6)
+    assert once.known(once.IN_A_HURRY) == {}
 
 
 def test_what_fails_while_it_runs_is_not_tried_again():

@@ -1,0 +1,166 @@
+"""What kernels use of JAX beyond its public interface, and what is done where it is not there.
+
+JAX lets others add operations and read traced functions (`jax.extend.core`, `jax.interpreters`),
+and changes how. Here is what differs between versions. On one newer than any that was tried, a
+trial decides whether functions become kernels: their results are the same without, and slower.
+"""
+
+from __future__ import annotations
+
+import warnings
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+from jax.extend import core
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Primitive, Var
+    from jaxtyping import Array
+
+    Function = Callable[..., list[Array]]
+
+TRIED = (0, 12)
+"""The newest minor version with which all tests of kernels ran."""
+
+Refused: tuple[type[Exception], ...] = (ImportError, AttributeError, TypeError, KeyError)
+"""What using an interface raises that is not there or another."""
+
+_unregistered: list[Exception] = []
+"""Why an operation has no rules."""
+
+
+def unclosed(traced: ClosedJaxpr | Jaxpr) -> Jaxpr:
+    """Operations, arguments and results of a traced function: from JAX 0.11 on it itself."""
+    return getattr(traced, "jaxpr", traced)
+
+
+def constants_of(traced: ClosedJaxpr | Jaxpr) -> Sequence[Any]:
+    """Values of a traced function's constants; empty where they are arguments."""
+    return getattr(traced, "consts", ())
+
+
+def is_traced(param: object) -> bool:
+    """Whether an operation's parameter is a traced function."""
+    return hasattr(param, "eqns")
+
+
+def changing(scan: JaxprEqn, body: Jaxpr) -> list[Var]:
+    """Arguments of a scan's body that differ from step to step: what is carried and what is cut out
+    of longer arrays. Told by their shapes: how an operation names them is no public matter.
+    """
+
+    def whole(outside: Sequence[Any], inside: Sequence[Any]) -> int:
+        pairs = zip(outside, inside, strict=True)
+        return sum(one.aval.ndim == other.aval.ndim for one, other in pairs)
+
+    carried = whole(scan.outvars, body.outvars)
+    constant = whole(scan.invars, body.invars) - carried
+    return body.invars[constant:]
+
+
+def thinned(traced: ClosedJaxpr, needed: Sequence[bool]) -> tuple[ClosedJaxpr, list[bool]]:
+    """A traced function without the results that nothing reads, and which arguments are left."""
+    from jax.interpreters.partial_eval import dce_jaxpr
+
+    rest, kept = dce_jaxpr(unclosed(traced), needed)
+    closed: Any = rest if hasattr(rest, "consts") else core.ClosedJaxpr(rest, traced.consts)
+    return closed, kept
+
+
+def register(
+    operation: Primitive, batched: Callable[..., Any], at_once: Function, on_cpu: Function
+) -> None:
+    """Tell JAX how vmap widens an operation, and what it is on a processor and on other platforms."""
+    try:
+        from jax.interpreters import batching, mlir
+
+        batching.primitive_batchers[operation] = batched
+        mlir.register_lowering(operation, mlir.lower_fun(at_once, multiple_results=True))
+        mlir.register_lowering(operation, mlir.lower_fun(on_cpu, multiple_results=True), "cpu")
+    except Refused as error:
+        _unregistered.append(error)
+
+
+def register_thinning(
+    operation: Primitive,
+    needed: Callable[[list[bool], JaxprEqn], tuple[list[bool], JaxprEqn | None]],
+) -> None:
+    """Tell JAX what is left of an operation of which some results are not read.
+
+    JAX 0.12 says in between whether arguments that are references are read later: none are.
+    Where the rule cannot be given, all results are computed.
+    """
+    try:
+        from jax.interpreters.partial_eval import dce_rules
+
+        dce_rules[operation] = lambda read, *others: needed(read, others[-1])
+    except Refused:
+        pass
+
+
+def unregister_thinning(operation: Primitive) -> None:
+    """Have all results of an operation computed."""
+    try:
+        from jax.interpreters.partial_eval import dce_rules
+
+        dce_rules.pop(operation, None)
+    except Refused:
+        pass
+
+
+def works(operation: Primitive, fuse: Callable[[Function], Function]) -> bool:
+    """Whether an operation does with the JAX at hand, which is tried where nobody has before.
+
+    fuse: what makes a function one such operation. Warns where that does not do.
+    """
+    if _unregistered:
+        return _without(_unregistered[0])
+    if jax.__version_info__[:2] <= TRIED:
+        return True
+    refused = _tried(fuse)
+    if refused is not None:
+        unregister_thinning(operation)
+        refused = _tried(fuse)
+    return refused is None or _without(refused)
+
+
+def _tried(fuse: Callable[[Function], Function]) -> Exception | None:
+    """Why a small program with an operation fails, if it does."""
+    try:
+        with jax.ensure_compile_time_eval():
+            found, wanted = _program(fuse(_small)), _program(_small)
+            close = jax.tree.map(partial(jnp.allclose, atol=1e-5), found, wanted)
+    except Exception as error:  # noqa: BLE001, an untried JAX may raise anything
+        return error
+    return None if jax.tree.all(close) else ArithmeticError("other numbers")
+
+
+def _small(x: Array, key: Array) -> list[Array]:
+    """Loops, random numbers, and a result that is not read."""
+    x = jax.lax.while_loop(lambda x: x > 1, lambda x: jnp.sqrt(x) - 0.1, x)
+    x, rows = jax.lax.scan(lambda x, y: (jnp.sin(x) + y, x * y), x, jnp.arange(3.0, dtype=x.dtype))
+    return [x + jax.random.uniform(key, dtype=x.dtype), jnp.sum(rows)]
+
+
+def _program(function: Function) -> Array:
+    """Of a batch too large for one block, twice."""
+
+    def step(x: Array, key: Array) -> tuple[Array, None]:
+        return jax.vmap(function)(x, jax.random.split(key, x.size))[0], None
+
+    x, keys = jnp.linspace(0.5, 2.0, 65), jax.random.split(jax.random.key(0), 2)
+    return jax.jit(partial(jax.lax.scan, step))(x, keys)[0]
+
+
+def _without(refused: Exception) -> bool:
+    warnings.warn(
+        f"stickslip has not been tried with JAX {jax.__version__} and does without kernels: results "
+        f"are the same, batches several times slower ({type(refused).__name__}: {refused})",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return False
