@@ -74,7 +74,7 @@ def thinned(traced: ClosedJaxpr, needed: Sequence[bool]) -> tuple[ClosedJaxpr, l
 def register(
     operation: Primitive, batched: Callable[..., Any], at_once: Function, on_cpu: Function
 ) -> None:
-    """Tell JAX how vmap widens an operation, and what it is on a processor and on other platforms."""
+    """Tell JAX how vmap widens an operation, and what it is on a processor and elsewhere."""
     try:
         from jax.interpreters import batching, mlir
 
@@ -143,7 +143,7 @@ def _small(x: Array, key: Array) -> list[Array]:
     """Loops, random numbers, and a result that is not read."""
     x = jax.lax.while_loop(lambda x: x > 1, lambda x: jnp.sqrt(x) - 0.1, x)
     x, rows = jax.lax.scan(lambda x, y: (jnp.sin(x) + y, x * y), x, jnp.arange(3.0, dtype=x.dtype))
-    return [x + jax.random.uniform(key, dtype=x.dtype), jnp.sum(rows)]
+    return [jax.nn.relu(x) + jax.random.uniform(key, dtype=x.dtype), jnp.sum(rows)]
 
 
 def _program(function: Function) -> Array:
@@ -158,8 +158,9 @@ def _program(function: Function) -> Array:
 
 def _without(refused: Exception) -> bool:
     warnings.warn(
-        f"stickslip has not been tried with JAX {jax.__version__} and does without kernels: results "
-        f"are the same, batches several times slower ({type(refused).__name__}: {refused})",
+        f"stickslip has not been tried with JAX {jax.__version__} and does without kernels: "
+        "results are the same, batches several times slower "
+        f"({type(refused).__name__}: {refused})",
         RuntimeWarning,
         stacklevel=2,
     )

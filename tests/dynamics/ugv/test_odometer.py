@@ -139,5 +139,5 @@ def test_replacing_the_ground_or_an_end_integrates_anew(float64):
         changed = replace(odometer, **changes)
         wanted = Odometer.along(changed.track, changed.start, changed.end)
         assert float(changed.distance(7.5)) == float(wanted.distance(7.5))
-    with pytest.raises(ValueError, match="excess"):
+    with pytest.raises((ValueError, TypeError), match="excess"):  # the latter from Python 3.13 on
         replace(odometer, excess=odometer.excess)
