@@ -35,7 +35,8 @@ _unregistered: list[Exception] = []
 
 def unclosed(traced: ClosedJaxpr | Jaxpr) -> Jaxpr:
     """Operations, arguments and results of a traced function: from JAX 0.11 on it itself."""
-    return getattr(traced, "jaxpr", traced)
+    found: Any = getattr(traced, "jaxpr", traced)
+    return found
 
 
 def constants_of(traced: ClosedJaxpr | Jaxpr) -> Sequence[Any]:

@@ -104,7 +104,7 @@ def _can_be_in_one(equation: JaxprEqn) -> bool:
     leaves = jax.tree.leaves(list(equation.params.values()), is_leaf=is_traced)
     jaxprs = [unclosed(leaf) for leaf in leaves if is_traced(leaf)]
     if name == "scan" and any(  # what is cut out of its arguments is an array of its own
-        one.aval.size > LARGEST_ARRAY for one in changing(equation, jaxprs[0])
+        getattr(one.aval, "size", 0) > LARGEST_ARRAY for one in changing(equation, jaxprs[0])
     ):
         return False
     return all(map(_can_be_one, jaxprs))
