@@ -274,8 +274,7 @@ def _marked(leaf: Array) -> Array:
 def _inside(param: object) -> object:
     """A loop's parameter, with what it runs grouped, too."""
     if is_traced(param):
-        traced: Any = param
-        return jax.make_jaxpr(grouped(traced))(*map(_shape, traced.in_avals))
+        return jax.make_jaxpr(grouped(param))(*map(_shape, param.in_avals))
     if isinstance(param, tuple) and any(map(is_traced, param)):
         return tuple(map(_inside, param))
     return param

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import warnings
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from operator import eq
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
 import jax
 import jax.numpy as jnp
@@ -18,9 +19,11 @@ from jax.extend import core
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Primitive, Var
+    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var
+    from jax.typing import ArrayLike
     from jaxtyping import Array
 
+    Atom: TypeAlias = Var | Literal
     Function = Callable[..., list[Array]]
 
 TRIED = (0, 12)
@@ -35,16 +38,15 @@ _unregistered: list[Exception] = []
 
 def unclosed(traced: ClosedJaxpr | Jaxpr) -> Jaxpr:
     """Operations, arguments and results of a traced function: from JAX 0.11 on it itself."""
-    found: Any = getattr(traced, "jaxpr", traced)
-    return found
+    return traced if isinstance(traced, core.Jaxpr) else traced.jaxpr
 
 
-def constants_of(traced: ClosedJaxpr | Jaxpr) -> Sequence[Any]:
+def constants_of(traced: ClosedJaxpr | Jaxpr) -> Sequence[ArrayLike]:
     """Values of a traced function's constants; empty where they are arguments."""
     return getattr(traced, "consts", ())
 
 
-def is_traced(param: object) -> bool:
+def is_traced(param: object) -> TypeGuard[ClosedJaxpr]:
     """Whether an operation's parameter is a traced function."""
     return hasattr(param, "eqns")
 
@@ -54,13 +56,16 @@ def changing(scan: JaxprEqn, body: Jaxpr) -> list[Var]:
     of longer arrays. Told by their shapes: how an operation names them is no public matter.
     """
 
-    def whole(outside: Sequence[Any], inside: Sequence[Any]) -> int:
-        pairs = zip(outside, inside, strict=True)
-        return sum(one.aval.ndim == other.aval.ndim for one, other in pairs)
+    def whole(outside: Sequence[Atom], inside: Sequence[Atom]) -> int:
+        return sum(map(eq, map(_axes, outside), map(_axes, inside)))
 
     carried = whole(scan.outvars, body.outvars)
     constant = whole(scan.invars, body.invars) - carried
     return body.invars[constant:]
+
+
+def _axes(atom: Atom) -> int:
+    return len(getattr(atom.aval, "shape", ()))
 
 
 def thinned(traced: ClosedJaxpr, needed: Sequence[bool]) -> tuple[ClosedJaxpr, list[bool]]:
@@ -68,12 +73,15 @@ def thinned(traced: ClosedJaxpr, needed: Sequence[bool]) -> tuple[ClosedJaxpr, l
     from jax.interpreters.partial_eval import dce_jaxpr
 
     rest, kept = dce_jaxpr(unclosed(traced), needed)
-    closed: Any = rest if hasattr(rest, "consts") else core.ClosedJaxpr(rest, traced.consts)
-    return closed, kept
+    closed = getattr(core, "ClosedJaxpr", core.Jaxpr)
+    return rest if isinstance(rest, closed) else closed(rest, traced.consts), kept
 
 
 def register(
-    operation: Primitive, batched: Callable[..., Any], at_once: Function, on_cpu: Function
+    operation: Primitive,
+    batched: Callable[..., tuple[list[Array], list[int]]],
+    at_once: Function,
+    on_cpu: Function,
 ) -> None:
     """Tell JAX how vmap widens an operation, and what it is on a processor and elsewhere."""
     try:
