@@ -22,6 +22,7 @@ from jax.extend.core import ClosedJaxpr, Primitive, jaxpr_as_fun
 from jax.interpreters import batching, mlir
 from jax.interpreters.partial_eval import dce_jaxpr, dce_rules
 
+from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.grouping import KERNEL
 from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
@@ -82,7 +83,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
         primals: tuple[tuple[object, ...]],
         tangents: tuple[tuple[object, ...]],
     ) -> tuple[Result, Result]:
-        return jax.jvp(lambda arguments: function(*constants, *arguments), primals, tangents)
+        return jvp_in_front(lambda arguments: function(*constants, *arguments), primals, tangents)
 
     @wraps(function)
     def call(*arguments: object) -> Result:

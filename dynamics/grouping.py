@@ -40,6 +40,8 @@ FREE = (
 """Primitives that cost nothing where their result is used: repeated at will."""
 KERNEL = "stickslip_kernel"
 """The name of the primitive that stands for a fused function (see stickslip.dynamics.fused)."""
+IN_FRONT = "stickslip_in_front"
+"""That of the primitive that only says where a batch is (see stickslip.dynamics.batch_axes)."""
 DISSOLVED = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
@@ -130,13 +132,15 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
             called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
             if equation.primitive.name == KERNEL:
                 called = opened(equation)
-            if called is None:
+            if equation.primitive.name == IN_FRONT:
+                found: list[Operand] = operands[:1]
+            elif called is None:
                 results = [next(count) for _ in equation.outvars]
                 summed = equation.primitive.name.startswith(("reduce", "arg", "cum"))
                 atoms = equation.invars if summed else equation.outvars
                 work = max(getattr(atom.aval, "size", 1) for atom in atoms)
                 steps.append(_Step(equation.primitive, equation.params, operands, results, work))
-                found: list[Operand] = [_Value(number) for number in results]
+                found = [_Value(number) for number in results]
             elif isinstance(called, ClosedJaxpr):
                 found = walk(called.jaxpr, called.consts, operands)
             else:
