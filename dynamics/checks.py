@@ -84,11 +84,12 @@ def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
     """The value of a field that `require_number` has checked, as what pytrees hold.
 
     Python and NumPy scalars become floats (which take the type of the arrays they meet), lists and
-    tuples arrays of JAX's default type; arrays and traced values pass unchanged.
+    tuples NumPy arrays, whose digits do not depend on JAX's switches; arrays and traced values pass
+    unchanged.
     """
     require_number(name, value, accepted=accepted, **rule)
     if isinstance(value, list | tuple):
-        return jnp.asarray(value, dtype=float) if is_concrete(value) else jnp.stack(value)
+        return np.array(value, float) if is_concrete(value) else jnp.stack(value)
     if isinstance(value, np.number | int) and not isinstance(value, np.floating):
         return float(value)
     return value

@@ -20,6 +20,7 @@ import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
 from jax.extend.core import Primitive, jaxpr_as_fun
 
+from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.grouping import KERNEL
 from stickslip.dynamics.jax_versions import register, register_thinning, thinned, works
 from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
@@ -88,7 +89,7 @@ def _fused(
         primals: tuple[tuple[object, ...]],
         tangents: tuple[tuple[object, ...]],
     ) -> tuple[Result, Result]:
-        return jax.jvp(lambda arguments: function(*constants, *arguments), primals, tangents)
+        return jvp_in_front(lambda arguments: function(*constants, *arguments), primals, tangents)
 
     @wraps(function)
     def call(*arguments: object) -> Result:

@@ -5,6 +5,10 @@ for each of many results what they have in common: ten times the arithmetic, for
 biped. It does not look through the border of a call that may not be inlined. So every intermediate
 result that several others need, and costs more than a few operations, gets a call of its own, with
 all that only it needs.
+
+Two computations of one value may differ by a rounding: the compiler contracts a product and a sum
+into one operation where that suits the loop around them. So what is compared for equality, as the
+derivative of a maximum compares it with its arguments, is computed once, however cheap it is.
 """
 
 from __future__ import annotations
@@ -42,6 +46,8 @@ FREE = (
 """Primitives that cost nothing where their result is used: repeated at will."""
 KERNEL = "stickslip_kernel"
 """The name of the primitive that stands for a fused function (see stickslip.dynamics.fused)."""
+IN_FRONT = "stickslip_in_front"
+"""That of the primitive that only says where a batch is (see stickslip.dynamics.batch_axes)."""
 DISSOLVED = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
@@ -66,6 +72,8 @@ class _Step(NamedTuple):
     results: list[int]
     work: int
     """Numbers computed."""
+    is_equality: bool
+    """Whether it asks if two values that were rounded are the same."""
 
     @property
     def is_loop(self) -> bool:
@@ -132,13 +140,17 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
             called = equation.params.get(DISSOLVED.get(equation.primitive.name, ""))
             if equation.primitive.name == KERNEL:
                 called = opened(equation)
-            if called is None:
+            if equation.primitive.name == IN_FRONT:
+                found: list[Operand] = operands[:1]
+            elif called is None:
                 results = [next(count) for _ in equation.outvars]
                 summed = equation.primitive.name.startswith(("reduce", "arg", "cum"))
                 atoms = equation.invars if summed else equation.outvars
                 work = max(getattr(atom.aval, "size", 1) for atom in atoms)
-                steps.append(_Step(equation.primitive, equation.params, operands, results, work))
-                found: list[Operand] = [_Value(number) for number in results]
+                asks = _asks_for_equality(equation, operands)
+                step = _Step(equation.primitive, equation.params, operands, results, work, asks)
+                steps.append(step)
+                found = [_Value(number) for number in results]
             else:
                 found = walk(unclosed(called), constants_of(called), operands)
             known.update(zip(equation.outvars, found, strict=True))
@@ -148,6 +160,15 @@ def _flattened(traced: ClosedJaxpr) -> _Program:
     inputs = [next(count) for _ in whole.invars]
     outputs = walk(whole, traced.consts, [_Value(number) for number in inputs])
     return _Program(steps, inputs, outputs)
+
+
+def _asks_for_equality(equation: JaxprEqn, operands: Sequence[Operand]) -> bool:
+    values = {one.number for one in operands if isinstance(one, _Value)}
+    return (
+        equation.primitive.name in ("eq", "ne")
+        and len(values) == 2
+        and jnp.issubdtype(equation.invars[0].aval.dtype, jnp.floating)
+    )
 
 
 def opened(kernel: JaxprEqn) -> ClosedJaxpr:
@@ -193,7 +214,7 @@ def _kept(program: _Program) -> set[int]:
                 else:
                     found.add(loop if user.is_loop or user.joins else place)
             needing[number] = found
-    kept: set[int] = set()
+    kept = _compared(program)
     makers = {number: place for place, step in enumerate(program.steps) for number in step.results}
     behind: dict[int, tuple[int, int]] = {}  # operations and work of a value that is not kept
     for place, step in enumerate(program.steps):
@@ -211,9 +232,29 @@ def _kept(program: _Program) -> set[int]:
         dear = size * (len(wanted) - 1) > REPEATED
         if not step.is_free and (dear or loop in wanted or len(step.results) > 1):
             kept.add(place)
+        if place in kept:
             size, work = 0, 0
         behind.update(dict.fromkeys(step.results, (size, work)))
     return kept
+
+
+def _compared(program: _Program) -> set[int]:
+    """Places of the operations whose results are compared for equality, with nothing else than free
+    operations in between."""
+    makers = {number: place for place, step in enumerate(program.steps) for number in step.results}
+    found: set[int] = set()
+    for step in program.steps:
+        left = step.inputs() if step.is_equality else []
+        while left:
+            place = makers.get(left.pop())
+            if place is None:  # an argument
+                continue
+            maker = program.steps[place]
+            if maker.is_free:
+                left = [*left, *maker.inputs()]
+            elif not maker.is_loop:
+                found.add(place)
+    return found
 
 
 def _run(program: _Program, kept: set[int], *arguments: Array) -> list[Array]:

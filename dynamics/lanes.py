@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.batch_axes import jvp_in_front
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -82,7 +84,7 @@ def where_needed(
         def both(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
             return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
 
-        return jax.jvp(both, primals, tangents)
+        return jvp_in_front(both, primals, tangents)
 
     @jax.custom_batching.custom_vmap
     def choose(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:

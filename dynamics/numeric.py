@@ -61,6 +61,13 @@ def as_float(value: Any) -> Any:
     return float(value) if isinstance(value, int) else value
 
 
+def with_all_digits(values: np.ndarray) -> Any:
+    """The numbers as an array of JAX's, or as they are where JAX would round them now: its switch
+    may be turned before they are used."""
+    array = jnp.asarray(values)
+    return array if array.dtype == values.dtype else values
+
+
 def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:
     """One number as a Python float, or ValueError; `rule` as in `require_number`."""
     if not is_concrete(value):

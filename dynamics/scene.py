@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any, TypedDict, Unpack, get_args
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.brief import differing, joined, short_repr
@@ -157,10 +156,9 @@ class Scene:
             "mu_static": mu_static,
             "mu_kinetic": mu_static if mu_kinetic is None else mu_kinetic,
         }
-        for name, value in given.items():
-            require_number(name, value, **FRICTION)
-        numbers = (jnp.asarray(value) for value in (edges, *given.values()))
-        return cls._with(Patches(*numbers), options)
+        numbers = {name: as_number(name, value, **FRICTION) for name, value in given.items()}
+        edges = as_number("edges", edges, **EDGES)
+        return cls._with(Patches(edges, **numbers), options)
 
     @classmethod
     def smoothed(
@@ -222,6 +220,9 @@ def scene_of(scene: Any) -> Scene:
 
 
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
+EDGES: dict[str, Any] = {
+    "accepted": "at least one floor position, all finite and strictly increasing [m]"
+}
 FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
 SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
 
@@ -254,7 +255,7 @@ def _check_patches(floor: Patches) -> None:
 
 
 def _require_edges(edges: Numbers) -> None:
-    accepted = "at least one floor position, all finite and strictly increasing [m]"
-    require_number("edges", edges, accepted=accepted)
+    require_number("edges", edges, **EDGES)
     if is_concrete(edges) and np.any(np.diff(np.atleast_1d(np.asarray(edges, float))) <= 0):
-        raise ValueError(f"edges = {shown(np.asarray(edges).tolist())}; accepted: {accepted}")
+        told = shown(np.asarray(edges).tolist())
+        raise ValueError(f"edges = {told}; accepted: {EDGES['accepted']}")

@@ -47,7 +47,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     autoreset: "same_step" returns the next episode's first observation with the step that ends one,
     the last observation being kept in info["final_obs"]; "next_step" resets in the step after,
     which ignores its action and has reward 0; "disabled" leaves resetting to the caller.
-    info["autoreset"] is true in the step that resets.
+    info["autoreset"] is true in the step that resets. No derivative goes through a reset: the new
+    episode depends on the key and the parameters alone, info["final_obs"] on the actions before.
     """
 
     autoreset: str

@@ -8,7 +8,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.foreign.arrays import LARGEST, arrays_in
@@ -24,6 +23,7 @@ from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import is_name, no_policy, shipped_path
 from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.numeric import with_all_digits
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
     try:
         for name, values in arrays.items():
             require_number(name, values, dtype=np.float32, accepted="finite in float32")
-        numbers = {name: jnp.asarray(values) for name, values in arrays.items()}
+        numbers = {name: with_all_digits(values) for name, values in arrays.items()}
         policy = MLPPolicy(
             weights=tuple(numbers[f"weight_{i}"] for i in layers),
             biases=tuple(numbers[f"bias_{i}"] for i in layers),

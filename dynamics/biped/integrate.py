@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trial import Trial, attempt
@@ -56,7 +57,7 @@ def _advance_jvp(spec, primals, tangents):
         pending, _ = jax.lax.scan(body, _first(problem, walk), length=spec.trials)
         return settle(spec, problem, pending.walk, pending.trial)
 
-    return jax.jvp(bounded, primals, tangents)
+    return jvp_in_front(bounded, primals, tangents)
 
 
 class _Pending(NamedTuple):

@@ -168,7 +168,9 @@ class BipedParams:
         have their centre in the middle and I = m L^2 / 12, the hip I = m hip_span^2 / 12; the
         double crank is 2 crank lengths long; the foot's centre is the ankle. The chapter prints
         the lengths but no masses: bar_density and hip_mass are calibrated on its start torque
-        (0.84 N m) and least friction (0.08 at 3 rad/s). Raises ValueError as `validate` does.
+        (0.84 N m) and least friction (0.08 at 3 rad/s). dtype: of all numbers, by default JAX's
+        own; a robot made in float32 keeps its 7 digits also in a float64 walk. Raises ValueError as
+        `validate` does.
         """
         numbers = dict(locals())  # all arguments by name
         for name in NO_NUMBERS:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.ugv.near import Near
 from stickslip.dynamics.ugv.params import UGVParams
 
@@ -58,4 +59,4 @@ def _least_height_jvp(samples: int, primals, tangents):
             least = lowest if least is None else jnp.minimum(least, lowest)
         return least
 
-    return jax.jvp(at_once, primals, tangents)
+    return jvp_in_front(at_once, primals, tangents)

@@ -151,3 +151,27 @@ def test_an_unknown_autoreset_is_refused_with_the_known_ones(autoreset):
         Toy(autoreset)
     with pytest.raises(ValueError, match="autoreset"):
         replace(Toy(), autoreset=autoreset)
+
+
+@pytest.mark.parametrize("autoreset", ["same_step", "next_step", "disabled"])
+def test_the_gradient_of_a_batch_is_that_of_its_members_and_stops_at_a_reset(start, autoreset):
+    """The episode that begins does not depend on the actions of the one that ended."""
+    env = Toy(autoreset)
+    states = jax.tree.map(lambda *leaves: jnp.stack(leaves), start, near_the_edge(start))
+    keys = jax.random.split(KEY, 2)
+
+    def after(actions):
+        return jax.vmap(env.step, (0, 0, 0, None))(keys, states, actions, PARAMS)
+
+    def total(actions):
+        obs, state, reward, _, _, info = after(actions)
+        return jnp.stack([obs[:, 0], 10 * state.place, reward, info["final_obs"][:, 0]])
+
+    actions = jnp.full((2, 2), 0.5)
+    slope = jax.jacrev(jax.jit(total))(actions)
+    pushed = np.zeros((4, 2, 2, 2))
+    pushed[:, [0, 1], [0, 1], 0] = 0.3 * np.array([[1], [10], [1], [1]])
+    pushed[2, [0, 1], [0, 1], 1] = -0.1
+    if autoreset == "same_step":
+        pushed[:2, 1] = 0  # the second has ended, and its next episode has begun
+    np.testing.assert_allclose(slope, pushed, atol=1e-6)

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
@@ -113,6 +114,23 @@ def test_a_walk_is_drawn_on_every_kind_of_floor(scene: str):
     arguments[arguments.index("--scene=wet")] = f"--scene={scene}"
     assert main(arguments) in (OK, NOTHING_FOUND)
     assert Path("walk.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_walk_in_double_precision_has_the_robot_of_double_precision(monkeypatch, float64):
+    given = {}
+
+    def noted(params, scene, *rest):
+        given.update(params=params, scene=scene)
+        raise ValueError("seen enough")
+
+    monkeypatch.setattr(biped, "walked", noted)
+    with jax.enable_x64(False):
+        assert main([*WALK, "--torque=1", "--dtype=float64"]) == WRONG_INPUT
+    expected = BipedParams.from_bars(), Scene.named("wet")
+    for one, other in zip(
+        jax.tree.leaves(tuple(given.values())), jax.tree.leaves(expected), strict=True
+    ):
+        np.testing.assert_array_equal(np.float64(one), np.float64(other))
 
 
 def test_no_file_is_replaced_unasked(capsys):

@@ -360,3 +360,15 @@ def test_other_sb3_models_are_refused():
     ):
         with pytest.raises(ValueError, match=f"(?s){words}.*accepted: PPO or SAC"):
             from_sb3(model)
+
+
+def test_a_double_file_keeps_its_digits_until_double_precision_is_switched_on(tmp_path):
+    with jax.enable_x64(True):
+        policy = jax.tree.map(lambda leaf: jnp.asarray(leaf, float) / 3, make_policy())
+        path = save_policy(policy, tmp_path / "policy.npz")
+        obs = jnp.linspace(-1.0, 1.0, 7)
+        expected = np.asarray(policy(obs))
+    early = load_policy(path)
+    assert early(np.linspace(-1.0, 1.0, 7)).dtype == jnp.float32
+    with jax.enable_x64(True):
+        np.testing.assert_array_equal(early(obs), expected)

@@ -17,9 +17,6 @@ from stickslip.agents.training.shac.settings import ShortSizes
 from stickslip.agents.training.trainer import trainer_of
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
 
-pytestmark = pytest.mark.usefixtures("xla_defaults")
-"""Without LLVM's optimisations the derivative's kernel is compiled wrongly: it hands back 0 to all
-members of a batch but the first."""
 SIZES = ShortSizes(num_envs=6, rollout_steps=5, batch_size=15, hidden=4, layers=1)
 EASY = MassParams(mu=0.0, mu_patch=0.0)
 """No friction: every walk is smooth."""

@@ -1,0 +1,35 @@
+"""Numbers given while double precision is off have all their digits once it is on."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped.floor import edge_ahead, friction_on
+from stickslip.dynamics.ugv import UGVParams
+
+GIVEN = {
+    "friction": lambda: Scene.uniform([0.1, 0.3], [0.07, 0.3], payload=[0.1, 0.7]),
+    "patches": lambda: Scene.patches([0.3, 0.7], [0.6, 0.1, 0.3], payload=0.1),
+    "patches in NumPy": lambda: Scene.patches(np.array([0.3, 0.7]), np.array([0.6, 0.1, 0.3])),
+    "smoothed": lambda: Scene.smoothed([0.1, 0.3], [0.07, 0.3]),
+    "vehicle": lambda: UGVParams(body_length=[0.83, 0.7], leg_length=np.array([0.3, 0.35])),
+}
+
+
+@pytest.mark.parametrize("make", GIVEN.values(), ids=GIVEN)
+def test_numbers_have_the_digits_that_double_precision_gives_them(make):
+    early = make()
+    with jax.enable_x64(True):
+        late = make()
+        for one, other in zip(jax.tree.leaves(early), jax.tree.leaves(late), strict=True):
+            np.testing.assert_array_equal(jnp.asarray(one), other)
+
+
+def test_a_double_walk_finds_the_edges_and_frictions_that_were_given():
+    floor = Scene.patches([0.3, 0.7], [0.6, 0.1, 0.3]).floor
+    with jax.enable_x64(True):
+        here = np.int32(1)
+        assert edge_ahead(floor, here, np.float64(1.0), np.float64) == 0.7
+        assert friction_on(floor, here, np.float64).mu_static == 0.1
