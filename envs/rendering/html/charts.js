@@ -4,13 +4,13 @@ const DASH = [7, 4];
 
 /** One chart: lines over x, with a playhead where there is a clock. */
 class Chart {
-  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null }) {
+  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null, log = false }) {
     this.home = element("div", { class: "chart" });
     const heading = element("h2", {}, title, " ", element("small", {}, unit === "-" ? "" : `[${unit}]`));
     this.place = element("div", { role: "img", "aria-label": `${title} over ${axis}` });
     this.home.append(heading, this.place);
     home.append(this.home);
-    Object.assign(this, { series, axis, limits, steps, seek, span });
+    Object.assign(this, { series, axis, limits, steps, seek, span, log });
     this.data = joined(series);
     this.head = element("div", { class: "playhead" });
     this.build();
@@ -33,7 +33,7 @@ class Chart {
     const options = {
       width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 8, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
-      scales: { x: { time: false, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
+      scales: { x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
       hooks: { draw: [(plot) => this.drawLimits(plot)] },
     };
@@ -134,11 +134,11 @@ function panelCharts(home, episodes, seek, span) {
 }
 
 function curveCharts(home, curves) {
-  return curves.map(({ axis, x, panel }) => {
+  return curves.map(({ axis, x, panel, log }) => {
     const series = panel.lines.map((line, i) => ({
       label: line.name, x, values: line.values, dash: line.dashed ? DASH : [], colour: () => colour(`player-${i % 6}`),
     }));
-    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps });
+    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps, log });
   });
 }
 

@@ -205,11 +205,12 @@ def _exactly(owner: Contact | Drawing, *names: str) -> None:
 
 @dataclass(frozen=True)
 class Curve:
-    """Panels over an axis of their own. x: [n]."""
+    """A panel over an axis of its own. x: [n], rising. log: drawn evenly in its logarithm."""
 
     axis: str
     x: np.ndarray
     panel: Panel
+    log: bool = False
 
 
 @dataclass(frozen=True)
