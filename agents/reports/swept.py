@@ -121,7 +121,7 @@ def _episodes_table(plan: Plan, again: Sequence[Again]) -> Table:
         row = [one.chosen.why, one.case.task, shown_name(one.case.policy)]
         row += [_figures(value) for value in one.axes.values()]
         row += [one.chosen.seed, "not written" if told is None else _figures(told)]
-        rows.append([*row, _figures(float(one.earned)), _sameness(one)])
+        rows.append([*row, _figures(one.earned), _sameness(one)])
     return Table(heads, rows)
 
 
@@ -141,7 +141,9 @@ def _shown(plan: Plan, one: Again, most: int) -> Shown:
     """The episode, or as much of it as the page has room for."""
     length = int(one.played.length)
     cut = one.played._replace(length=min(length, most - 1))
+    several = len({case.task for case in plan.cases}) > 1
     name = f"{one.chosen.why}: {shown_name(one.case.policy)}"
+    name += f" on {one.case.task}" if several else ""
     shown = plan.machine.shown(cut, one.case.env, one.params, name)
     place = [
         (axis, f"{value:.4g}" + ("" if plan.units[axis] == "-" else f" {plan.units[axis]}"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
@@ -30,22 +30,23 @@ class Again(NamedTuple):
 
     chosen: Chosen
     case: Case
-    params: Any
+    params: PyTree
     axes: dict[str, float]
     played: AnyRollout
-    earned: np.generic
+    earned: float
 
     @property
     def apart(self) -> float | None:
         """By how much it earned more than was recorded; None where nothing was."""
         told = self.chosen.recorded
-        return None if told is None else float(self.earned - self.earned.dtype.type(told))
+        return None if told is None else self.earned - told
 
     @property
     def rounding(self) -> float:
         """What the sum of its rewards may be apart by for the order of its terms alone."""
-        size = np.sum(np.abs(np.asarray(self.played.trimmed().reward, float)))
-        return float(np.finfo(self.earned.dtype).eps * np.sqrt(self.case.steps) * max(size, 1.0))
+        rewards = np.asarray(self.played.trimmed().reward)
+        size = max(1.0, float(np.sum(np.abs(rewards), dtype=float)))
+        return float(np.finfo(rewards.dtype).eps) * float(np.sqrt(self.case.steps)) * size
 
 
 def play_again(plan: Plan, chosen: Sequence[Chosen]) -> list[Again]:
@@ -73,7 +74,7 @@ def play_again(plan: Plan, chosen: Sequence[Chosen]) -> list[Again]:
             numbers = {field: axes[name] for name in axes for field in case.fields[name]}
             params = plan.machine.swept().put(case.params, numbers)
             row = jax.tree.map(lambda leaf, i=i: leaf[i], played)
-            found[one.episode] = Again(one, case, params, axes, row, earned[i])
+            found[one.episode] = Again(one, case, params, axes, row, float(earned[i]))
     return [found[one.episode] for one in chosen if one.episode in found]
 
 

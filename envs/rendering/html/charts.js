@@ -97,28 +97,34 @@ function brief(number) {
 }
 
 /** The panels of all episodes: those of one line (and dashed ones) hold all players, others are one a
-    player. */
+    player. What is called the same in another unit stands apart. */
 function panelCharts(home, episodes, seek, span) {
   const charts = [];
   const several = episodes.length > 1;
-  const titles = [...new Set(episodes.flatMap((one) => one.panels.map((panel) => panel.title)))];
-  for (const title of titles) {
+  const kind = (panel) => `${panel.title} [${panel.unit}]`;
+  const kinds = [...new Set(episodes.flatMap((one) => one.panels.map(kind)))];
+  for (const wanted of kinds) {
     const owners = episodes.map((episode, index) => ({
-      episode, index, panel: episode.panels.find((panel) => panel.title === title),
+      episode, index, panel: episode.panels.find((panel) => kind(panel) === wanted),
     })).filter((one) => one.panel);
-    const { unit, limits, steps } = owners[0].panel;
+    const { title, unit, steps } = owners[0].panel;
+    const limits = [...new Set(owners.flatMap((owner) => owner.panel.limits))];
     const look = { axis: "time [s]", limits, steps, seek, span };
     const one = (owner, line, label, tone) => ({
       label, x: times(owner.episode), values: line.values, dash: line.dashed ? DASH : [], colour: tone,
     });
     const solid = ({ panel }) => panel.lines.filter((line) => !line.dashed);
     if (owners.every((owner) => solid(owner).length === 1)) {
+      const own = (owner) => () => colour(`player-${owner.index % 6}`);
       const series = owners.map((owner) => one(
-        owner, solid(owner)[0], several ? owner.episode.name : solid(owner)[0].name,
-        () => colour(`player-${owner.index % 6}`),
+        owner, solid(owner)[0], several ? owner.episode.name : solid(owner)[0].name, own(owner),
       ));
-      const dashed = owners[0].panel.lines.filter((line) => line.dashed);
-      series.push(...dashed.map((line) => one(owners[0], line, line.name, () => colour("muted"))));
+      const dashed = owners.flatMap((owner) => owner.panel.lines.filter((line) => line.dashed).map((line) => ({ owner, line })));
+      const shared = dashed.every(({ line }) => line.name === dashed[0].line.name && sameCourse(line.values, dashed[0].line.values));
+      for (const { owner, line } of shared ? dashed.slice(0, 1) : dashed) {
+        const label = shared ? line.name : `${line.name}, ${owner.episode.name}`;
+        series.push(one(owner, line, label, shared ? () => colour("muted") : own(owner)));
+      }
       charts.push(new Chart(home, title, unit, series, look));
       continue;
     }
@@ -131,6 +137,16 @@ function panelCharts(home, episodes, seek, span) {
     }
   }
   return charts;
+}
+
+/** Whether two lines are the same as long as both last, to 16 bits of a number. */
+function sameCourse(one, other) {
+  const count = Math.min(one.length, other.length);
+  for (let i = 0; i < count; i++) {
+    const near = Math.abs(one[i] - other[i]) <= 1e-4 * Math.max(Math.abs(one[i]), Math.abs(other[i]));
+    if (!near && !(Number.isNaN(one[i]) && Number.isNaN(other[i]))) return false;
+  }
+  return true;
 }
 
 function curveCharts(home, curves) {
