@@ -101,7 +101,8 @@ def _drive(
 ) -> dict[str, bytes | str]:
     """The files of a drive, their contents by name; of none, the report on what was tried."""
     if result.x is None:
-        return {REPORT: _page_without(problem, result, flags)} if flags["pictures"] else {}
+        track = Path(flags["track"]).name
+        return {REPORT: _page_without(problem, result, track)} if flags["pictures"] else {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
         from stickslip.envs.rendering.html.document import page_text
@@ -123,10 +124,10 @@ def _drive(
     return files
 
 
-def _page_without(problem: PostureProblem, result: PostureResult, flags: Mapping[str, Any]) -> str:
+def _page_without(problem: PostureProblem, result: PostureResult, track: str) -> str:
     """What was asked for and why there is no drive."""
     from stickslip.envs.rendering.html.document import page_text
     from stickslip.optimise.drive_page import result_page
 
-    title = f"{problem.criterion.name} over {Path(flags['track']).name}, by {result.method}"
-    return page_text(result_page(f"{title}: no drive found", rows(problem, result, {}), ()))
+    title = f"{problem.criterion.name} over {track}, by {result.method}: no drive found"
+    return page_text(result_page(title, rows(problem, result, {}), ()))
