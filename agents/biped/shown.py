@@ -80,9 +80,9 @@ def shown(
         ),
         Panel("friction used", "-", tuple(friction)),
         Panel(
-            "slid by the feet",
+            "sliding of the feet",
             "mm",
-            (Line("slid, either direction", slid), Line("slide, signed", slide)),
+            (Line("distance slid, either way", slid), Line("slide, forwards +", slide)),
         ),
         *reward_panels(played, terms, "-", scale),
     )
@@ -91,14 +91,14 @@ def shown(
         ("crank rate [rad/s]", rate, 2),
         ("torque [N m]", torque, 2),
         ("friction / normal", use, 2),
-        ("slid [mm]", slid, 1),
+        ("distance slid [mm]", slid, 1),
     )
     last = played.info
     whole = facts(
         [
             ("return", float(last["episode_return"][-1]), "-"),
             ("walked", float(last["episode_walked"][-1]), "m"),
-            ("slid, either direction", float(slid[-1]), "mm"),
+            ("distance slid", float(slid[-1]), "mm"),
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )

@@ -75,7 +75,7 @@ def measured(
         ("falls", "%", 100 * found["falls"][at] / found["episodes"][at]),
     ]
     if (slips := slip_of(found, slip)) is not None and np.isfinite(slips[at]).any():
-        shown.append(("distance slid, either direction", "m/m", slips[at]))
+        shown.append(("distance slid", "m/m", slips[at]))
     return shown
 
 
