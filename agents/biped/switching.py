@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped.fidelity import Fidelity
     from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.state import BipedState
+    from stickslip.dynamics.scene import Scene
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
@@ -120,13 +123,16 @@ def _logs(
     params: BipedEnvParams,
 ) -> Iterator[list[tuple[float, EventKind]]]:
     """What the integrator writes down in each of these control steps: instants since its start."""
-    spec = replace(env.integrator, record_events=True)
+    spec, drawn = replace(env.integrator, record_events=True), played.start_state.drawn
+    robot, scene = drawn_robot(drawn, params), drawn_scene(drawn, params)
     for first in range(0, len(where), BLOCK):
         block = where[first : first + BLOCK]
         filled = np.concatenate([block, np.repeat(block[-1:], BLOCK - len(block))])
-        before = jax.tree.map(lambda leaf, at=filled: leaf[at], states)
+        before = jax.tree.map(lambda leaf, at=filled: leaf[at], states.biped)
         torque = np.asarray(played.info["torque"])[filled]
-        times, kinds = jax.device_get(_logged(spec, env.fidelity, params, before, torque))
+        period = np.asarray(params.control_period, torque.dtype)
+        found = _logged(spec, env.fidelity, robot, scene, before, torque, period)
+        times, kinds = jax.device_get(found)
         for row in range(len(block)):
             yield [
                 (float(time), EventKind(int(kind)))
@@ -139,16 +145,17 @@ def _logs(
 def _logged(
     spec: Integrator,
     fidelity: Fidelity,
-    params: BipedEnvParams,
-    states: BipedEnvState,
+    robot: BipedModel,
+    scene: Scene,
+    states: BipedState,
     torques: Array,
+    period: Array,
 ):
-    def one(state: BipedEnvState, torque: Array):
-        robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
-        dtype = state.biped.crank_rate.dtype
-        begun = replace(state.biped, time=jnp.zeros((), dtype))
-        drive, period = Torque(torque.astype(dtype)), jnp.asarray(params.control_period, dtype)
-        _, contact = stepped(spec, fidelity, robot, scene, begun, drive, period)
+    """One program for all episodes of a kind of floor and load, whatever else a task draws."""
+
+    def one(state: BipedState, torque: Array):
+        begun = replace(state, time=jnp.zeros_like(state.crank_rate))
+        _, contact = stepped(spec, fidelity, robot, scene, begun, Torque(torque), period)
         log = contact.events
         return (log.times, log.kinds) if log is not None else ()  # it is: spec records them
 
