@@ -154,7 +154,7 @@ def _events(
     steps, events = 0, []
     for one in found:
         steps += one.way if one.kind == EventKind.EXCHANGE else 0
-        events.append(Event(one.step, KINDS[one.kind], _words(one, steps), one.time))
+        events.append(Event(one.step, KINDS[one.kind], _words(one, steps), round(one.time, 7)))
     if not any(event.kind in ("slip", "stick") for event in events):
         for i in range(1, len(frames)):
             if slips[i] != slips[i - 1]:
@@ -162,7 +162,7 @@ def _events(
                 kind = EventKind.SLIP if slips[i] else EventKind.STICK
                 events.append(Event(i, KINDS[kind], _words(Switch(0.0, kind, i, way), 0)))
     if ended:
-        events.append(Event(len(frames) - 1, "end", f"ended: {ended}", frames[-1].time))
+        events.append(Event(len(frames) - 1, "end", f"ended: {ended}", round(frames[-1].time, 7)))
     return tuple(sorted(events, key=lambda event: event.sample))
 
 
