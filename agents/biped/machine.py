@@ -236,7 +236,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         """See Machine."""
         from stickslip.agents.biped.shown import shown
 
-        return shown(played, params, name, scale)
+        return shown(played, env, params, name, scale)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

@@ -6,30 +6,50 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.agents.biped.switching import Switch, accuracy_of, sliding_spans, switches_of
 from stickslip.agents.reports.course import facts, from_start, panel, reward_panels, samples
-from stickslip.dynamics.status import Status
+from stickslip.dynamics.scene import Smoothed
+from stickslip.dynamics.status import EventKind, Status
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.rendering.biped.drawn import biped_drawing
 from stickslip.envs.rendering.html.data import Event, Line, Panel, Shown
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jaxtyping import Array
+
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.envs.biped.draw import Drawn
+    from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
+    from stickslip.envs.ranges import Range
     from stickslip.envs.rendering.biped.frame import BipedFrame
     from stickslip.envs.tasks.scale import Scale
 
+KINDS = {
+    EventKind.SLIP: "slip",
+    EventKind.STICK: "stick",
+    EventKind.EXCHANGE: "support",
+    EventKind.PATCH: "patch",
+}
 LEAST_SLID = 1e-7
 """A foot that moved less in a control step stuck all the while [m]."""
 TERMS = ("tracking", "slip", "energy", "fall")
 
 
 def shown(
-    played: Rollout[BipedEnvState], params: BipedEnvParams, name: str, scale: Scale | None
+    played: Rollout[BipedEnvState],
+    env: BipedEnv,
+    params: BipedEnvParams,
+    name: str,
+    scale: Scale | None,
 ) -> Shown:
     """One episode (not a batch). Forces and power are those at the end of each control step; a step
-    in which the foot moved at all counts as slipping."""
+    in which the foot moved at all counts as slipping. Events stand at their instants, see
+    `switching`."""
     played = played.trimmed()
     states, infos = samples(played)
     frames = biped_frames(states, infos, params)
@@ -49,6 +69,7 @@ def shown(
     friction += [Line("static friction", mu, dashed=True)] if np.isfinite(mu).any() else []
     slide = 1e3 * np.asarray(states.biped.foot_position, float)
     slid = 1e3 * infos["episode_slid"]
+    smooth = isinstance(params.scene.floor, Smoothed)
     panels = (
         panel("motor torque", "N m", torque, limits=(-limit, limit), steps=True),
         panel("motor power, torque × crank rate", "W", torque * rate),
@@ -59,9 +80,9 @@ def shown(
         ),
         Panel("friction used", "-", tuple(friction)),
         Panel(
-            "slid by the feet",
+            "sliding of the feet",
             "mm",
-            (Line("slid, either direction", slid), Line("slide, signed", slide)),
+            (Line("distance slid, either way", slid), Line("slide, forwards +", slide)),
         ),
         *reward_panels(played, terms, "-", scale),
     )
@@ -70,43 +91,84 @@ def shown(
         ("crank rate [rad/s]", rate, 2),
         ("torque [N m]", torque, 2),
         ("friction / normal", use, 2),
-        ("slid [mm]", slid, 1),
+        ("distance slid [mm]", slid, 1),
     )
     last = played.info
     whole = facts(
         [
             ("return", float(last["episode_return"][-1]), "-"),
             ("walked", float(last["episode_walked"][-1]), "m"),
-            ("slid, either direction", float(slid[-1]), "mm"),
+            ("distance slid", float(slid[-1]), "mm"),
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )
+    switches = switches_of(played, env, params)
     status = Status(int(last["status"][-1]))
     ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
     return Shown(
         name=name,
         period=float(params.control_period),
         panels=panels,
-        events=_events(frames, slips, ended),
+        events=_events(switches, frames, slips, ended),
         numbers=numbers,
         slips=slips,
+        spans=None if smooth else sliding_spans(switches, frames[-1].time),
         drawing=drawing,
         ended=ended,
-        facts=whole,
+        facts=(*whole, *_drawn(played.start_state.drawn, params)),
+        timing=_timing(env, params),
     )
 
 
-def _events(frames: list[BipedFrame], slips: np.ndarray, ended: str) -> tuple[Event, ...]:
-    """Switches between sticking and slipping, exchanges of support and the end, to the step."""
-    found = []
-    for i in range(1, len(frames)):
-        if frames[i].steps != frames[i - 1].steps:
-            found.append(Event(i, "support", f"step {frames[i].steps}: the legs change support"))
-        if slips[i] and not slips[i - 1]:
-            way = frames[i].slide - frames[i - 1].slide
-            found.append(Event(i, "slip", f"slips {'forwards' if way > 0 else 'backwards'}"))
-        elif slips[i - 1] and not slips[i]:
-            found.append(Event(i, "stick", "sticks"))
+def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
+    """What the reset drew of floor and load for this episode; pictures show it."""
+    ranges = params.randomisation
+    return facts(
+        [
+            ("friction, drawn", _or_none(ranges.friction, drawn.friction), "× the floor's"),
+            ("masses, drawn", _or_none(ranges.mass, drawn.mass), "× the robot's"),
+            ("payload, drawn", _or_none(ranges.payload, drawn.payload), "kg"),
+        ]
+    )
+
+
+def _or_none(drawn_from: Range | None, value: Array) -> float:
+    return np.nan if drawn_from is None else float(value)
+
+
+def _timing(env: BipedEnv, params: BipedEnvParams) -> str:
+    """How exact the times of events are."""
+    period = float(params.control_period)
+    if isinstance(params.scene.floor, Smoothed):
+        return (
+            f"Times of slips to the control step of {1e3 * period:g} ms: this floor knows no rest."
+        )
+    return f"Times of events {accuracy_of(env.integrator, period)}."
+
+
+def _events(
+    found: Sequence[Switch], frames: list[BipedFrame], slips: np.ndarray, ended: str
+) -> tuple[Event, ...]:
+    """Switches at their instants, and the end where the model stopped; on a smoothed floor, which
+    has no switches, the control steps by which the foot moves or rests."""
+    steps, events = 0, []
+    for one in found:
+        steps += one.way if one.kind == EventKind.EXCHANGE else 0
+        events.append(Event(one.step, KINDS[one.kind], _words(one, steps), round(one.time, 7)))
+    if not any(event.kind in ("slip", "stick") for event in events):
+        for i in range(1, len(frames)):
+            if slips[i] != slips[i - 1]:
+                way = 1 if frames[i].slide > frames[i - 1].slide else -1
+                kind = EventKind.SLIP if slips[i] else EventKind.STICK
+                events.append(Event(i, KINDS[kind], _words(Switch(0.0, kind, i, way), 0)))
     if ended:
-        found.append(Event(len(frames) - 1, "end", f"ended: {ended}"))
-    return tuple(found)
+        events.append(Event(len(frames) - 1, "end", f"ended: {ended}", round(frames[-1].time, 7)))
+    return tuple(sorted(events, key=lambda event: event.sample))
+
+
+def _words(one: Switch, steps: int) -> str:
+    if one.kind == EventKind.EXCHANGE:
+        return f"step {steps}: the legs change support"
+    if one.kind == EventKind.SLIP:
+        return f"slips{ {1: ' forwards', -1: ' backwards'}.get(one.way, '') }"
+    return "sticks" if one.kind == EventKind.STICK else "slides onto another patch of floor"

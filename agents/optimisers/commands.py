@@ -153,6 +153,7 @@ def _report(given: argparse.Namespace) -> int:
     from stickslip.agents.optimisers.pictures import draw_report
     from stickslip.agents.optimisers.results import write_results
     from stickslip.agents.optimisers.words import report_text
+    from stickslip.agents.reports.raced import write_race
     from stickslip.records.files import write_whole
 
     if given.out.exists():
@@ -163,7 +164,8 @@ def _report(given: argparse.Namespace) -> int:
     say_stage("drawing")
     written = [write_whole(given.out / "report.md", text, overwrite=False)]
     written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
-    written += draw_report(runs, given.out)
+    drawn = draw_report(runs, given.out)
+    written += [*drawn, write_race(runs, given.out, drawn)]
     print("Written: " + ", ".join(map(str, written)))
     return OK
 

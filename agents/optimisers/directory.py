@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from stickslip.optim.suite.exports import Foreign
 
 ABOUT, FORMAT, VERSION = "race.json", "stickslip race", 1
-PRODUCT = re.compile(r"(results\.(parquet|csv)|report\.md|.+\.png)")
+PRODUCT = re.compile(r"(results\.(parquet|csv)|report\.(md|html)|.+\.png)")
 LIBRARIES = ("cma", "cvxpy", "evosax", "nevergrad", "optuna", "pymoo", "scipy")
 
 

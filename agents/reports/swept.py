@@ -1,28 +1,204 @@
-"""A sweep as a page: what was varied, what came of it in words, and its pictures."""
+"""A sweep as a page: what was varied, what came of it, curves over its axes, and a few episodes."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from stickslip.agents.reports.writing import REPORT, write_page
-from stickslip.envs.rendering.html.data import Page
+from stickslip.agents.shown_names import shown_name
+from stickslip.agents.sweeps.again import MOST_STEPS, play_again
+from stickslip.agents.sweeps.chosen import chosen_of
+from stickslip.agents.sweeps.pictures import MOST_POLICIES, logarithmic
+from stickslip.agents.sweeps.regions import along_axes
+from stickslip.agents.sweeps.words import measured, summary_table
+from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
+from stickslip.optim.progress import say_stage
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.sweeps.again import Again
+    from stickslip.agents.sweeps.plan import Plan
+    from stickslip.agents.sweeps.reading import SweepArrays
+    from stickslip.envs.rendering.html.data import Shown
+
+SAMPLES = 3000
+"""Of all episodes of a page together: about 1 MB."""
+MOST_CURVES = 24
+AGAIN = (
+    "The episodes were played again from their points and seeds. A program that gives out every "
+    "state is another than the sweep's and may round otherwise: the table says what came of it."
+)
+FIGURES = 6
+"""Digits of a number in a table."""
 
 
-def write_report(machine: AnyMachine, path: Path, text: str, drawn: Sequence[Path]) -> Path:
+def write_report(
+    plan: Plan,
+    path: Path,
+    found: SweepArrays,
+    text: str,
+    drawn: Sequence[Path] = (),
+    *,
+    episodes: bool = True,
+) -> Path:
     """Write report.html into a sweep's directory, in place of one that is there; return its path.
 
-    text: the sweep in words; drawn: its pictures.
+    plan: as it was cut. found: its summaries; text: the same in words; drawn: its pictures.
+    episodes: whether some are played again to be shown.
     """
+    again, said = _played(plan, path, found) if episodes else ([], "")
     page = Page(
-        title=f"Sweep of the {machine.title}: {path.name}",
-        lead="Each number with half its 95 % interval where there is one.",
+        title=f"Sweep of the {plan.machine.title}: {path.name}",
+        lead=", ".join(dict.fromkeys(shown_name(one.policy) for one in plan.cases))
+        + f" on {', '.join(dict.fromkeys(one.task for one in plan.cases))}",
+        facts=_facts(plan),
         text=text,
+        tables=(
+            ("", _summary(plan, found)),
+            ("What was varied", _axes_table(plan)),
+            *([("The episodes below", _episodes_table(plan, again))] if again else []),
+        ),
+        episodes=tuple(_shown(plan, one, SAMPLES // len(again)) for one in again),
+        curves=tuple(_curves(plan, found)),
         pictures=tuple((one.stem, one.read_bytes()) for one in drawn),
+        notes=(said,) if said else (),
     )
     return write_page(page, path / REPORT, overwrite=True)
+
+
+def _played(plan: Plan, path: Path, found: SweepArrays) -> tuple[list[Again], str]:
+    """A few episodes and what is to be said of them, or why there are none."""
+    chosen = chosen_of(path, plan, found)
+    say_stage(f"playing {len(chosen)} of the episodes again, to be shown")
+    try:
+        again = play_again(plan, chosen)
+    except MemoryError as error:
+        return [], f"No episode is shown: memory does not hold one ({error})."
+    if not again:
+        return [], f"No episode is shown: all may take more than {MOST_STEPS:,} steps."
+    return again, AGAIN
+
+
+def _facts(plan: Plan) -> tuple[tuple[str, str], ...]:
+    rows = "a row a point" if plan.summaries else "a row an episode"
+    draws = "apart at every point" if plan.independent else "the same at all points"
+    return (
+        ("episodes", f"{plan.total:,}"),
+        ("points", f"{plan.design.points:,}"),
+        ("episodes of a point", str(plan.episodes)),
+        ("draws", draws),
+        ("written", rows),
+    )
+
+
+def _axes_table(plan: Plan) -> Table:
+    heads = [Column("axis", words=True), Column("unit", words=True), Column("values", words=True)]
+    heads += [Column("low"), Column("high"), Column("sets", words=True)]
+    rows = []
+    for name, entry in plan.definition["axes"].items():
+        axis = plan.design.axes[name]
+        kind = axis.kind if axis.random else f"{len(axis.values)}, {axis.kind}"
+        kind += " (in the logarithm)" if axis.random and axis.logarithmic else ""
+        low, high = (_figures(one) for one in axis.ends)
+        sets, unit = ", ".join(entry.get("sets", [])), plan.units[name]
+        rows.append([name, "" if unit == "-" else unit, kind, low, high, sets])
+    return Table(heads, rows)
+
+
+def _episodes_table(plan: Plan, again: Sequence[Again]) -> Table:
+    """Which they are, and whether they are what was recorded."""
+    heads = [Column(name, words=True) for name in ("episode", "task", "policy")]
+    heads += [Column(name, plan.units[name]) for name in plan.design.axes]
+    heads += [Column("seed"), Column("return in the sweep"), Column("played again")]
+    heads += [Column("the same", words=True)]
+    rows = []
+    for one in again:
+        told = one.chosen.recorded
+        row = [one.chosen.why, one.case.task, shown_name(one.case.policy)]
+        row += [_figures(value) for value in one.axes.values()]
+        row += [one.chosen.seed, "not written" if told is None else _figures(told)]
+        rows.append([*row, _figures(one.earned), _sameness(one)])
+    return Table(heads, rows)
+
+
+def _sameness(one: Again) -> str:
+    if one.apart is None:
+        return "unknown: its point has a summary alone"
+    if one.apart == 0:
+        return "to the last bit"
+    return f"{'but for roundings' if _same(one) else 'no'}: {one.apart:+.2g}"
+
+
+def _same(one: Again) -> bool:
+    return one.apart is None or abs(one.apart) <= one.rounding
+
+
+def _shown(plan: Plan, one: Again, most: int) -> Shown:
+    """The episode, or as much of it as the page has room for."""
+    length = int(one.played.length)
+    cut = one.played._replace(length=min(length, most - 1))
+    several = len({case.task for case in plan.cases}) > 1
+    name = f"{one.chosen.why}: {shown_name(one.case.policy)}"
+    name += f" on {one.case.task}" if several else ""
+    shown = plan.machine.shown(cut, one.case.env, one.params, name)
+    place = [
+        (axis, f"{value:.4g}" + ("" if plan.units[axis] == "-" else f" {plan.units[axis]}"))
+        for axis, value in one.axes.items()
+    ]
+    more = [*place, ("seed", str(one.chosen.seed))]
+    if length > most - 1:
+        more.append(("shown", f"the first {most - 1} of {length} steps"))
+    if not _same(one):
+        more.append(("in the sweep", f"return {one.chosen.recorded:.6g}: roundings grew"))
+    return replace(shown, facts=(*more, *shown.facts))
+
+
+def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
+    """What came of it over each axis, the mean over all other axes, a line a policy."""
+    dims, made = found.dims[2:], []
+    policies = [shown_name(str(name)) for name in found.coordinates["policy"][:MOST_POLICIES]]
+    several = len(found.coordinates["task"]) > 1
+    for at, task in enumerate(found.coordinates["task"]):
+        for title, unit, values in measured(found, at, plan.machine.swept().slip):
+            each = [along_axes(one, dims, found) for one in values[: len(policies)]]
+            for axis, (x, *_) in (each[0] if each else {}).items():
+                if len(x) < 2:
+                    continue
+                lines = tuple(
+                    Line(name, along[axis][1]) for name, along in zip(policies, each, strict=True)
+                )
+                head = f"{task}: {title}" if several else title
+                made.append(
+                    Curve(
+                        Column(axis, found.units.get(axis, "-")).title,
+                        x,
+                        Panel(head, unit, lines),
+                        logarithmic(x) or plan.design.axes[axis].logarithmic,
+                    )
+                )
+    return made[:MOST_CURVES]
+
+
+def _summary(plan: Plan, found: SweepArrays) -> Table:
+    table = summary_table(found, plan.machine.swept().slip)
+    rows = [
+        [
+            _figures(cell)
+            if isinstance(cell, float)
+            else ""
+            if cell is None
+            else shown_name(str(cell))
+            for cell in row
+        ]
+        for row in table.rows
+    ]
+    heads = [replace(one, name=one.name.replace("_", " ")) for one in table.columns]
+    return Table(heads, rows)
+
+
+def _figures(value: float) -> str:
+    return f"{value:.{FIGURES}g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,7 @@ def view_page_command(given: Options) -> Path:
     if len(episodes) > MOST_PLAYERS:
         raise ValueError(f"{len(episodes)} to show; accepted: at most {MOST_PLAYERS} on a page")
     names = ", ".join(dict.fromkeys(one.name for one in episodes))
-    title = f"{names} on {', '.join(titles)}" if titles else names
+    title = f"{names} on {titles[0]}" if len(titles) == 1 else names
     page = Page(title, "\n".join(lead), episodes=tuple(episodes))
     print(f"Written: {write_page(page, path, overwrite=given['overwrite'])}")
     return path
@@ -71,6 +72,7 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
     task = common_task(given)
     scale = scale_of(task)
     shown, seed = [], given["seed"]
+    where = [name for place in places for name in place.who]
     for place in places:
         params = machine.params_to_view(place.params, given["seconds"])
         for name, env in place.who.items():
@@ -78,7 +80,10 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
             controller = controller_of(named[name], name, env, params, machine)
             played = rollout(env, planned(env, controller, params, seed), params, seed)
             whose = shown_name(Path(name).name)
-            title = whose if len(places) == 1 else f"{whose} on {place.label}"
-            shown.append(machine.shown(played, env, params, title, scale))
+            title = whose if where.count(name) == 1 else f"{whose} on {place.label}"
+            one = machine.shown(played, env, params, title, scale)
+            if len(places) > 1:
+                one = replace(one, facts=(("on", place.label), *one.facts))
+            shown.append(one)
     lead = [place.line() for place in places] if task is None else [title_of(task)]
     return shown, lead, [task] if task else [place.label for place in places]

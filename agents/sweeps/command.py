@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from stickslip.agents.commands import interruptible
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.sweep import run_plan
 from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.sweeps.directory import read_about
 from stickslip.agents.sweeps.named import played_by
 from stickslip.agents.sweeps.names import FORMS
 from stickslip.agents.sweeps.plan import Plan
@@ -26,7 +28,7 @@ from stickslip.records.files import write_whole
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.machine import AnyMachine, Options
+    from stickslip.agents.machine import Options
     from stickslip.agents.sweep import Swept
 
 
@@ -64,12 +66,15 @@ def sweep_command(given: Options) -> Content | None:
             print(f"Stopped; go on with the same command and --resume ({path})", file=sys.stderr)
             return None
     print(done_in_words(done, time.monotonic() - begun))
-    return tell(path, machine, pictures=not given["no_pictures"])
+    cut = replace(plan, layout=read_about(path).layout)
+    pictures, episodes = not given["no_pictures"], not given["no_episodes"]
+    return tell(path, cut, pictures=pictures, episodes=episodes)
 
 
-def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> Content:
-    """Print a sweep in words, write these and the pictures; return a row a task and policy."""
-    found, slip = sweep_arrays(path, summaries=True), machine.swept().slip
+def tell(path: Path, plan: Plan, *, pictures: bool, episodes: bool) -> Content:
+    """Print a sweep in words, write these, the pictures and the report; return a row a task and
+    policy. plan: as it was cut. episodes: whether the report plays some."""
+    found, slip = sweep_arrays(path, summaries=True), plan.machine.swept().slip
     text = in_words(found, slip)
     print("\n" + text)
     written = [write_whole(path / "summary.txt", text)]
@@ -79,7 +84,7 @@ def tell(path: Path, machine: AnyMachine, *, pictures: bool) -> Content:
 
         say_stage("drawing")
         drawn = write_pictures(found, path, slip)
-        written += [*drawn, write_report(machine, path, text, drawn)]
+        written += [*drawn, write_report(plan, path, found, text, drawn, episodes=episodes)]
     print("Written: " + ", ".join(map(str, written)))
     print(f'Read it: stickslip.agents.read_sweep("{path}")')
     about = {"directory": str(path), "words": text, "files": list(map(str, written))}

@@ -47,6 +47,9 @@ def add_flags(parser: argparse.ArgumentParser, machine: AnyMachine) -> dict[str,
     parser.add_argument(
         "--no-pictures", action="store_true", help="no sweep.png, no endings.png, no report.html"
     )
+    parser.add_argument(
+        "--no-episodes", action="store_true", help="play none again to be shown in report.html"
+    )
     how = parser.add_argument_group("how it is played (no result depends on it)")
     how.add_argument("--chunk", type=int, metavar="N", help="episodes of a chunk")
     how.add_argument("--cores", type=int, metavar="N", help="chunks at once (default: all cores)")

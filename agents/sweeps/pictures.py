@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.pictures.sheet import save_sheet
+from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.play import ENDINGS
-from stickslip.agents.sweeps.words import APART, slip_of
+from stickslip.agents.sweeps.words import APART, measured
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
@@ -94,7 +95,7 @@ def _measures(
                 axis, found, view, one.values[column], low, max(high, low + 1e-9), one.less
             )
             if row == 0:
-                axis.set_title(str(policy), loc="left", fontsize=10, color=theme.INK)
+                axis.set_title(shown_name(str(policy)), loc="left", fontsize=10, color=theme.INK)
             _labels(axis, found, view, row == len(shown) - 1, column == 0)
         if drawn is None:
             continue
@@ -119,19 +120,19 @@ def _quantities(
 
     count = found["episodes"][at]
     points = count.size / mean(count).size
-    share = found["falls"][at] / count
     spread = np.sqrt(mean(found["reward_std"][at] ** 2 / count) / points)
-    falls = mean(share)
-    episodes = mean(count) * points
-    shown = [
-        Shown("mean return", mean(found["reward_mean"][at]), APART * spread, False),
+    falls = mean(found["falls"][at] / count)
+    noise = np.sqrt(falls * (1 - falls) / (mean(count) * points))
+    halves = {"mean return": APART * spread, "falls": 100 * APART * noise}
+    return [
         Shown(
-            "falls [%]", 100 * falls, 100 * APART * np.sqrt(falls * (1 - falls) / episodes), True
-        ),
+            title if unit == "-" else f"{title} [{unit}]",
+            mean(values),
+            halves.get(title),
+            title != "mean return",
+        )
+        for title, unit, values in measured(found, at, slip)
     ]
-    if (slips := slip_of(found, slip)) is not None and np.isfinite(slips[at]).any():
-        shown.append(Shown("distance slid [m/m]", mean(slips[at]), None, True))
-    return shown
 
 
 def _lines(axis: Axes, found: SweepArrays, view: View, one: Shown, policies: np.ndarray) -> None:
@@ -147,7 +148,7 @@ def _lines(axis: Axes, found: SweepArrays, view: View, one: Shown, policies: np.
             lw=0 if view.scattered else 1.6,
             marker=mark,
             ms=3.5,
-            label=str(policy),
+            label=shown_name(str(policy)),
         )
         if one.half is not None and not view.scattered:
             half = np.nan_to_num(one.half[which][order])
@@ -193,7 +194,7 @@ def _endings(found: SweepArrays, at: int, task: str, view: View, path: Path) -> 
             _stack(axis, found, view, shares[:, which])
         else:
             _failures(axis, found, view, shares[:, which])
-        axis.set_title(str(policy), loc="left", fontsize=10, color=theme.INK)
+        axis.set_title(shown_name(str(policy)), loc="left", fontsize=10, color=theme.INK)
         _labels(axis, found, view, True, which == 0 and len(view.names) > 1)
     patches = require("matplotlib.patches")
     shown = [(GOES_ON, "less than half fail" if len(view.names) > 1 else "goes on to its end")]
@@ -245,14 +246,15 @@ def _cells(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> tuple[np.ndarray
 
 def _edges(values: np.ndarray) -> np.ndarray:
     """Of cells around values that rise; in the logarithm where they rise so."""
-    log = _logarithmic(values)
+    log = logarithmic(values)
     here = np.log(values) if log else values
     middle = (here[1:] + here[:-1]) / 2
     edges = np.concatenate([[2 * here[0] - middle[0]], middle, [2 * here[-1] - middle[-1]]])
     return np.exp(edges) if log else edges
 
 
-def _logarithmic(values: np.ndarray) -> bool:
+def logarithmic(values: np.ndarray) -> bool:
+    """Whether values that rise do so by one factor."""
     if len(values) < 3 or values.min() <= 0:
         return False
     ratios = values[1:] / values[:-1]
@@ -262,7 +264,7 @@ def _logarithmic(values: np.ndarray) -> bool:
 def _scales(axis: Axes, found: SweepArrays, view: View) -> None:
     setters = (axis.set_xscale, axis.set_yscale)
     for name, set_scale in zip(view.names, setters, strict=False):
-        if _logarithmic(np.sort(found.coordinates[name])):
+        if logarithmic(np.sort(found.coordinates[name])):
             set_scale("log")
 
 

@@ -28,7 +28,7 @@ def where(shares: np.ndarray, dims: tuple[str, ...], of: SweepArrays) -> str:
     half of that.
     """
     words = []
-    for name, (values, means, noise) in _along_axes(shares, dims, of).items():
+    for name, (values, means, noise) in along_axes(shares, dims, of).items():
         most, least = means.max(), means.min()
         if len(values) < 2 or most <= 0 or most < TELLING * least or most - least < noise:
             continue
@@ -41,14 +41,15 @@ def where(shares: np.ndarray, dims: tuple[str, ...], of: SweepArrays) -> str:
     return ", ".join(word for word in words if word)
 
 
-def _along_axes(
+def along_axes(
     shares: np.ndarray, dims: tuple[str, ...], of: SweepArrays
 ) -> dict[str, tuple[np.ndarray, np.ndarray, float]]:
     """By axis its values in order, the mean over all others at each, and how far chance alone may
-    bring two of these apart."""
-    found = {}
+    bring two of these apart. What is no number is left out, NaN where nothing is left."""
+    found, known = {}, np.ma.masked_invalid(shares)
     for place, dim in enumerate(dims):
-        means = shares.mean(axis=tuple(i for i in range(len(dims)) if i != place))
+        others = tuple(i for i in range(len(dims)) if i != place)
+        means = np.ma.filled(known.mean(axis=others), np.nan) if others else shares
         if dim != SAMPLE:
             order = np.argsort(of.coordinates[dim])
             found[dim] = (of.coordinates[dim][order], means[order], 0.0)

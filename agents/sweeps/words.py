@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.agents.sweeps.regions import where
 from stickslip.records.table import Column, Table
@@ -64,6 +65,20 @@ def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | No
         return np.where(np.abs(way) >= NO_WAY, slid / np.abs(way), np.nan)
 
 
+def measured(
+    found: SweepArrays, at: int, slip: tuple[str, str] | None
+) -> list[tuple[str, str, np.ndarray]]:
+    """What is told of a task: title, unit and value at every point [policies, ...]; the sliding
+    where there is any way."""
+    shown = [
+        ("mean return", "-", found["reward_mean"][at]),
+        ("falls", "%", 100 * found["falls"][at] / found["episodes"][at]),
+    ]
+    if (slips := slip_of(found, slip)) is not None and np.isfinite(slips[at]).any():
+        shown.append(("distance slid", "m/m", slips[at]))
+    return shown
+
+
 def best_of(found: SweepArrays, at: int) -> tuple[np.ndarray, np.ndarray]:
     """The policy with the greatest mean return at every point of a task, by its place, and whether
     it is told apart from the next one (95 %, episodes taken as independent)."""
@@ -80,8 +95,9 @@ def _task(found: SweepArrays, at: int, slip: tuple[str, str] | None) -> Iterator
     policies, dims = found.coordinates["policy"], found.dims[2:]
     falls = found["falls"][at] / found["episodes"][at]
     slips = slip_of(found, slip)
-    width = max(map(len, policies))
-    for which, policy in enumerate(policies):
+    names = [shown_name(str(policy)) for policy in policies]
+    width = max(map(len, names))
+    for which, policy in enumerate(names):
         head = f"  {policy:<{width}}  "
         mean = found["reward_mean"][at, which].mean()
         yield f"{head}mean return {mean:.3g}; {_falls(found, at, which, falls[which], dims)}"
@@ -129,12 +145,13 @@ def _slips(found: SweepArrays, slips: np.ndarray, dims: tuple[str, ...]) -> str:
 
 def _best(found: SweepArrays, at: int, dims: tuple[str, ...]) -> Iterator[str]:
     best, apart = best_of(found, at)
-    for which, policy in enumerate(found.coordinates["policy"]):
+    for which, policy in enumerate(map(shown_name, map(str, found.coordinates["policy"]))):
         own = (best == which) & apart
         if own.any():
             place = where(own.astype(float), dims, found)
-            yield f"  best by return: {policy} at {100 * own.mean():.0f} % of the points" + (
-                f", most where {place}" if place else ""
+            yield (
+                f"  best by return: {policy} at {100 * own.mean():.0f} % of the points"
+                + (f", most where {place}" if place else "")
             )
     if found["episodes"][at].max() == 1:
         yield "  one episode a point: nothing tells chance from difference, unless no reset draws"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.rendering.ugv.frame import UGVFrame
     from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.ugv.draw import UGVDrawn
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
@@ -64,8 +65,16 @@ def shown(
         slips=slips,
         drawing=ugv_drawing(frames, params.vehicle),
         ended=ended,
-        facts=whole,
+        facts=(*whole, *_drawn(played.start_state.drawn)),
+        timing=f"Events to the waypoint: these are {float(params.spacing):g} m apart.",
     )
+
+
+def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
+    """What the reset drew for this episode; pictures show it."""
+    rows = [] if drawn.friction is None else [("friction, drawn", float(drawn.friction), "-")]
+    ground = () if drawn.odometer is None else (("ground", "drawn"),)
+    return (*ground, *facts(rows))
 
 
 def drive_panels(

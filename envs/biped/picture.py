@@ -9,50 +9,57 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped import floor_position
 from stickslip.dynamics.biped.floor import friction_on, patch_at
-from stickslip.dynamics.scene import Grip
+from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.draw import drawn_scene
+from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.rendering import BipedFrame
+from stickslip.envs.rendering.biped.floor import patches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import numpy as np
 
+    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
+    from stickslip.envs.rendering.biped.floor import Patch
 
 
 def biped_frame(
     state: BipedEnvState, info: Mapping[str, float], params: BipedEnvParams
 ) -> BipedFrame:
     """One unbatched state as plain numbers; `info` of the step that led to it, {} after a reset."""
-    place, friction = jax.device_get(_seen(state, params))
-    return _frame(place, friction, jax.device_get(state), info)
+    place, friction, scenery = jax.device_get(_seen(state, params))
+    return _frame(place, friction, jax.device_get(state), info, _own(scenery))
 
 
 def biped_frames(
     states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
 ) -> list[BipedFrame]:
     """The same of states in a row, every leaf [n], with the info of the step that led to each."""
-    place, friction = jax.device_get(_seen_each(states, params))
+    place, friction, scenery = jax.device_get(_seen_each(states, params))
     whole = place, friction, jax.device_get(states), dict(infos)
+    own = _own(jax.tree.map(lambda leaf: leaf[0], scenery))  # a reset draws it, once
     frames = []
     for i in range(len(place)):
         rows = jax.tree.map(lambda leaf, i=i: leaf[i], whole)
-        frames.append(_frame(rows[0], rows[1], rows[2], rows[3]))
+        frames.append(_frame(rows[0], rows[1], rows[2], rows[3], own))
     return frames
 
 
 @jax.jit
 def _seen(state: BipedEnvState, params: BipedEnvParams):
-    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip."""
+    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip; the
+    episode's floor, and the weight of the robot in it [N]."""
     place = floor_position(params.robot, state.biped)
-    floor = drawn_scene(state.drawn, params).floor
+    floor, robot = drawn_scene(state.drawn, params).floor, drawn_robot(state.drawn, params)
+    scenery = floor, robot.total_mass * robot.gravity
     if isinstance(floor, Grip):
-        return place, (None, None)
+        return place, (None, None), scenery
     velocity = jnp.asarray(state.biped.foot_velocity)
-    return place, tuple(friction_on(floor, patch_at(floor, place, velocity), velocity.dtype))
+    friction = tuple(friction_on(floor, patch_at(floor, place, velocity), velocity.dtype))
+    return place, friction, scenery
 
 
 @jax.jit
@@ -60,11 +67,18 @@ def _seen_each(states: BipedEnvState, params: BipedEnvParams):
     return jax.vmap(lambda state: _seen(state, params))(states)
 
 
+def _own(scenery: tuple[Floor, np.ndarray]) -> tuple[tuple[Patch, ...], float]:
+    """Patches of an episode's floor, and the weight."""
+    floor, weight = scenery
+    return tuple(patches_of(Scene(floor))), float(weight)
+
+
 def _frame(
     place: np.ndarray,
     friction: tuple[np.ndarray | None, np.ndarray | None],
     state: BipedEnvState,
     info: Mapping[str, float],
+    own: tuple[tuple[Patch, ...], float],
 ) -> BipedFrame:
     """From what was seen of a state, and the state, as NumPy arrays."""
     biped = state.biped
@@ -88,4 +102,6 @@ def _frame(
         mean_crank_rate=float(info.get("episode_mean_rate", biped.crank_rate)),
         commanded_rate=float(state.drawn.commanded_rate),
         status="ok" if not status.terminal else status.name.lower().replace("_", " "),
+        floor=own[0],
+        weight=own[1],
     )

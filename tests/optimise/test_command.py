@@ -111,7 +111,8 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
     assert "no drive found" in shown
     (folder,) = Path("runs").iterdir()
     assert folder.name == "ugv-bump-wheel_energy-dp"
-    assert [path.name for path in folder.iterdir()] == ["result.json"]
+    assert {path.name for path in folder.iterdir()} == {"result.json", "report.html"}
+    assert "no drive found" in (folder / "report.html").read_text(encoding="utf-8")
     found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["result"]
     assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "INFEASIBLE")
 

@@ -52,11 +52,16 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
     assert main([*asked, "--json"]) == NOTHING_FOUND
     told = json.loads(capsys.readouterr().out)
     assert (told["result"]["value"], told["units"]["result"]["value"]) == (None, "J")
-    assert main([*asked, "--overwrite"]) == NOTHING_FOUND
+    assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
+    assert main([*asked[:-1], "--overwrite"]) == NOTHING_FOUND
     printed = capsys.readouterr().out
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed
-    assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
+    files = {one.name: one for one in Path("runs/biped-energy").iterdir()}
+    assert files.keys() == {"result.json", "report.html"}
+    report = files["report.html"].read_text(encoding="utf-8")
+    assert "mean_rate = 30 rad/s cannot be met" in report
+    assert "no gait found" in report
 
 
 @pytest.mark.parametrize(

@@ -30,11 +30,16 @@ class Contact:
     """
 
     def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, *, weight: float, height: float):
-        self._canvas, self._weight, self._height = canvas, weight, height
+        self._canvas, self._height = canvas, height
+        self._weight = self._usual = weight
         self._place: Place = {"view": view, "clip": clip}
         self._cone = canvas.area([], theme.HOLDS, edge=theme.HOLDS, width=0.8, **self._place)
         self._kinetic = canvas.lines([], theme.SLIDES, 1.2, **self._place)
         self._kinetic.set_linestyle([(0, (3.0, 2.4))])
+
+    def weigh(self, weight: float | None) -> None:
+        """Measure forces by this weight from now on [N]; by the usual one where it is None."""
+        self._weight = self._usual if weight is None else weight
 
     def add_arrow(self) -> None:
         """The force itself, drawn over what was added to the canvas before."""

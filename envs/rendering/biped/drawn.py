@@ -39,8 +39,8 @@ def biped_drawing(
 ) -> tuple[Drawing, np.ndarray]:
     """The drawing of one robot's walk in one scene, and how far the hip has gone [n] m.
 
-    frames: one for each sample; slips: whether the foot slips by then [n].
-    Numbers that are not finite are taken from the frame before.
+    frames: one for each sample, whose weight comes before the robot's; slips: whether the foot
+    slips by then [n]. Numbers that are not finite are taken from the frame before.
     """
     whole: list[BipedFrame] = []
     for frame in frames:
@@ -55,7 +55,10 @@ def biped_drawing(
     hip = points[:, names["A"]]
     tall = mechanism.top - surface
     marks, smears = _marks(whole)
-    mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
+    weight = whole[0].weight
+    if weight is None:
+        mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
+        weight = mass * plain(params.gravity)
     drawing = Drawing(
         points=points,
         bodies=_bodies(poses, points, names, leg),
@@ -70,7 +73,7 @@ def biped_drawing(
         low=-surface,
         reach=CONE_LENGTH * tall,
         force=WEIGHT_LENGTH * tall,
-        weight=mass * plain(params.gravity),
+        weight=weight,
         marks=marks,
         smears=smears,
         active=leg,

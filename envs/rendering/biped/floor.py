@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.scene import Scene
     from stickslip.envs.rendering.canvas import Box, Canvas, Place
+    from stickslip.envs.rendering.lettering import Words
 
 FAR = 1e4
 """Where the outermost patches end in the picture [m]."""
@@ -66,20 +67,13 @@ class Floor:
     def __init__(
         self, canvas: Canvas, view: Affine2D, panel: Box, scene: Scene, surface: float, depth: float
     ):
-        self._panel, self._patches = panel, patches_of(scene)
+        self._canvas, self._panel = canvas, panel
         self._surface, self._depth = surface, depth
         left, bottom, right, _ = panel
         place: Place = {"view": view, "clip": panel}
-        bands = [
-            canvas.corners((max(a, -FAR), surface - depth, min(b, FAR), surface))
-            for a, b, *_ in self._patches
-        ]
-        canvas.area(bands, [theme.floor_colour(p.mu_static) for p in self._patches], **place)
+        self._bands = canvas.area([], theme.PANEL, **place)
         self._glints = canvas.lines([], (1.0, 1.0, 1.0, 0.5), 2.2, cap="butt", **place)
-        edges = [patch.start for patch in self._patches[1:]]
-        canvas.lines(
-            [[(x, surface - depth), (x, surface)] for x in edges], theme.PAGE, 2.0, **place
-        )
+        self._edges = canvas.lines([], theme.PAGE, 2.0, **place)
         canvas.lines([[(-FAR, surface), (FAR, surface)]], theme.INK, 1.6, **place)
         beside = (left, bottom - 8, right, bottom)
         self._ticks = canvas.lines([], theme.MUTED, 1.0, cap="butt", clip=beside)
@@ -87,10 +81,30 @@ class Floor:
             canvas.text(0, bottom - 19, "", theme.SMALL, theme.MUTED, align="center")
             for _ in range(16)
         ]
-        self._labels = [
-            canvas.text(0, bottom + 8, patch.label, theme.LABEL, align="center", clip=panel)
-            for patch in self._patches
-        ]
+        self._labels: list[Words] = []
+        self._usual = tuple(patches_of(scene))
+        self._patches: tuple[Patch, ...] = ()
+        self.lay(None)
+
+    def lay(self, patches: tuple[Patch, ...] | None) -> None:
+        """Show these from now on, from left to right; the scene's where there are None."""
+        patches = self._usual if patches is None else patches
+        if patches == self._patches:
+            return
+        self._patches, low, high = patches, self._surface - self._depth, self._surface
+        self._bands.set_verts(
+            [self._canvas.corners((max(a, -FAR), low, min(b, FAR), high)) for a, b, *_ in patches]
+        )
+        self._bands.set_facecolor([theme.floor_colour(patch.mu_static) for patch in patches])
+        self._edges.set_segments([[(one.start, low), (one.start, high)] for one in patches[1:]])
+        for label in self._labels:
+            label.visible = False
+        while len(self._labels) < len(patches):
+            bottom = self._panel[1] + 8
+            label = self._canvas.text(0, bottom, "", theme.LABEL, align="center", clip=self._panel)
+            self._labels.append(label)
+        for label, patch in zip(self._labels, patches, strict=False):
+            label.words = patch.label
 
     def move(self, left: float, right: float) -> None:
         """Show the stretch of floor between two positions [m]."""
@@ -100,7 +114,7 @@ class Floor:
             return self._panel[0] + (x - left) * scale
 
         self._move_scale(left, right, to_page)
-        for patch, label in zip(self._patches, self._labels, strict=True):
+        for patch, label in zip(self._patches, self._labels, strict=False):
             start, end = to_page(max(patch.start, left)), to_page(min(patch.end, right))
             label.visible = end - start > 8 + 6.2 * len(patch.label)
             label.x = (start + end) / 2

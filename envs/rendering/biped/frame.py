@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from math import isfinite
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stickslip.envs.rendering.biped.floor import Patch
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,8 @@ class BipedFrame:
     the supporting ankle [m]. mu_static, mu_kinetic: friction under the foot [-], None where it
     cannot slip. sticking: whether the foot holds. mean_crank_rate: over the walk or the last step,
     as the caller has it; commanded_rate: what is asked for [rad/s], None if nothing is.
-    status: "ok", or the name of what ended the walk.
+    status: "ok", or the name of what ended the walk. floor: what the episode walks on, and weight:
+    of the robot in it [N]; None for those that the renderer was made for.
     """
 
     phase: float
@@ -38,6 +43,8 @@ class BipedFrame:
     mean_crank_rate: float
     commanded_rate: float | None
     status: str = "ok"
+    floor: tuple[Patch, ...] | None = None
+    weight: float | None = None
 
     def finite(self, fallback: BipedFrame | None) -> BipedFrame:
         """The same frame with each number that is not finite taken from `fallback`, or zero.

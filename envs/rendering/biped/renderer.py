@@ -28,7 +28,8 @@ HEADROOM = 0.08
 class BipedRenderer:
     """Draws frames of one robot in one scene, without a display.
 
-    params, scene: one robot and one scene, not batches. width, height: of the picture [px].
+    params, scene: one robot and one scene, not batches; a frame may bring its episode's own floor
+    and weight. width, height: of the picture [px].
     torque_limit: the torque strip always shows plus and minus this [N m].
 
     The camera keeps the hip in place and the floor passes below it, so a picture depends on its
@@ -76,6 +77,8 @@ class BipedRenderer:
         pose = self._mechanism.pose(frame.phase % (2 * pi))
         hip = frame.floor_position + float(pose.pins["A"][0, 0])
         left, right = self._move_camera(hip)
+        self._floor.lay(frame.floor)
+        self._contact.weigh(frame.weight)
         self._floor.move(left, right)
         self._trace.move(left, right)
         self._linkage.move(pose, frame.floor_position)

@@ -4,13 +4,13 @@ const DASH = [7, 4];
 
 /** One chart: lines over x, with a playhead where there is a clock. */
 class Chart {
-  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null }) {
+  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null, log = false }) {
     this.home = element("div", { class: "chart" });
     const heading = element("h2", {}, title, " ", element("small", {}, unit === "-" ? "" : `[${unit}]`));
     this.place = element("div", { role: "img", "aria-label": `${title} over ${axis}` });
     this.home.append(heading, this.place);
     home.append(this.home);
-    Object.assign(this, { series, axis, limits, steps, seek, span });
+    Object.assign(this, { series, axis, limits, steps, seek, span, log });
     this.data = joined(series);
     this.head = element("div", { class: "playhead" });
     this.build();
@@ -33,7 +33,7 @@ class Chart {
     const options = {
       width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 8, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
-      scales: { x: { time: false, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
+      scales: { x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
       hooks: { draw: [(plot) => this.drawLimits(plot)] },
     };
@@ -97,28 +97,34 @@ function brief(number) {
 }
 
 /** The panels of all episodes: those of one line (and dashed ones) hold all players, others are one a
-    player. */
+    player. What is called the same in another unit stands apart. */
 function panelCharts(home, episodes, seek, span) {
   const charts = [];
   const several = episodes.length > 1;
-  const titles = [...new Set(episodes.flatMap((one) => one.panels.map((panel) => panel.title)))];
-  for (const title of titles) {
+  const kind = (panel) => `${panel.title} [${panel.unit}]`;
+  const kinds = [...new Set(episodes.flatMap((one) => one.panels.map(kind)))];
+  for (const wanted of kinds) {
     const owners = episodes.map((episode, index) => ({
-      episode, index, panel: episode.panels.find((panel) => panel.title === title),
+      episode, index, panel: episode.panels.find((panel) => kind(panel) === wanted),
     })).filter((one) => one.panel);
-    const { unit, limits, steps } = owners[0].panel;
+    const { title, unit, steps } = owners[0].panel;
+    const limits = [...new Set(owners.flatMap((owner) => owner.panel.limits))];
     const look = { axis: "time [s]", limits, steps, seek, span };
     const one = (owner, line, label, tone) => ({
       label, x: times(owner.episode), values: line.values, dash: line.dashed ? DASH : [], colour: tone,
     });
     const solid = ({ panel }) => panel.lines.filter((line) => !line.dashed);
     if (owners.every((owner) => solid(owner).length === 1)) {
+      const own = (owner) => () => colour(`player-${owner.index % 6}`);
       const series = owners.map((owner) => one(
-        owner, solid(owner)[0], several ? owner.episode.name : solid(owner)[0].name,
-        () => colour(`player-${owner.index % 6}`),
+        owner, solid(owner)[0], several ? owner.episode.name : solid(owner)[0].name, own(owner),
       ));
-      const dashed = owners[0].panel.lines.filter((line) => line.dashed);
-      series.push(...dashed.map((line) => one(owners[0], line, line.name, () => colour("muted"))));
+      const dashed = owners.flatMap((owner) => owner.panel.lines.filter((line) => line.dashed).map((line) => ({ owner, line })));
+      const shared = dashed.every(({ line }) => line.name === dashed[0].line.name && sameCourse(line.values, dashed[0].line.values));
+      for (const { owner, line } of shared ? dashed.slice(0, 1) : dashed) {
+        const label = shared ? line.name : `${line.name}, ${owner.episode.name}`;
+        series.push(one(owner, line, label, shared ? () => colour("muted") : own(owner)));
+      }
       charts.push(new Chart(home, title, unit, series, look));
       continue;
     }
@@ -133,12 +139,22 @@ function panelCharts(home, episodes, seek, span) {
   return charts;
 }
 
+/** Whether two lines are the same as long as both last, to 16 bits of a number. */
+function sameCourse(one, other) {
+  const count = Math.min(one.length, other.length);
+  for (let i = 0; i < count; i++) {
+    const near = Math.abs(one[i] - other[i]) <= 1e-4 * Math.max(Math.abs(one[i]), Math.abs(other[i]));
+    if (!near && !(Number.isNaN(one[i]) && Number.isNaN(other[i]))) return false;
+  }
+  return true;
+}
+
 function curveCharts(home, curves) {
-  return curves.map(({ axis, x, panel }) => {
+  return curves.map(({ axis, x, panel, log }) => {
     const series = panel.lines.map((line, i) => ({
       label: line.name, x, values: line.values, dash: line.dashed ? DASH : [], colour: () => colour(`player-${i % 6}`),
     }));
-    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps });
+    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps, log });
   });
 }
 

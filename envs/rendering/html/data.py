@@ -17,7 +17,7 @@ ROLES = (
     *("main", "mid", "slim", "tyre", "rim", "holds", "slides"),
 )
 """The colours that a part may have; the page has each twice, in light and in dark."""
-EVENTS = ("slip", "stick", "support", "end")
+EVENTS = ("slip", "stick", "support", "patch", "end")
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,13 @@ class Panel:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened by a sample. kind: one of EVENTS."""
+    """Something that happened by a sample. kind: one of EVENTS. time: when [s], None for the
+    sample's."""
 
     sample: int
     kind: str
     words: str
+    time: float | None = None
 
     def __post_init__(self):
         if self.kind not in EVENTS:
@@ -164,8 +166,10 @@ class Drawing:
 class Shown:
     """An episode of one player. period: between samples [s]. name: of the player.
 
-    numbers: title with unit, value [n] and digits, what stands above the picture. slips: [n], for
-    the band over time. ended: what ended it, "" for its time. facts: of the whole, in words.
+    numbers: title with unit, value [n] and digits, what stands above the picture. slips: [n],
+    whether it slips by then. spans: from when to when it slips [k, 2] s, None for `slips`. ended:
+    what ended it, "" for its time. facts: of the whole, in words. timing: how exact the times of
+    events are.
     """
 
     name: str
@@ -177,6 +181,8 @@ class Shown:
     drawing: Drawing | None = None
     ended: str = ""
     facts: tuple[tuple[str, str], ...] = ()
+    spans: np.ndarray | None = None
+    timing: str = ""
 
     def __post_init__(self):
         if not 0 < self.period < np.inf:
@@ -205,11 +211,12 @@ def _exactly(owner: Contact | Drawing, *names: str) -> None:
 
 @dataclass(frozen=True)
 class Curve:
-    """Panels over an axis of their own. x: [n]."""
+    """A panel over an axis of its own. x: [n], rising. log: drawn evenly in its logarithm."""
 
     axis: str
     x: np.ndarray
     panel: Panel
+    log: bool = False
 
 
 @dataclass(frozen=True)

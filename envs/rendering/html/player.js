@@ -44,10 +44,15 @@ class Player {
       this.button("◀", "A step back (left arrow)", () => this.step(-1)),
       this.button("▶︎", "A step forward (right arrow)", () => this.step(1)), this.speed, this.clock,
     );
-    const legend = "Orange: slips. Fine lines: the legs change support. A dark bar: the end before its time.";
+    const any = (condition) => this.episodes.some(condition);
+    const legend = [
+      any((one) => one.slips) ? "Orange: slips. " : "",
+      any((one) => one.events.some((event) => event.kind === "support")) ? "Fine lines: the legs change support. " : "",
+      any((one) => one.ended) ? "A dark bar: the end before its time. " : "",
+    ].join("");
     return element(
       "div", { class: "controls" }, buttons, this.slider, ...this.cards.map((card) => card.strip),
-      element("p", { class: "hint" }, `${this.episodes.some((one) => one.slips) ? `${legend} ` : ""}${HINT}`), this.voice,
+      element("p", { class: "hint" }, `${legend}${HINT}`), this.voice,
     );
   }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import NoneType, UnionType
@@ -63,10 +63,16 @@ def made(kind: object, entry: object) -> object:
         return decoded(cast("Entries", _require(entry, dict)))
     if isinstance(kind, type) and is_dataclass(kind):
         given, known = cast("Entries", _require(entry, dict)), _hints(kind)
-        return kind(**{one.name: made(known[one.name], given[one.name]) for one in fields(kind)})
+        there = [one.name for one in fields(kind) if one.name in given or _required(one)]
+        return kind(**{name: made(known[name], given[name]) for name in there})
     if kind is float and isinstance(entry, int | float):
         return float(entry)
     return _require(entry, cast("type", kind))
+
+
+def _required(field: Field[object]) -> bool:
+    """Whether a page must have it: what came later has a default."""
+    return field.default is MISSING and field.default_factory is MISSING
 
 
 def _require(entry: object, kind: type) -> object:

@@ -35,8 +35,8 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     """The command with its flags read: whether a drive was found, and all about it.
 
     Writes DIR/stations.csv, result.json, drive.png and report.html, each under a temporary name
-    first; without a drive only result.json. Wrong input is refused before anything is computed or
-    written.
+    first; without a drive only result.json and a report that says why. Wrong input is refused
+    before anything is computed or written.
     """
     out = _folder(flags)
     require_choice("criterion", flags["criterion"], tuple(CRITERIA))
@@ -99,9 +99,10 @@ def _drive(
     spent: Mapping[str, float],
     flags: Mapping[str, Any],
 ) -> dict[str, bytes | str]:
-    """The files of a drive, if there is one: their contents by name."""
+    """The files of a drive, their contents by name; of none, the report on what was tried."""
     if result.x is None:
-        return {}
+        track = Path(flags["track"]).name
+        return {REPORT: _page_without(problem, result, track)} if flags["pictures"] else {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
         from stickslip.envs.rendering.html.document import page_text
@@ -121,3 +122,12 @@ def _drive(
         page = result_page(title, lines, (drive_shown(problem, result),), picture)
         files |= {PICTURE: picture, REPORT: page_text(page)}
     return files
+
+
+def _page_without(problem: PostureProblem, result: PostureResult, track: str) -> str:
+    """What was asked for and why there is no drive."""
+    from stickslip.envs.rendering.html.document import page_text
+    from stickslip.optimise.drive_page import result_page
+
+    title = f"{problem.criterion.name} over {track}, by {result.method}: no drive found"
+    return page_text(result_page(title, rows(problem, result, {}), ()))

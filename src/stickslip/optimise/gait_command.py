@@ -28,7 +28,8 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     """The command with its flags read: whether a gait was found, and all about it.
 
     Writes DIR/gait.csv, result.json, gait.png and report.html, each under a temporary name first;
-    without a gait only result.json. Wrong input is refused before anything is computed or written.
+    without a gait only result.json and a report that says why. Wrong input is refused before
+    anything is computed or written.
     """
     problem = gait_problem_of(flags)
     out = _folder(flags)
@@ -58,6 +59,12 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
             )
             page = result_page(title, lines, (walk,), picture)
             files |= {PICTURE: picture, REPORT: page_text(page)}
+    elif flags["pictures"]:
+        from stickslip.envs.rendering.html.document import page_text
+        from stickslip.optimise.drive_page import result_page
+
+        title = f"least {problem.goal.words}: no gait found"
+        files[REPORT] = page_text(result_page(title, gait_rows(problem, result, replays), ()))
     write_all(out, files, (NODES, RESULT, PICTURE, REPORT), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}

@@ -1,13 +1,16 @@
 """The commands: what they write, and wrong input in a line."""
 
+import json
 import re
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
 from stickslip.agents.optimisers.commands import main
+from stickslip.envs.rendering.html.encode import decoded
 from tests.agents.optimisers.table import NAME, run
 
 pytest.importorskip("pyarrow")
@@ -36,6 +39,13 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     assert "mine 9 (9 to 9, 2/2)" in printed
     assert "| theirs | 0.1 (0%)" in printed
     assert len(list(out.glob("*.png"))) == 6
+    page = (out / "report.html").read_text("utf-8")
+    assert page.count("data:image/png") == 6
+    (data,) = re.findall(r'id="data">(.*?)</script>', page)
+    (curve,) = json.loads(data)["curves"]
+    lines = {one["name"]: decoded(one["values"]) for one in curve["panel"]["lines"]}
+    assert lines.keys() == {"mine", "theirs"}
+    assert np.nanmax(lines["mine"]) == pytest.approx(22 / 31, abs=1e-4)  # of 31 targets
     assert {one.method for one in read_results(out / "results.csv")} == {"mine", "theirs"}
     assert goals in (out / "results.csv").read_text()
     assert main(["report", str(mine), "--out", str(out)]) == 2

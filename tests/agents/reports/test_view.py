@@ -58,6 +58,17 @@ def test_the_page_of_a_walk_holds_its_numbers():
     assert place.min() < float(played.info["episode_walked"][-1]) + 0.5 < place.max() + 1.0
 
 
+@pytest.mark.parametrize("command", ["view", "evaluate", "sweep biped --out a --policy"])
+def test_a_page_in_place_of_a_policy_is_told_what_it_is(
+    command: str, capsys: pytest.CaptureFixture[str]
+):
+    Path("page.html").write_text("<!doctype html>", encoding="utf-8")
+    assert main([*command.split(), "page.html"]) == WRONG_INPUT
+    told = capsys.readouterr().err
+    assert "page.html is a page, no policy; accepted: to open it in a browser" in told
+    assert told.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from stickslip.agents import read_sweep
 from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.envs.rendering.html.reading import read_episodes
 
 SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
 AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]
@@ -28,10 +30,22 @@ def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
     report = (tmp_path / "a/report.html").read_text(encoding="utf-8")
     assert "pull  mean return" in report
     assert report.count("data:image/png") == 1
-    assert read_sweep("a").num_rows == 18
+    returns = np.asarray(read_sweep("a")["reward"])
+    assert len(returns) == 18
+    least, greatest, median = read_episodes("a/report.html")
+    for one, why, told in (
+        (least, "least return: pull", returns.min()),
+        (greatest, "greatest return: pull", returns.max()),
+    ):
+        assert one.name == why
+        assert one.panels[-1].lines[0].values[-1] == pytest.approx(told, rel=1e-4)
+    assert median.name == "median return: pull"
+    assert ("task.mass", "2") in (*least.facts, *greatest.facts, *median.facts)
     assert main([*SWEEP, *AXES, "--out", "a"]) == WRONG_INPUT
     assert "--resume to go on" in capsys.readouterr().err
-    assert main([*SWEEP, *AXES, "--out", "a", "--resume"]) == OK
+    assert main([*SWEEP, *AXES, "--out", "a", "--resume", "--no-episodes"]) == OK
+    with pytest.raises(ValueError, match="holds no episodes"):
+        read_episodes("a/report.html")
     assert "Played 0 of 1 chunks" in capsys.readouterr().out
     assert main([*SWEEP, *AXES, "--out", "a", "--overwrite", "--scene", "even"]) == OK
     assert "even: the standard task with --scene even" in capsys.readouterr().out

@@ -15,6 +15,7 @@ import pytest
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import BipedRenderer, Window, save_animation, theme
+from stickslip.envs.rendering.biped.floor import patches_of
 from tests.envs.rendering.frames import SCENE, STANDING, walk
 
 pytest.importorskip("matplotlib")
@@ -50,6 +51,22 @@ def rgb(colour: str) -> list[int]:
 
 def differing(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.mean(np.any(one != other, axis=-1)))
+
+
+def test_a_frame_brings_its_episodes_own_floor_and_weight(params, renderer):
+    bare = renderer.draw(STANDING)
+    same = replace(STANDING, floor=tuple(patches_of(SCENE)))
+    assert np.array_equal(renderer.draw(same), bare)
+    patches = tuple(patches_of(Scene.patches([0.1], [0.05, 0.9], [0.04, 0.8])))
+    other = renderer.draw(replace(STANDING, floor=patches))
+    assert not np.array_equal(other, bare)
+    made_for_it = BipedRenderer(params, Scene.patches([0.1], [0.05, 0.9], [0.04, 0.8]))
+    assert np.array_equal(other, made_for_it.draw(STANDING))
+    heavy = renderer.draw(replace(same, weight=2 * 83.0))
+    assert not np.array_equal(heavy, bare)
+    light = replace(same, weight=float(params.total_mass * params.gravity))
+    assert np.array_equal(renderer.draw(light), bare)
+    assert np.array_equal(renderer.draw(STANDING), bare)
 
 
 @pytest.mark.parametrize("size", [(960, 540), (640, 480), (1280, 400)])

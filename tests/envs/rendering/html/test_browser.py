@@ -24,6 +24,14 @@ const canvas = document.querySelectorAll("canvas.picture")[arguments[0]];
 return canvas.toDataURL();
 """
 
+BAND = """
+const strip = document.querySelector("canvas.strip");
+const row = strip.getContext("2d").getImageData(0, strip.height / 2, strip.width, 1).data;
+const orange = [];
+for (let x = 0; x < strip.width; x++) if (row[4 * x] > 180 && row[4 * x + 2] < 80) orange.push(x);
+return [orange[0] / strip.width, (orange[orange.length - 1] + 1) / strip.width];
+"""
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Chrome]:
@@ -94,7 +102,12 @@ def test_a_page_loads_without_an_error_or_a_request(opened: Callable[..., Chrome
         "return ['canvas.picture', '.uplot', 'canvas.strip', '.events li']"
         ".map((one) => document.querySelectorAll(one).length)"
     )
-    assert counts == [2, 9, 2, 4]  # seven curves shared, two of several lines
+    assert counts == [2, 10, 2, 4]  # seven curves shared, two of several lines, one of its own
+    places = browser.execute_script(
+        "return [...document.querySelectorAll('#curves .u-axis')].length ? "
+        "[...document.querySelectorAll('#curves h2')].map((one) => one.textContent.trim()) : []"
+    )
+    assert places == ["All episodes", "share"]
 
 
 def test_playing_moves_the_clock_and_the_pictures(opened: Callable[..., Chrome], two: str):
@@ -150,8 +163,12 @@ def test_scrubbing_to_the_slide_shows_it(opened: Callable[..., Chrome], two: str
 
 def test_an_event_is_a_way_to_its_moment(opened: Callable[..., Chrome], two: str):
     browser = opened(two)
+    said = "return document.querySelectorAll('.events button')[1].textContent"
+    assert browser.execute_script(said) == "2.9876 s  sticks"
     browser.execute_script("document.querySelectorAll('.events button')[1].click()")
-    assert time_of(browser) == pytest.approx(3.0)
+    assert time_of(browser) == pytest.approx(2.9876)
+    band = browser.execute_script(BAND)  # orange from 2 s to the instant, of 10 s
+    assert band == pytest.approx([0.2, 0.29876], abs=0.003)
 
 
 @pytest.mark.parametrize("width", [390, 1000])

@@ -1,5 +1,6 @@
 """The episodes of a page are read back as they were, and damaged pages are refused by name."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,18 @@ def test_what_is_read_is_written_the_same_again(kept: Path):
     np.testing.assert_allclose(
         again[0].panels[0].lines[0].values, walked().panels[0].lines[0].values, atol=2e-5
     )
+
+
+def test_a_page_from_before_events_had_times_is_read(kept: Path):
+    text = kept.read_text(encoding="utf-8")
+    for later in (r',"time":(null|[\d.]+)', r',"spans":\{.*?\}', r',"timing":".*?"'):
+        text, count = re.subn(later, "", text)
+        assert count >= 2
+    kept.write_text(text, encoding="utf-8")
+    one, _ = read_episodes(kept)
+    assert [event.time for event in one.events] == [None, None]
+    assert (one.spans, one.timing) == (None, "")
+    np.testing.assert_array_equal(one.slips, walked().slips)
 
 
 @pytest.mark.parametrize(
