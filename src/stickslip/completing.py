@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import argparse
@@ -36,8 +36,9 @@ def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) ->
     import argcomplete
 
     line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)]
+    others: Any = files  # argcomplete calls it, and asks for no class
     argcomplete.autocomplete(
-        make_parser(_words(line)), always_complete_options="long", default_completer=files
+        make_parser(_words(line)), always_complete_options="long", default_completer=others
     )
 
 
