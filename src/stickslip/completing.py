@@ -9,11 +9,13 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Sequence
+
+    from argcomplete.completers import BaseCompleter
 
 SHELLS = ("bash", "zsh", "fish")
 PROGRAM = "stickslip"
@@ -36,7 +38,7 @@ def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) ->
     import argcomplete
 
     line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)]
-    others: Any = files  # argcomplete calls it, and asks for no class
+    others = cast("BaseCompleter", files)  # which it calls, and asks for no class
     argcomplete.autocomplete(
         make_parser(_words(line)), always_complete_options="long", default_completer=others
     )
