@@ -31,7 +31,7 @@ else ifneq ($(filter-out $(shell cat $(INSTALLED) 2>/dev/null),$(ASKED)),)
 $(INSTALLED): other-extras
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format docs demo bench release-check clean fresh-venv other-extras
+.PHONY: help venv test quick check test-long test-shapes lint typecheck format docs notebooks demo bench release-check clean fresh-venv other-extras
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -77,6 +77,9 @@ format: $(INSTALLED)  ## apply ruff's fixes and formatting
 docs: $(INSTALLED)  ## the documentation site, in build/site, with warnings as errors
 	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs --quiet build
 	@$(PY) -m documentation.check
+
+notebooks: $(INSTALLED)  ## run the notebooks again: what the site shows of them
+	@$(PY) -m documentation.executed
 
 demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 	@$(VENV)/bin/stickslip demo

@@ -151,6 +151,7 @@ def _grid(x: Scale, y: Scale, below: str, beside: str) -> list[str]:
 
 def _steps(first: Sequence[Mark], x: Scale, y: Scale) -> str:
     """The front: cheapest first, level until the next that is more accurate."""
+    first = sorted(first, key=lambda one: (one.cost, one.error))
     ways = [f"{x(one.cost)} {y(one.error)}" for one in first[:1]]
     ways += [f"H{x(one.cost)}V{y(one.error)}" for one in first[1:]]
     return f'<path class="front-line" d="M{"".join(ways)}"/>'

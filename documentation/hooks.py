@@ -8,7 +8,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from documentation import inserts, notebooks, reference
+from documentation import executed, inserts, notebooks, reference
 
 
 def on_startup(**kwargs: Any) -> None:
@@ -30,7 +30,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages, and the notebooks themselves."""
     for path, text in {**reference.pages(), **notebooks.pages(), **inserts.pages()}.items():
         files.append(File.generated(config, path, content=text))
-    for notebook in notebooks.files():
+    for notebook in executed.files():
         place = f"notebooks/{notebook.name}"
         files.append(File.generated(config, place, abs_src_path=str(notebook)))
     return files

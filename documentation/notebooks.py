@@ -1,20 +1,12 @@
-"""Notebooks as pages: their text and code; outputs are what running one gives."""
+"""Notebooks as pages: their text, code, and what came of it when they were last run."""
 
 from __future__ import annotations
 
-import json
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from documentation.names import ROOT
-
-FOLDER = ROOT / "notebooks"
-
-
-def files() -> list[Path]:
-    """All notebooks, in the order of their names."""
-    return sorted(FOLDER.glob("*.ipynb"))
+from documentation.executed import cells_of, files
 
 
 @cache
@@ -24,12 +16,18 @@ def pages() -> dict[str, str]:
 
 
 def _page(path: Path) -> str:
-    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    title, *rest = [_text(cell) for cell in cells]
-    note = f"*As [a notebook]({path.name}); running it shows what each cell prints and draws.*"
+    title, *rest = [_text(cell) for cell in cells_of(path)]
+    note = f"*As [a notebook]({path.name}), which is stored without what it prints and draws.*"
     return "\n\n".join([title, note, *rest]) + "\n"
 
 
 def _text(cell: dict[str, Any]) -> str:
-    source = "".join(cell["source"]).strip()
-    return source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```"
+    if cell["kind"] == "markdown":
+        return cell["source"]
+    return "\n\n".join([f"```python\n{cell['source']}\n```", *map(_output, cell["outputs"])])
+
+
+def _output(output: dict[str, str]) -> str:
+    if "picture" in output:
+        return f"![what the cell above draws]({output['picture']})"
+    return f"```text\n{output['text']}\n```"

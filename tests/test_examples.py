@@ -21,7 +21,7 @@ from stickslip.cli import make_parser
 from tests.documents import LANGUAGES, ROOT, Block, every_block, programs
 from tests.extras import SB3
 
-NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
+NUMBER = re.compile(r"(?<![\w.])[-+−]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
 NEAR = {"rtol": 0.02, "atol": 0.002}
 """Single precision, summed in another order on another machine."""
 LEARNS = "model.learn("
@@ -110,7 +110,7 @@ def words_of(text: str) -> list[str]:
 
 
 def numbers(text: str) -> list[float]:
-    return [float(one) for one in NUMBER.findall(text)]
+    return [float(one.replace("−", "-")) for one in NUMBER.findall(text)]
 
 
 def learnt_with_sb3(names: dict, printed: str) -> None:
@@ -215,7 +215,7 @@ def commands() -> list:
 
 @pytest.mark.parametrize("line", commands())
 def test_a_command_is_one_that_is_taken(line: str):
-    first, *rest = shlex.split(line, comments=True)
+    first, *rest = shlex.split(re.sub(r" >>? ?\S+$", "", line), comments=True)
     assert first in TAKEN, f"accepted: {', '.join(TAKEN)}"
     TAKEN[first](rest)
 

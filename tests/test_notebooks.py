@@ -50,6 +50,19 @@ def test_a_notebook_is_stored_without_outputs(path: Path):
         assert cell["metadata"] == {}
 
 
+def test_what_the_site_shows_of_a_notebook_came_of_the_code_that_it_has():
+    """Else: make notebooks."""
+    from documentation.executed import KEPT, cells_of
+
+    for path in NOTEBOOKS:
+        code = [cell for cell in cells_of(path) if cell["kind"] == "code"]
+        kept = json.loads((KEPT / f"{path.stem}.json").read_text(encoding="utf-8"))["cells"]
+        assert [cell["source"] for cell in code] == [cell["source"] for cell in kept]
+        outputs = [one for cell in code for one in cell["outputs"]]
+        assert len(outputs) >= 4
+        assert all((KEPT / one["picture"]).is_file() for one in outputs if "picture" in one)
+
+
 def test_there_are_notebooks_and_what_is_made_less_stands_in_one_of_them():
     assert len(NOTEBOOKS) >= 4
     texts = [path.read_text(encoding="utf-8") for path in NOTEBOOKS]

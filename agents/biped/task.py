@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
-from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
+from stickslip.agents.tasks.file import in_words, plain, rebuilt_task, same_numbers, task_entry
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
@@ -101,9 +101,9 @@ class BipedTask(NamedTuple):
 
     def details(self) -> str:
         """The numbers of the task in a line."""
-        floor = {name: plain(value) for name, value in vars(self.scene.floor).items()}
+        floor = {name: in_words(plain(value)) for name, value in vars(self.scene.floor).items()}
         words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
-        words += [f"{name} {plain(value):g}" for name, value in self.numbers.items()]
+        words += [f"{name} {in_words(plain(value))}" for name, value in self.numbers.items()]
         for one in fields(self.randomisation):
             ends = getattr(self.randomisation, one.name)
             if ends is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.agents.sweeps.names import EXAMPLE, IN_WORDS
+from stickslip.agents.sweeps.names import IN_WORDS
 
 if TYPE_CHECKING:
     import argparse
@@ -57,7 +57,6 @@ def add_flags(parser: argparse.ArgumentParser, machine: AnyMachine) -> dict[str,
     how.add_argument("--scheduler", metavar="ADDRESS", help="those of a Dask scheduler")
     _add_task(parser, machine)
     tables: dict[str, Mapping[str, str]] = {
-        "example": {"": EXAMPLE},
         "values": IN_WORDS,
         f"axes of the {machine.title}": {
             **machine.axes,

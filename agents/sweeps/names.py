@@ -14,7 +14,3 @@ IN_WORDS = {
     "LOW:HIGH:latin": "random: a coordinate of a Latin hypercube; either also with :log",
 }
 """The forms of an axis, for the help."""
-EXAMPLE = (
-    "stickslip sweep biped --policy crank-speed-pi computed-torque --axis mu=0.02:0.2:10 "
-    "--axis commanded_rate=2:6:5 --episodes 64 --out runs/floors"
-)

@@ -48,6 +48,13 @@ def plain(value: Any) -> Json:
     return value
 
 
+def in_words(value: Json) -> str:
+    """A number with four digits, a list of them in brackets, for people to read."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(in_words, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def task_entry(**parts: object) -> dict[str, Json]:
     """The entry of a description that holds a task's parts, or says why it does not."""
     try:

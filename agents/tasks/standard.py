@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.foreign.reading import RefusedError, refusing
 from stickslip.agents.protocol import Env, Values
-from stickslip.agents.tasks.file import plain, read_parts
+from stickslip.agents.tasks.file import in_words, plain, read_parts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -54,7 +54,7 @@ class StandardTask(NamedTuple, Generic[Env, Values]):
         """The fields that are numbers."""
         values = {one.name: plain(getattr(self.values, one.name)) for one in fields(self.values)}
         words = [
-            f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
+            f"{name} {in_words(value)}"
             for name, value in values.items()
             if isinstance(value, int | float | list)
         ]

@@ -46,7 +46,8 @@ def _figure(task: TaskDefinition) -> Figure:
     known = known_of(task)
     if known is None:
         raise ValueError(f"{task.name} is not measured; accepted: a task that is")
-    shown = max((known.by_hand, *known.planners), key=lambda one: one.value)
+    there = [one for one in (known.by_hand, *known.planners) if one.policy in machine.baselines]
+    shown = max(there, key=lambda one: one.value)
     player = machine.baseline(shown.policy, env)
     played: Any = None
     for seed in SEEDS:

@@ -8,14 +8,29 @@ from __future__ import annotations
 
 import os
 import shlex
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Callable, Sequence
 
+    from argcomplete.completers import BaseCompleter
+
 SHELLS = ("bash", "zsh", "fish")
 PROGRAM = "stickslip"
+BEFORE, BEHIND = (
+    """\
+(( $+functions[compdef] )) || { autoload -U compinit; compinit; }
+""",
+    """\
+_stickslip() {
+    _python_argcomplete "$@" || _files
+}
+compdef _stickslip stickslip
+""",
+)
+"""What zsh needs around it: its completion switched on; files where the program offers nothing."""
 
 
 def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) -> None:
@@ -23,14 +38,38 @@ def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) ->
     import argcomplete
 
     line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)]
-    argcomplete.autocomplete(make_parser(_words(line)), always_complete_options="long")
+    others = cast("BaseCompleter", files)  # which it calls, and asks for no class
+    argcomplete.autocomplete(
+        make_parser(_words(line)), always_complete_options="long", default_completer=others
+    )
 
 
 def script(shell: str) -> str:
     """What a shell is to read once so that it asks."""
     import argcomplete
 
-    return argcomplete.shellcode([PROGRAM], shell=shell)
+    code = argcomplete.shellcode([PROGRAM], shell=shell)
+    if shell != "zsh":
+        return code
+    first, rest = code.split("\n", 1)
+    return f"{first}\n{BEFORE}{rest}{BEHIND}"
+
+
+def files(prefix: str, **_: object) -> list[str]:
+    """Files and folders that begin as what is typed, for fish; bash and zsh, told of nothing, look
+    for themselves."""
+    if os.environ.get("_ARGCOMPLETE_SHELL") != "fish":
+        return []
+    folder, slash, name = prefix.rpartition("/")
+    try:
+        there = sorted(Path(f"{folder}{slash}" or ".").expanduser().iterdir())
+    except (OSError, RuntimeError):  # no such folder, not ours to read, or nobody of that name
+        return []
+    return [
+        f"{folder}{slash}{one.name}{'/' if one.is_dir() else ''}"
+        for one in there
+        if one.name.startswith(name) and (name or not one.name.startswith("."))
+    ]
 
 
 def _words(line: str) -> list[str]:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from stickslip.completing import files
 from stickslip.dynamics.plain_checks import nearest, shown
 
 
@@ -125,7 +126,7 @@ def completes(action: argparse.Action | None, names: Iterable[str]) -> None:
     known = tuple(names)
 
     def beginning(prefix: str, **_: object) -> list[str]:
-        return [name for name in known if name.startswith(prefix)]
+        return [name for name in known if name.startswith(prefix)] or files(prefix)
 
     if action is not None:
         action.completer = beginning  # type: ignore[attr-defined], argcomplete looks for it

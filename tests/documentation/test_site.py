@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from documentation import drawing_biped, fronts, inserts, names, notebooks, reference
+from documentation import drawing_biped, executed, fronts, inserts, names, notebooks, reference
 from documentation.check import findings
 from documentation.docstrings import as_markdown
 
@@ -100,6 +100,18 @@ def test_every_mark_of_the_fronts_stands_where_it_was_measured_and_tells_its_set
     assert ["tabindex" in found[mark.about] for mark in marks] == [mark.first for mark in marks]
 
 
+def test_the_line_of_a_front_runs_to_what_is_dearer_and_more_accurate_and_styles_have_colours():
+    """In whatever order the settings were measured."""
+    style = (ROOT / "docs/site/site.css").read_text(encoding="utf-8")
+    for shown in (fronts.biped(), fronts.ugv()):
+        for line in re.findall(r'class="front-line" d="M([^"]+)"', shown):
+            steps = re.findall(r"([\d.]+)(?: |V)([\d.]+)", line)
+            assert steps == sorted(steps, key=lambda step: (float(step[0]), float(step[1])))
+        assert {f".style-{n} " for n in re.findall(r"style-(\d+)", shown)} <= {
+            f".style-{n} " for n in re.findall(r"\.style-(\d+) ", style)
+        }
+
+
 @pytest.mark.parametrize("shown", [fronts.biped, fronts.ugv])
 def test_the_measurements_give_fronts(shown):
     found = Circles(shown()).found
@@ -133,10 +145,12 @@ def test_pages_link_to_each_other_and_to_notebooks():
 
 def test_a_notebook_is_a_page_with_its_code():
     pages = notebooks.pages()
-    assert len(pages) == len(notebooks.files()) >= 4
+    assert len(pages) == len(executed.files()) >= 4
     first = pages["notebooks/1_first_walk.md"]
     assert first.startswith("# A first walk")
     assert "```python\nimport gymnasium\n" in first
+    assert "```text\nwalked 0." in first
+    assert "](1_first_walk-3.png)" in first
 
 
 def test_the_tasks_of_the_site_are_all_there_with_their_numbers():

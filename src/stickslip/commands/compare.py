@@ -11,7 +11,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 JSON = True
-EXAMPLES = {"stickslip compare runs/mu runs/mu-heavy --out points.csv": "every point of two sweeps"}
+EXAMPLES = {
+    "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 --out runs/moving": (
+        "walks that begin in motion"
+    ),
+    "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 --start rest "
+    "--out runs/rest": "walks from rest",
+    "stickslip compare runs/moving runs/rest --out points.csv": "every point of the two",
+}
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:

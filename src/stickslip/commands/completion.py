@@ -14,12 +14,13 @@ if TYPE_CHECKING:
 
 JSON = False
 EXAMPLES = {
-    "stickslip completion bash >> ~/.bashrc": "for good",
-    "stickslip completion fish > ~/.config/fish/completions/stickslip.fish": "in fish",
+    "stickslip completion bash >> ~/.bashrc": "for good, in bash",
+    "stickslip completion zsh >> ~/.zshrc": "in zsh",
+    "stickslip completion fish >> ~/.config/fish/config.fish": "in fish",
 }
 HOW = {
     "bash": 'eval "$(stickslip completion bash)", in ~/.bashrc',
-    "zsh": 'eval "$(stickslip completion zsh)", in ~/.zshrc behind `compinit`',
+    "zsh": 'eval "$(stickslip completion zsh)", in ~/.zshrc',
     "fish": "stickslip completion fish | source, in ~/.config/fish/config.fish",
 }
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 JSON = False
 EXAMPLES = {
     "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-    "stickslip export runs/demo --out walker.npz": "of a run, for NumPy alone",
+    "stickslip demo": "trains a walker, into runs/demo",
+    "stickslip export runs/demo --out walker.npz": "of a run, here that one, for NumPy alone",
 }
 
 

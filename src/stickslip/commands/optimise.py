@@ -20,8 +20,9 @@ EXAMPLES = {
     "stickslip optimise biped --objective friction --speed 3": (
         "the steady gait at 3 rad/s that asks least of the floor"
     ),
-    "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.5 --zmp": (
-        "four steps from rest, as fast as 3 N m and the floor allow"
+    "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "
+    "--reserve 0.02 --zmp --out runs/start": (
+        "four steps from rest, as fast as 3 N m and the floor allow; as a replay, too, it holds"
     ),
 }
 MACHINES = ("ugv", "biped")

@@ -20,14 +20,15 @@ EXAMPLES = {
     'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
     "--period 0.005 --seconds 3 --plot walk.png": "a law for the torque: rows and a picture",
     "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
-    "--kinetic-ratio 0.8 --out ice.parquet": "a constant torque onto a patch of ice",
+    "--kinetic-ratio 0.8 --seconds 0.9 --out ice.parquet": "a constant torque onto a patch of ice",
     "stickslip simulate biped --torque walk.csv --crank-rate 3 --scene wet --period 0.005 "
     "--tolerance 1e-3 --json --out again.csv": "an earlier walk's torques, as exact as needed",
     "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
         "legs held still over a bump"
     ),
+    "stickslip optimise ugv --track bump": "the drive of the least wheel energy",
     "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump --friction 0.5": (
-        "a drive that `stickslip optimise ugv` wrote, on worse ground"
+        "that drive on worse ground"
     ),
 }
 

@@ -16,7 +16,7 @@ JSON = True
 EXAMPLES = {
     "stickslip sweep biped --policy biped-ice crank-speed-pi --axis mu=0.03:0.3:10 "
     "--axis payload=0,5,10 --episodes 8 --out runs/mu": "two policies over frictions and loads",
-    "stickslip sweep ugv --policy level-body --axis friction=0.4:1:4 --out runs/grip --json": (
+    "stickslip sweep ugv --policy level-body --axis friction=0.05:0.4:4 --out runs/grip --json": (
         "a baseline over frictions, the summary as JSON"
     ),
 }
