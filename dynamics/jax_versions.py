@@ -73,8 +73,11 @@ def thinned(traced: ClosedJaxpr, needed: Sequence[bool]) -> tuple[ClosedJaxpr, l
     from jax.interpreters.partial_eval import dce_jaxpr
 
     rest, kept = dce_jaxpr(unclosed(traced), needed)
-    closed = getattr(core, "ClosedJaxpr", core.Jaxpr)
-    return rest if isinstance(rest, closed) else closed(rest, traced.consts), kept
+    return rest if _is_closed(rest) else core.ClosedJaxpr(rest, traced.consts), kept
+
+
+def _is_closed(traced: object) -> TypeGuard[ClosedJaxpr]:
+    return hasattr(traced, "consts")
 
 
 def register(

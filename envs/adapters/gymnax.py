@@ -32,8 +32,8 @@ class GymnaxEnv(Generic[State, Params]):
     the episode terminated, else 1: to bootstrap a truncated episode, take the value of
     `final_observation` times `discount`. A loop that reads `done` alone learns that time kills.
 
-    Without params (None) both calls take those given here. The wrappers of gymnax 0.0.9 expect five
-    values.
+    Without params (None) both calls take those given here. The wrappers of gymnax expect as many
+    values as its own environments return.
     """
 
     def __init__(self, env: FunctionalEnv[State, Params], params: Params, values: int = 6):
