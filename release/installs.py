@@ -105,7 +105,7 @@ def pinned(version: str, say: Say) -> None:
     asked = ["--no-annotate", "--extra", "all", "--extra", "sb3", "-c", ROOT / "constraints.txt"]
     found = compiled(version, *asked)
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    known = {line for line in lines if line and not line.startswith("#")}
+    known = {line.lower().replace("_", "-") for line in lines if not line.startswith("#")}
     if loose := [line for line in found.splitlines() if line.split(" ")[0] not in known]:
         raise FailedError("not pinned in constraints.txt:\n" + "\n".join(loose))
     say(f"{len(found.splitlines())} packages,")

@@ -82,6 +82,23 @@ def test_workflows_hold_no_address_and_no_secret():
         assert re.findall(r"https?://|secrets\.|password", text) == [], path.name
 
 
+def test_workflows_pin_actions_by_commit_and_say_the_version():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    used = re.findall(r"uses: (?!\./)(.*)", text)
+    assert used
+    assert [
+        one for one in used if not re.fullmatch(r"[\w/-]+@[0-9a-f]{40} # v\d+(\.\d+)+", one)
+    ] == []
+
+
+def test_workflows_ask_the_release_checks_for_what_they_know():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    asked = re.findall(r"run: python -m release(.*)", text)
+    assert asked
+    for arguments in asked:
+        parser().parse_args(arguments.split())
+
+
 def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
     vendor = "envs/rendering/html/vendor/README"
     files = ["optim/solve.py", "optim/suite/known.json", vendor, "tests/test_help.py", "README.md"]
