@@ -7,7 +7,7 @@ Parts, in this order:
 build    source distribution and wheel from the tracked files, what is in them, twine, the
          citation
 resolve  for each Python: that versions are found for the extras which bring PyTorch, for `all` and
-         for constraints.txt
+         for constraints.txt; for the Python after the last one, from wheels alone
 install  for each Python: a clean environment with the core dependencies, one with each light extra,
          and in each the program of release/newcomer of its name, as a newcomer would write it
 lowest   on the oldest Python: the lowest versions that pyproject.toml says, of the core and of
@@ -65,6 +65,8 @@ def checks(given: argparse.Namespace, here: Path) -> Iterator[Check]:
         yield from artefacts.checks(*built)
     for python in given.python if "resolve" in given.only else ():
         yield from installs.resolved(python)
+    if "resolve" in given.only:
+        yield from installs.on_newer()
     for python in given.python if "install" in given.only else ():
         yield from installs.each(python, light, built[1], here)
     if "lowest" in given.only:

@@ -14,6 +14,8 @@ from release.tools import PROJECT, ROOT, interpreter, run, uv
 NEWCOMER = Path(__file__).with_name("newcomer")
 PYTORCH = ("sb3", "sbx", "torchrl")
 """Extras that bring PyTorch, on Linux with 3 GB of CUDA's libraries: a part of their own."""
+NEWER = ("3.14",)
+"""Pythons of which it is only said that versions are found."""
 SEVERAL = ("all", "release")
 """All at once, and what runs this."""
 FORBIDDEN = ("torch", "tensorflow")
@@ -109,6 +111,21 @@ def pinned(version: str, say: Say) -> None:
     if loose := [line for line in found.splitlines() if line.split(" ")[0] not in known]:
         raise FailedError("not pinned in constraints.txt:\n" + "\n".join(loose))
     say(f"{len(found.splitlines())} packages,")
+
+
+def wheels(version: str, name: str, say: Say) -> None:
+    """On a Python that is not there: newest versions are found, and nothing is to be compiled."""
+    given = [uv(), "pip", "compile", "--quiet", "--no-header", "--only-binary", ":all:"]
+    extra = () if name == "core" else ("--extra", name)
+    run(*given, "--python-version", version, *extra, ROOT / "pyproject.toml")
+    say("wheels alone,")
+
+
+def on_newer() -> Iterator[Check]:
+    """Versions on Pythons on which nothing is run."""
+    for version in NEWER:
+        for name in ("core", *PYTORCH, "all"):
+            yield Check(f"versions of {name}", version, partial(wheels, version, name))
 
 
 def resolved(version: str) -> Iterator[Check]:
