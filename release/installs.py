@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from release.report import Check, FailedError, Say
-from release.tools import PROJECT, ROOT, interpreter, run, uv
+from release.tools import PROJECT, ROOT, interpreter, quickly, run, uv
 
 NEWCOMER = Path(__file__).with_name("newcomer")
 PYTORCH = ("sb3", "sbx", "torchrl")
@@ -47,8 +47,8 @@ def program(name: str) -> Path:
 def use(python: Path, name: str, say: Say) -> None:
     """Say what was installed, refuse PyTorch where it was not asked for, run the program.
 
-    It runs in an empty folder, with warnings as they are. What it compiles is kept for the other
-    environments of this run that have the same jaxlib, and nowhere else.
+    It runs in an empty folder, with warnings as they are. It compiles as `make test` does, and what
+    it compiles is kept for the other environments of this run that have the same jaxlib.
     """
     listed = run(uv(), "pip", "list", "--python", python, "--format", "freeze").splitlines()
     files = [path for path in python.parents[1].rglob("*") if path.is_file()]
@@ -61,6 +61,7 @@ def use(python: Path, name: str, say: Say) -> None:
     programs = {
         "JAX_COMPILATION_CACHE_DIR": f"{python.parents[2] / 'programs'}",
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1",
+        "XLA_FLAGS": quickly(),
     }
     run(python, "-I", program(name), cwd=home, variables=programs)
 

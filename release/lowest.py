@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 
 from release.installs import environment, use
-from release.report import Check, FailedError, Say
-from release.tools import ROOT, run, uv
+from release.report import Check, Say
+from release.tools import ROOT, quickly, run, uv
 
 COLUMN = "lowest"
 ROOMS = ("tests/records", "tests/dynamics", "tests/optim", "tests/envs")
@@ -46,14 +46,6 @@ def each(version: str, names: list[str], wheel: Path, here: Path) -> Iterator[Ch
     """The lowest versions of the core and of each extra."""
     for name in names:
         yield Check(name, COLUMN, partial(install, version, name, wheel, here))
-
-
-def quickly() -> str:
-    """XLA's settings that `make test` compiles with."""
-    found = re.search(r"(?m)^QUICKLY := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"))
-    if found is None:
-        raise FailedError("the Makefile has no QUICKLY")
-    return found[1]
 
 
 def run_tests(version: str, built: tuple[Path, Path], here: Path, say: Say) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -70,6 +71,14 @@ def tool(pinned: str, *arguments: str | Path, cwd: Path = ROOT) -> str:
     """Run a tool, `name==version`, in an environment of its own."""
     name = pinned.partition("==")[0]
     return run(uv(), "tool", "run", "--from", pinned, name, *arguments, cwd=cwd)
+
+
+def quickly() -> str:
+    """XLA's settings that `make test` compiles with."""
+    found = re.search(r"(?m)^QUICKLY := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    if found is None:
+        raise FailedError("the Makefile has no QUICKLY")
+    return found[1]
 
 
 def interpreter(version: str) -> str:
