@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tomllib
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from release.report import FailedError
@@ -16,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 NOT_OURS = ("PYTHON", "PYTEST", "JAX_", "XLA_", "VIRTUAL_ENV", "CONDA", "STICKSLIP_")
 """Beginnings of variables that would make a clean environment less clean."""
+OURS = {"JAX_PLATFORMS": "cpu", "SDL_VIDEODRIVER": "dummy", "UV_PYTHON_DOWNLOADS": "never"}
 
 
 def uv() -> str:
@@ -26,29 +29,56 @@ def uv() -> str:
     return found
 
 
-def run(*command: str | Path, cwd: Path = ROOT) -> str:
-    """Run a command as from a new terminal; its stdout. FailedError with all that it said."""
+def run(
+    *command: str | Path,
+    cwd: Path = ROOT,
+    variables: Mapping[str, str] | None = None,
+    follow: Callable[[str], None] | None = None,
+) -> str:
+    """Run a command as from a new terminal; its stdout. FailedError with all that it said.
+
+    `follow` is told every line as it comes, and what is returned then holds stderr, too.
+    """
     kept = {name: value for name, value in os.environ.items() if not name.startswith(NOT_OURS)}
-    kept |= {"JAX_PLATFORMS": "cpu", "SDL_VIDEODRIVER": "dummy", "UV_PYTHON_DOWNLOADS": "never"}
-    done = subprocess.run(
+    with subprocess.Popen(
         [str(part) for part in command],
         cwd=cwd,
-        env=kept,
+        env=kept | OURS | dict(variables or {}),
         stdin=subprocess.DEVNULL,
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT if follow else subprocess.PIPE,
         text=True,
-        check=False,
-    )
-    if done.returncode:
+    ) as process:
+        try:
+            if follow and process.stdout:
+                lines = []
+                for line in process.stdout:
+                    follow(line)
+                    lines.append(line)
+                said, complained = "".join(lines), ""
+            else:
+                said, complained = process.communicate()
+        except BaseException:
+            process.kill()
+            raise
+    if process.returncode:
         shown = " ".join(str(part) for part in command)
-        raise FailedError(f"{shown}\nexit status {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout
+        raise FailedError(f"{shown}\nexit status {process.returncode}\n{said}{complained}")
+    return said
 
 
 def tool(pinned: str, *arguments: str | Path, cwd: Path = ROOT) -> str:
     """Run a tool, `name==version`, in an environment of its own."""
     name = pinned.partition("==")[0]
     return run(uv(), "tool", "run", "--from", pinned, name, *arguments, cwd=cwd)
+
+
+def quickly() -> str:
+    """XLA's settings that `make test` compiles with."""
+    found = re.search(r"(?m)^QUICKLY := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    if found is None:
+        raise FailedError("the Makefile has no QUICKLY")
+    return found[1]
 
 
 def interpreter(version: str) -> str:

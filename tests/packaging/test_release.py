@@ -1,6 +1,7 @@
 """What is checked before a release is complete, and what a release says of itself agrees."""
 
 import re
+import sys
 import tarfile
 import tomllib
 import zipfile
@@ -10,7 +11,9 @@ import pytest
 from packaging.requirements import Requirement
 
 from release import artefacts, installs
-from release.report import FailedError, Report
+from release.__main__ import PYTHONS, checks, main, parser
+from release.report import INTERRUPTED, Check, FailedError, Report, Say
+from release.tools import run
 from stickslip.cli import EXTRAS
 from tests.packaging.test_layers import IMPORT_NAMES
 
@@ -28,7 +31,8 @@ def brought(extra: str) -> set[str]:
 def test_every_program_of_a_newcomer_is_of_an_extra():
     programs = {path.stem for path in installs.NEWCOMER.glob("*.py")} - {"core"}
     assert programs
-    assert programs <= set(installs.light())
+    assert programs <= {*installs.light(), *installs.PYTORCH}
+    assert programs >= set(installs.PYTORCH)
     assert installs.program("train").name == "train.py"
     assert installs.program("an extra without one").name == "core.py"
 
@@ -56,8 +60,6 @@ def test_the_version_is_one():
 
 
 def test_tested_pythons_are_those_of_the_classifiers_and_of_the_checks():
-    from release.__main__ import PYTHONS
-
     said = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
     assert said == list(PYTHONS)
     assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
@@ -80,12 +82,31 @@ def test_workflows_hold_no_address_and_no_secret():
         assert re.findall(r"https?://|secrets\.|password", text) == [], path.name
 
 
+def test_workflows_pin_actions_by_commit_and_say_the_version():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    used = re.findall(r"uses: (?!\./)(.*)", text)
+    assert used
+    assert [
+        one for one in used if not re.fullmatch(r"[\w/-]+@[0-9a-f]{40} # v\d+(\.\d+)+", one)
+    ] == []
+
+
+def test_workflows_ask_the_release_checks_for_what_they_know():
+    text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
+    asked = re.findall(r"run: python -m release(.*)", text)
+    assert asked
+    for arguments in asked:
+        parser().parse_args(arguments.split())
+
+
 def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
-    files = ["optim/solve.py", "optim/suite/known.json", "tests/test_help.py", "README.md"]
-    right = artefacts.belongs_in_wheel(files)
+    vendor = "envs/rendering/html/vendor/README"
+    files = ["optim/solve.py", "optim/suite/known.json", vendor, "tests/test_help.py", "README.md"]
+    right = set(artefacts.belongs_in_wheel(files))
     assert right == {
         "stickslip/optim/solve.py",
         "stickslip/optim/suite/known.json",
+        f"stickslip/{vendor}",
         "licenses/LICENSE",
     }
     about = f"stickslip-{PROJECT['version']}.dist-info"
@@ -94,7 +115,18 @@ def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
             archive.writestr(name, "")
         archive.writestr(f"{about}/licenses/LICENSE", "")
     with pytest.raises(FailedError, match=r"(?s)too much: .*test_help.*missing: .*known\.json"):
-        artefacts.same(artefacts.in_wheel(tmp_path / "a.whl"), right)
+        artefacts.same(set(artefacts.in_wheel(tmp_path / "a.whl")), right)
+
+
+def test_a_file_of_a_wheel_that_is_other_than_the_checkouts_is_named(tmp_path: Path):
+    wheel = tmp_path / "a.whl"
+    for content in ((ROOT / "optim" / "solve.py").read_bytes(), b"pass"):
+        with zipfile.ZipFile(wheel, "w") as archive:
+            archive.writestr("stickslip/optim/solve.py", content)
+        if content != b"pass":
+            artefacts.as_in_checkout(wheel)
+    with pytest.raises(FailedError, match=r"other than .*\['stickslip/optim/solve\.py'\]"):
+        artefacts.as_in_checkout(wheel)
 
 
 def test_what_is_missing_in_a_source_distribution_is_named(tmp_path: Path):
@@ -109,23 +141,60 @@ def test_what_is_missing_in_a_source_distribution_is_named(tmp_path: Path):
         artefacts.same(found, right)
 
 
-def test_checks_that_follow_a_failed_one_go_on(capsys: pytest.CaptureFixture[str]):
-    report = Report()
-    with report.check("one"):
-        raise FailedError("it fell")
-    with report.check("another"):
-        pass
-    assert report.end() == 1
+def well(say: Say) -> None:
+    pass
+
+
+def fall(say: Say) -> None:
+    say("one step;")
+    raise FailedError("it fell")
+
+
+def stop(say: Say) -> None:
+    raise KeyboardInterrupt
+
+
+def test_checks_that_follow_a_failed_one_go_on_and_a_table_shows_both(
+    capsys: pytest.CaptureFixture[str],
+):
+    made = [Check("core", "3.11", fall), Check("core", "3.12", well), Check("train", "3.12", well)]
+    assert Report().run(made) == 1
     said = capsys.readouterr().out
-    assert "one: FAILED\nit fell" in said
-    assert "1 checks passed, 1 failed" in said
+    assert "[1/3] core, 3.11: one step; FAILED 0 s\n[2/3] core, 3.12: well, 0 s\n" in said
+    assert "core, 3.11: FAILED\nit fell" in said
+    assert "           3.11  3.12\ncore   FAILED 0 s   0 s\ntrain           -   0 s\n" in said
+    assert "2 checks passed, 1 failed\n" in said
+    assert Report().run(made[1:]) == 0
+
+
+def test_an_interrupted_run_says_what_was_done(capsys: pytest.CaptureFixture[str]):
+    made = [Check("one", "built", well), Check("two", "built", stop)]
+    assert Report().run([*made, *made]) == INTERRUPTED
+    said = capsys.readouterr().out
+    assert said.endswith("1 checks passed, 0 failed, 3 not done\n")
+
+
+def test_what_a_command_says_is_told_as_it_comes_and_kept_for_its_failure():
+    program = "import sys; print('a'); print('b', file=sys.stderr, flush=True); sys.exit(%d)"
+    told: list[str] = []
+    assert run(sys.executable, "-c", program % 0, follow=told.append) == "".join(told)
+    assert sorted(told) == ["a\n", "b\n"]
+    with pytest.raises(FailedError, match=r"(?s)exit status 3\n.*a\n"):
+        run(sys.executable, "-c", program % 3)
+
+
+def test_parts_hold_every_extra_once():
+    given = parser().parse_args(["--out", "nowhere", "--torch-backend", "cpu"])
+    made = [(check.what, check.where) for check in checks(given, Path("here"))]
+    assert len(made) == len(set(made))
+    for name in {"core", *OPTIONAL} - set(installs.SEVERAL):
+        columns = {where for what, where in made if what == name}
+        assert columns == {*PYTHONS} | (set() if name in installs.PYTORCH else {"lowest"}), name
 
 
 @pytest.mark.long
 def test_what_is_built_is_complete(tmp_path: Path):
     pytest.importorskip("uv", reason="needs uv (extra release)")
-    from release.__main__ import main
-
     assert main(["--only", "build", "--out", str(tmp_path)]) == 0
 
 
@@ -133,7 +202,5 @@ def test_what_is_built_is_complete(tmp_path: Path):
 @pytest.mark.parametrize("part", ["install", "lowest"])
 def test_the_core_installs_and_works(tmp_path: Path, part: str):
     pytest.importorskip("uv", reason="needs uv (extra release)")
-    from release.__main__ import main
-
     given = ["--python", "3.11", "--extras", "core", "--out", str(tmp_path)]
     assert main(["--only", part, *given]) == 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -19,9 +18,9 @@ from stickslip.envs.rendering.html.encode import decoded
 if TYPE_CHECKING:
     from stickslip.envs.plain import Entries
 
-MOST_BYTES = 200_000_000
+MOST_BYTES = 64 * 2**20
 """Of a page that is read."""
-DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
+BEGINS, ENDS = '<script type="application/json" id="data">', "</script>"
 ACCEPTED = "accepted: a page as `stickslip view ... --html FILE` writes it"
 
 
@@ -33,11 +32,12 @@ def read_episodes(path: str | Path) -> tuple[Shown, ...]:
         raise ValueError(f"{path} is no file; {ACCEPTED}")
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path} has {path.stat().st_size} bytes; accepted: up to {MOST_BYTES}")
-    found = DATA.search(path.read_text(encoding="utf-8", errors="replace"))
-    if found is None:
+    _, begun, text = path.read_text(encoding="utf-8", errors="replace").partition(BEGINS)
+    text, ended, _ = text.partition(ENDS)
+    if not (begun and ended):
         raise ValueError(f"{path} holds no episodes; {ACCEPTED}")
     try:
-        entry = json.loads(found.group(1))["episodes"]
+        entry = json.loads(text)["episodes"]
         episodes = cast("tuple[Shown, ...]", made(tuple[Shown, ...], entry))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(f"{path} is damaged ({str(error)[:200]}); {ACCEPTED}") from error

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.envs.rendering.html.document import page_text
 from stickslip.envs.rendering.html.encode import script_text
-from stickslip.envs.rendering.html.reading import read_episodes
+from stickslip.envs.rendering.html.reading import BEGINS, ENDS, read_episodes
 from tests.envs.rendering.html.pages import page, walked
 
 
@@ -58,6 +58,8 @@ def test_a_page_from_before_events_had_times_is_read(kept: Path):
         (lambda text: text.replace('"parts":[{', '"parts":[3,{', 1), "is damaged"),
         (lambda text: text.replace('"data":"', '"data":"AAA', 1), "is damaged"),
         (lambda text: "<p>another page</p>", "holds no episodes"),
+        (lambda text: BEGINS * 20_000, "holds no episodes"),  # at once: it was quadratic
+        (lambda text: f'{BEGINS}{{"episodes": {"[" * 100_000}{ENDS}', "is damaged"),
     ],
 )
 def test_a_damaged_page_is_refused_by_name(kept: Path, change, said: str):
