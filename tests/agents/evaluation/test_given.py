@@ -14,13 +14,16 @@ from stickslip.agents import (
     rollout,
     save_policy,
     show,
+    sweep,
+    train,
 )
+from stickslip.agents.training.ppo import Rates, Sizes, train_population
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, UGVEnv, collect
 
 ENV, PARAMS, WHO = BipedEnv(), BipedEnv().default_params, CrankSpeedPI()
 VEHICLE = UGVEnv()
-NAMED, PLACES = {"held": WHO}, {"here": PARAMS}
+NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
 
 
 @pytest.mark.parametrize(
@@ -43,6 +46,13 @@ NAMED, PLACES = {"held": WHO}, {"here": PARAMS}
         (lambda: show(ENV, PARAMS, WHO), "params'] = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: describe_environment(ENV, VEHICLE.default_params), "params = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: save_policy(WHO, "mine.npz"), "policy = Crank"),  # pyright: ignore[reportArgumentType]
+        (lambda: train("biped", "run"), "config = 'biped'"),  # pyright: ignore[reportArgumentType]
+        (lambda: train(None, None), "directory = None"),  # pyright: ignore[reportArgumentType]
+        (lambda: sweep((ENV, PARAMS), WHO, {}), "policies = Crank"),  # pyright: ignore[reportArgumentType]
+        (lambda: sweep((ENV, PARAMS), {"f": len}, {}), "policies['f'] = "),  # pyright: ignore[reportArgumentType]
+        (lambda: sweep((ENV, PARAMS), NAMED, "mu=1"), "axes = 'mu=1'"),  # pyright: ignore[reportArgumentType]
+        (lambda: train_population(ENV, PARAMS, CORE, 5, timesteps=1), "seeds = 5"),  # pyright: ignore[reportArgumentType]
+        (lambda: train_population(ENV, PARAMS, CORE[0], [0], timesteps=1), "settings = Sizes"),  # pyright: ignore[reportArgumentType]
         (lambda: load_policy("biped_ice"), "did you mean biped-ice?"),
         (lambda: collect(ENV, PARAMS, WHO, num_envs=1, steps=1), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
