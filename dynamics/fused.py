@@ -86,7 +86,8 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
     @wraps(function)
     def call(*arguments: object) -> Result:
-        if jax.config.jax_disable_jit:  # whose user wants to see the function's own numbers
+        # Without jit its user wants to see the function's own numbers.
+        if jax.config.jax_disable_jit:  # pyright: ignore[reportAttributeAccessIssue]
             return function(*arguments)
         traced = traced_once.trace(*arguments).jaxpr
         hidden = any(isinstance(constant, Tracer) for constant in traced.consts)

@@ -93,7 +93,7 @@ def collect(
     env.check_params(params)
     accepted = "a hashable function of (policy_params, obs, key)"
     require_kind("policy", policy, Hashable, accepted)
-    require_kind("policy", policy, Callable, accepted)
+    require_kind("policy", policy, Callable, accepted)  # pyright: ignore[reportArgumentType]
     num_envs = require_integer("num_envs", num_envs, high=MOST)
     steps = require_integer("steps", steps, high=MOST)
     key = seed

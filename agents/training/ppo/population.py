@@ -82,7 +82,9 @@ def train_population(
     """
     accepted = "a pair of Sizes and Rates"
     require_kind("settings", settings, (tuple, list), accepted)
-    sizes, rates = settings if len(settings) == 2 else (settings, None)
+    if len(settings) != 2:
+        raise ValueError(f"settings has {len(settings)} entries; accepted: {accepted}")
+    sizes, rates = settings
     require_kind("settings", sizes, Sizes, accepted)
     require_kind("settings", rates, Rates, accepted)
     env.check_params(params)
