@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from stickslip.agents.protocol import Controller, Planner
 from stickslip.dynamics.checks import require_kind, shown
@@ -12,7 +12,16 @@ from stickslip.envs.functional import FunctionalEnv
 if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv
 
-Given = TypeVar("Given")
+
+class Validated(Protocol):
+    """What finds its own numbers right, or raises ValueError."""
+
+    def validate(self) -> Self:
+        """Itself."""
+        ...
+
+
+Given = TypeVar("Given", bound=Validated)
 CONTROLLER = "a controller (init, act and validate; help(stickslip.agents.Controller))"
 
 
@@ -41,7 +50,7 @@ def validated_controller(name: str, given: Given) -> Given:
     return _validated(name, given, Controller, CONTROLLER)
 
 
-def _validated(name: str, given: Any, kinds: Any, accepted: str) -> Any:
+def _validated(name: str, given: Given, kinds: type | tuple[type, ...], accepted: str) -> Given:
     if isinstance(given, type) and hasattr(given, "validate"):
         raise ValueError(f"{name} = {shown(given)} is a class; accepted: {given.__name__}(...)")
     require_kind(name, given, kinds, accepted)

@@ -114,7 +114,7 @@ def seeds_of(
     ValueError if there are none, or if anything else given is empty.
     """
     if seeds is None:
-        chosen: Any = range(require_integer("episodes", episodes, high=MOST_EPISODES))
+        chosen: Iterable[object] = range(require_integer("episodes", episodes, high=MOST_EPISODES))
     else:
         require_kind("seeds", seeds, Iterable, "whole numbers >= 0 in a list")
         chosen = seeds
