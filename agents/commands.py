@@ -111,7 +111,8 @@ def train_command(given: Options) -> bool:
         print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
         print(task_in_words(trained.config.task))
         on_task = f" --task {trained.config.task}"
-    print(f"Compare it: stickslip evaluate{on_task} {directory} {' '.join(machine.baselines)}")
+    where = shlex.quote(str(directory))
+    print(f"Compare it: stickslip evaluate{on_task} {where} {' '.join(machine.baselines)}")
     return True
 
 

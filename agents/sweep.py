@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.given import require_named
 from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
@@ -82,6 +83,7 @@ def sweep(
     ValueError for unknown axes, values that a task does not take, policies of something else, a
     directory of something else. MemoryError where not even one episode fits.
     """
+    require_named("axes", axes, '{"mu": "0.02:0.3:64"} or such')
     machine, played = played_on(task, policies)
     machine.swept().require_no_structure(axes)
     design = design_of(dict(axes), samples, design_seed)

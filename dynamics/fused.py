@@ -93,6 +93,9 @@ def _fused(
 
     @wraps(function)
     def call(*arguments: object) -> Result:
+        # Without jit its user wants to see the function's own numbers.
+        if jax.config.jax_disable_jit:  # pyright: ignore[reportAttributeAccessIssue]
+            return function(*arguments)
         if not works():
             return traced_once(*arguments)
         traced = traced_once.trace(*arguments).jaxpr

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from stickslip.dynamics.checks import (
     is_concrete,
@@ -90,10 +91,14 @@ def collect(
     """
     require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
     env.check_params(params)
-    require_kind("policy", policy, Hashable, "a function of (policy_params, obs, key)")
+    accepted = "a hashable function of (policy_params, obs, key)"
+    require_kind("policy", policy, Hashable, accepted)
+    require_kind("policy", policy, Callable, accepted)  # pyright: ignore[reportArgumentType]
     num_envs = require_integer("num_envs", num_envs, high=MOST)
     steps = require_integer("steps", steps, high=MOST)
-    key = jax.random.key(seed) if isinstance(seed, int) else seed
+    key = seed
+    if isinstance(seed, int | np.integer):
+        key = jax.random.key(require_integer("seed", seed, low=0, high=2**32 - 1))
     program = _Program(env, policy, tuple(keep), steps)
     params, policy_params = jax.tree.map(jnp.asarray, (params, policy_params))
     _require_room(program, params, policy_params, num_envs)

@@ -155,10 +155,10 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         self.check_params(params)
         return _jit_step(self, key, state, self.check_action(action), params)
 
-    def check_params(self, params: object) -> None:
-        """Raise ValueError for parameters of another environment."""
+    def check_params(self, params: object, name: str = "params") -> None:
+        """Raise ValueError for parameters of another environment. name: what the message says."""
         accepted = f"a {self.params_kind.__name__}, as make_params gives it"
-        require_kind("params", params, self.params_kind, accepted)
+        require_kind(name, params, self.params_kind, accepted)
 
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
         """Return the action, or raise ValueError saying what was given and what is accepted."""

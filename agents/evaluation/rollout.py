@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from stickslip.agents.evaluation.given import validated_controller
 from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
-from stickslip.dynamics.checks import require_integer, shown
+from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.records.table import Column, Table
 
@@ -84,9 +85,11 @@ def rollout(
     steps: the most control steps to take, by default up to the time limit. Pure: vmap over key,
     params or the controller's numbers, then with `steps` given. env.autoreset is ignored.
     """
-    controller.validate()
+    require_kind("env", env, FunctionalEnv, "a BipedEnv, a UGVEnv or another functional one")
+    env.check_params(params)
+    validated_controller("controller", controller)
     if isinstance(key, int | np.integer):
-        key = episode_key(int(key))
+        key = episode_key(require_integer("key", key, low=0, high=2**32 - 1))
     count = horizon(params) if steps is None else require_integer("steps", steps, high=MOST_STEPS)
     return _rollout(without_resets(env), count, controller, params, key)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypedDict
@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.evaluation.given import require_named, require_places, validated_player
 from stickslip.agents.evaluation.rollout import (
     Rollout,
     episode_key,
@@ -21,7 +22,7 @@ from stickslip.agents.evaluation.rollout import (
 )
 from stickslip.agents.evaluation.table import Columns, Evaluation, Kept, Row
 from stickslip.agents.protocol import Params, Params_contra, Planner, State, State_contra
-from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -84,6 +85,11 @@ def evaluate_in(
     Scenes of one structure share a compiled program for each kind of controller.
     """
     say = progress or (lambda line: None)
+    require_places(env, scenes)
+    require_named("controllers", controllers, "{name: controller}")
+    named = {
+        name: validated_player(f"controllers[{name!r}]", one) for name, one in controllers.items()
+    }
     seeds = seeds_of(episodes, seeds, controllers=controllers, scenes=scenes)
     env = without_resets(env)
     rows = []
@@ -92,9 +98,9 @@ def evaluate_in(
         add = None
         if measures.complete is not None:
             add = measures.complete(scene, params, used, say)
-        for name, controller in controllers.items():
+        for name, controller in named.items():
             say(f"{name} on {scene}")
-            played = play(env, controller.validate(), params, used, measures.keep)
+            played = play(env, controller, params, used, measures.keep)
             played = played if add is None else add(played)
             rows.append(Row(scene, name, measures.of(played), played))
     return Evaluation(tuple(rows), seeds, measures.columns)
@@ -108,12 +114,15 @@ def seeds_of(
     ValueError if there are none, or if anything else given is empty.
     """
     if seeds is None:
-        seeds = range(require_integer("episodes", episodes, low=0, high=MOST_EPISODES))
-    seeds = tuple(require_integer("seeds", seed, low=0, high=2**32 - 1) for seed in seeds)
-    for name, one in ({"seeds": seeds} | given).items():
+        chosen: Iterable[object] = range(require_integer("episodes", episodes, high=MOST_EPISODES))
+    else:
+        require_kind("seeds", seeds, Iterable, "whole numbers >= 0 in a list")
+        chosen = seeds
+    found = tuple(require_integer("seeds", seed, low=0, high=2**32 - 1) for seed in chosen)
+    for name, one in ({"seeds": found} | given).items():
         if not one:
             raise ValueError(f"{name} is empty; accepted: at least one")
-    return seeds
+    return found
 
 
 def play(

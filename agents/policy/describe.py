@@ -16,6 +16,8 @@ def describe_environment(env: FunctionalEnv[State, Params], params: Params) -> d
     """An environment and its parameters as JSON values, for the metadata of `save_policy`.
 
     For people, and for `evaluate` and `view`, which show the policy on its own task. ValueError for
-    an environment of no machine.
+    an environment of no machine, and for parameters of another one.
     """
-    return machine_of_env(env).describe(env, params)
+    machine = machine_of_env(env)
+    env.check_params(params)
+    return machine.describe(env, params)

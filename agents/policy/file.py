@@ -23,7 +23,7 @@ from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.reports.writing import KINDS
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import is_name, no_policy, shipped_path
-from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.checks import require_kind, require_number, shown
 from stickslip.dynamics.numeric import with_all_digits
 from stickslip.records.files import write_whole
 
@@ -53,6 +53,7 @@ def save_policy(
     itself (format, version, layer_sizes, activation, squash, observation_clip, versions); see
     `describe_environment`. The file appears whole or not at all.
     """
+    require_kind("policy", policy, MLPPolicy, "an MLPPolicy; a baseline is known by its name")
     policy.validate()
     own = {
         "format": FORMAT,

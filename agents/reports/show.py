@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.given import require_places, validated_player
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.evaluated import first_episodes
 from stickslip.agents.reports.writing import write_page
@@ -63,6 +64,8 @@ def show(
     if not named:
         raise ValueError("players is empty; accepted: at least one")
     where = type(env).__name__ if task is None else task
+    require_places(env, {"params": params})
+    named = {name: validated_player(f"players[{name!r}]", one) for name, one in named.items()}
     every = [(where, name, env, one, params) for name, one in named.items()]
     shown = first_episodes(every, seed, scale_of(task))
     return View(Page(f"{', '.join(named)} on {where}", episodes=shown))

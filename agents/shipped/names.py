@@ -15,7 +15,7 @@ FOLDER = Path(__file__).parent
 SUFFIX = ".npz"
 WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 """Where a word of a task's name begins: Biped|Ice|Seen, UGV|Low|Grip."""
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,99}")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
 """What may be a name; anything else is a path."""
 VERSIONED = re.compile(r"(.+)-v(\d{1,6})")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
+from stickslip.agents.evaluation.given import validated_player
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
 from stickslip.agents.sweeps.case import Played
 from stickslip.agents.tasks.places import (
@@ -13,7 +14,7 @@ from stickslip.agents.tasks.places import (
     places_of,
     read_named,
 )
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.ladder import task_by_name
 
@@ -117,7 +118,11 @@ def _players(
     policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
 ) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
-        return {str(name): one for name, one in policies.items()}
+        return {
+            str(name): validated_player(f"policies[{name!r}]", one)
+            for name, one in policies.items()
+        }
+    require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     names = [policies] if isinstance(policies, str) else list(policies)
     _require_own(names, machine)
     return {

@@ -32,12 +32,14 @@ from stickslip.agents.training.checkpoint import (
     read_model,
     write_checkpoint,
 )
+from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
 from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
 from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
+from stickslip.dynamics.plain_checks import require_kind
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.records.files import write_whole
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.training.configuration import Config, Configuration
+    from stickslip.agents.training.configuration import Config
     from stickslip.agents.training.state_file import ModelState
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
@@ -78,6 +80,7 @@ def train(
     Where jax.distributed has several processes, all of them call this, and the first one alone
     reads and writes the directory and reads config.
     """
+    require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
     directory = Path(directory)
     if not processes.is_lead():
         return cast("Trained[Config]", processes.follow(directory, stop, devices))
@@ -99,6 +102,8 @@ def _opened(
     overwrite: bool,
 ) -> tuple[Run, ModelState | None]:
     """The run to write to, its lock held until the stack is left, and what it goes on from."""
+    if config is not None:
+        require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
     for package in PACKAGES:
         require(package, "training", "train")  # before anything is written
     if config is not None:

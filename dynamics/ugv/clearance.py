@@ -38,7 +38,7 @@ def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]
     """
 
     def look(place, least):
-        part = (place.astype(least.dtype) + 0.5) / samples
+        part = (jnp.asarray(place, least.dtype) + 0.5) / samples
         for begin, way in lines:
             x, y = begin[..., 0] + part * way[..., 0], begin[..., 1] + part * way[..., 1]
             least = jnp.minimum(least, y - ground.height(x))

@@ -86,7 +86,7 @@ def penetration(
 
 def _below_rim(wheel: Contact, radius: Values, place: Int[Array, "..."], samples: int) -> Values:
     """x of the sample of that number [m], from the rear end of the wheel to the front one."""
-    part = (place.astype(wheel.x.dtype) + 0.01) / (samples - 0.98)
+    part = (jnp.asarray(place, wheel.x.dtype) + 0.01) / (samples - 0.98)
     return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
 
 

@@ -39,7 +39,8 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         self._functional, self._params, self.render_mode = env, params, render_mode
         self.observation_space = observation_space(env, params)
         self.action_space = action_space(env)
-        self.metadata = self.metadata | {"render_fps": round(1 / float(params.control_period))}
+        fps = max(1, round(1 / float(params.control_period)))
+        self.metadata = self.metadata | {"render_fps": fps}
         self._envs = PackedEnvs(env, params, 1)
         self._seeded = False
         self._over = False

@@ -31,6 +31,7 @@ MODES = {
     AutoresetMode.SAME_STEP: "same_step",
     AutoresetMode.DISABLED: "disabled",
 }
+SEEDS = "None, a whole number >= 0, or a list of such, one an environment"
 
 
 class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
@@ -65,7 +66,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.metadata = {
             "render_modes": list(RENDER_MODES),
-            "render_fps": round(1 / float(params.control_period)),
+            "render_fps": max(1, round(1 / float(params.control_period))),
             "autoreset_mode": self.mode,
         }
         self._seeded = False
@@ -149,7 +150,12 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             super().reset(seed=int(seed))
             seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
         else:
-            seeds = [None] * self.num_envs if seed is None else list(seed)
+            require_kind("seed", seed, (list, tuple, np.ndarray, type(None)), SEEDS)
+            given = [None] * self.num_envs if seed is None else seed
+            seeds = [
+                one if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
+                for one in given
+            ]
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
         if mask is not None:

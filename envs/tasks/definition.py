@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip import envs
+from stickslip.dynamics.plain_checks import require_choice, require_kind, shown
 
 if TYPE_CHECKING:
     from typing import Any
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
 """An environment of some machine, and its parameters."""
 NAMESPACE = "stickslip/"
+ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
+"""Whose a task may be, and the machine of each."""
 DTYPE = "float32"
 """Every task computes in it, whatever `jax_enable_x64` says: a score is the same everywhere."""
 
@@ -29,7 +32,7 @@ class TaskDefinition:
     stem, version: the name is STEM-vVERSION. title: what is asked, in a few words. about: what
     makes it hard, in a sentence or two. machine: whose. environment: the class, by name. choices:
     its static options. parameters: what `make_params` takes, as plain values (see `from_plain` of
-    the class). unit: of a return.
+    the class). unit: of a return. ValueError for names that do not go together.
     """
 
     stem: str
@@ -41,6 +44,17 @@ class TaskDefinition:
     choices: dict[str, Plain] = field(default_factory=dict)
     unit: str = "-"
     version: int = 0
+
+    def __post_init__(self) -> None:
+        require_choice("environment", self.environment, ENVIRONMENTS)
+        require_choice("machine", self.machine, (ENVIRONMENTS[self.environment],))
+        if not (isinstance(self.stem, str) and self.stem.isidentifier()):
+            raise ValueError(
+                f"stem = {shown(self.stem)}; accepted: letters, digits and _, beginning with none "
+                "of the digits"
+            )
+        for name in ("parameters", "choices"):
+            require_kind(name, getattr(self, name), dict, "a dict of plain values")
 
     @property
     def name(self) -> str:

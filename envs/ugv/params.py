@@ -115,8 +115,12 @@ class UGVEnvParams:
 
     @property
     def steps(self):
-        """Steps of a whole episode: the last waypoint is at or less than `spacing` before end."""
-        return jnp.floor((self.end - self.start) / self.spacing + 1e-3).astype(int)
+        """Steps of a whole episode: the last waypoint is at or less than `spacing` before end,
+        or beyond it by what its numbers are rounded."""
+        eps = jnp.finfo(jnp.result_type(self.start)).eps
+        rounded = 2 * eps * (jnp.abs(self.start) + jnp.abs(self.end)) / self.spacing
+        count = (self.end - self.start) / self.spacing
+        return jnp.floor(count + 1e-3 + jnp.minimum(rounded, 0.4)).astype(int)
 
     @property
     def control_period(self):
@@ -166,6 +170,17 @@ class UGVEnvParams:
         way, spacing = np.asarray(self.end) - np.asarray(self.start), np.asarray(self.spacing)
         return bool(np.all(way / spacing + 1e-3 >= 1))
 
+    def _require_resolved(self, dtype: Any) -> None:
+        """Raise ValueError where a waypoint's last digit is no small part of a step."""
+        farthest = np.maximum(np.abs(np.asarray(self.start)), np.abs(np.asarray(self.end)))
+        digit = np.spacing(farthest.astype(dtype)).astype(np.float64)
+        if np.any(digit > COARSEST * np.asarray(self.spacing, np.float64)):
+            raise ValueError(
+                f"spacing = {self.spacing} m at x = {float(np.max(farthest)):.9g} m, where "
+                f"{np.dtype(dtype).name} has a number every {float(np.max(digit)):.2g} m; "
+                f"accepted: x nearer 0, {1 / COARSEST:g} times that as spacing, or dtype=float64"
+            )
+
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and what is accepted."""
         given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
@@ -181,11 +196,13 @@ class UGVEnvParams:
         for name, value in numbers.items():
             require_number(name, value, **NUMBERS[name], dtype=kind)
         require_broadcast(**numbers, **penalty)
-        if is_concrete(self.start, self.end, self.spacing) and not self._goes_a_step():
-            raise ValueError(
-                f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; accepted: "
-                "start + spacing <= end [m]"
-            )
+        if is_concrete(self.start, self.end, self.spacing):
+            if not self._goes_a_step():
+                raise ValueError(
+                    f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; "
+                    "accepted: start + spacing <= end [m]"
+                )
+            self._require_resolved(kind)
         for name, value in penalty.items():
             require_number(name, value, **NUMBERS[name], dtype=kind)
         self.vehicle.check_leg_angles(self.start_angles, "start_angles")
@@ -193,6 +210,8 @@ class UGVEnvParams:
         return self
 
 
+COARSEST = 0.1
+"""Of `spacing` is the distance of neighbouring numbers at most, at the end of a drive."""
 POSITIVE = ("leg_rate", "spacing", "preview_length", "reward_scale", "speed")
 NON_NEGATIVE = ("friction", "min_clearance", "failure_penalty")
 NUMBERS: dict[str, dict[str, Any]] = {

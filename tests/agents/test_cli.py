@@ -137,25 +137,27 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
 def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
     pytest.importorskip("tensorboard")
     monkeypatch.setattr("stickslip.agents.biped.products.FILM_TIME", 0.2)
-    assert main(["train", "biped", "--out", "run", *TINY, "--slip-weight=2"]) == OK
-    assert "Trained 128 steps" in capsys.readouterr().out
+    assert main(["train", "biped", "--out", "a run", *TINY, "--slip-weight=2"]) == OK
+    printed = capsys.readouterr().out
+    assert "Trained 128 steps" in printed
+    assert "stickslip evaluate 'a run' constant-torque" in printed  # as a shell takes it
     for name in ("policy.npz", "learning.png", "episode.png", "walk.gif", "metrics.csv"):
-        assert Path("run", name).stat().st_size > 300
-    assert TrainConfig.from_json(Path("run/config.json").read_text()).slip_weight == 2
-    assert main(["train", "biped", "--out", "run", "--resume", "--no-pictures"]) == OK
+        assert Path("a run", name).stat().st_size > 300
+    assert TrainConfig.from_json(Path("a run/config.json").read_text()).slip_weight == 2
+    assert main(["train", "biped", "--out", "a run", "--resume", "--no-pictures"]) == OK
     assert "Trained 128 steps" in capsys.readouterr().out
-    table = ["evaluate", "run", "constant-torque", "--episodes", "2", "--out", "table"]
+    table = ["evaluate", "a run", "constant-torque", "--episodes", "2", "--out", "table"]
     assert main([*table, "--scene", "slippery", "wet"]) == OK
     printed = capsys.readouterr().out
     assert printed.count("constant torque") == 2
     assert Path("table/evaluation.csv").read_text().count("\n") == 5
-    load_policy("run/policy.npz")
-    assert main(["view", "run", "--seconds", "0.2", "--plot", "run.png"]) == OK
-    assert Path("run-slippery.gif").read_bytes()[:3] == b"GIF"
+    load_policy("a run/policy.npz")
+    assert main(["view", "a run", "--seconds", "0.2", "--plot", "run.png"]) == OK
+    assert Path("a run-slippery.gif").read_bytes()[:3] == b"GIF"
     assert Path("run.png").stat().st_size > 1000
     pytest.importorskip("pygame")
-    assert main(["view", "run", "--seconds", "0.2", "--window"]) == OK
-    assert [path.name for path in Path().glob("*.gif")] == ["run-slippery.gif"]
+    assert main(["view", "a run", "--seconds", "0.2", "--window"]) == OK
+    assert [path.name for path in Path().glob("*.gif")] == ["a run-slippery.gif"]
 
 
 @pytest.mark.parametrize(

@@ -250,6 +250,22 @@ def test_the_switch_leaves_the_function_to_xla(monkeypatch):
         np.testing.assert_allclose(one, other, rtol=1e-6)
 
 
+def test_without_jit_the_function_runs_as_it_is_written():
+    seen = []
+
+    def look(start, pull, key):
+        seen.append(start)
+        return settle(2, start, pull, key)
+
+    starts, pull, keys = arguments(1)
+    compiled = fused(settle, fixed=1)(2, starts[0], pull, keys[0])
+    with jax.disable_jit():
+        written = fused(look)(starts[0], pull, keys[0])
+    assert float(seen[0]) == float(starts[0])  # a number that its user can print
+    for name in written:
+        np.testing.assert_allclose(written[name], compiled[name], rtol=3e-6, err_msg=name)
+
+
 def test_blocks_hold_every_member_and_are_even():
     for size in range(1, 400):
         block = module._block(size, 64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING, Generic, NamedTuple
@@ -20,7 +21,7 @@ from stickslip.dynamics.checks import require_integer, require_kind, require_mem
 from stickslip.envs.collecting import cores_here
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
@@ -79,10 +80,15 @@ def train_population(
     episodes go on from one to the next. cores: threads that share the members; default: as many as
     there are. ValueError for numbers that are none and for what memory cannot hold.
     """
+    accepted = "a pair of Sizes and Rates"
+    require_kind("settings", settings, (tuple, list), accepted)
+    if len(settings) != 2:
+        raise ValueError(f"settings has {len(settings)} entries; accepted: {accepted}")
     sizes, rates = settings
-    require_kind("settings", sizes, Sizes, "a pair of Sizes and Rates")
-    require_kind("settings", rates, Rates, "a pair of Sizes and Rates")
+    require_kind("settings", sizes, Sizes, accepted)
+    require_kind("settings", rates, Rates, accepted)
     env.check_params(params)
+    require_kind("seeds", seeds, (Sequence, np.ndarray), "one whole number a member, in a list")
     members = require_integer("len(seeds)", len(seeds), high=MOST)
     numbers = [require_integer("seed", seed, low=0, high=2**31 - 1) for seed in seeds]
     timesteps = require_integer("timesteps", timesteps, high=10**12)

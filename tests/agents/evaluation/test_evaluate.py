@@ -132,7 +132,7 @@ def test_without_randomness_one_episode_says_all(policy):
 def test_nothing_to_evaluate_is_refused(params):
     with pytest.raises(ValueError, match="controllers is empty"):
         evaluate(ENV, {}, {"slippery": params})
-    with pytest.raises(ValueError, match="seeds is empty"):
+    with pytest.raises(ValueError, match="episodes = 0"):
         evaluate(ENV, {"rest": ConstantTorque()}, {"slippery": params}, episodes=0)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose
+from stickslip.dynamics.ugv.clearance import clearance
 from tests.dynamics.ugv.helpers import SCAN, TRACKS, drawn, placed
 
 
@@ -199,3 +200,16 @@ def test_bad_poses_are_refused_before_tracing():
         with pytest.raises(ValueError, match=named) as caught:
             call()
         assert "accepted" in str(caught.value)
+
+
+def test_without_jit_a_place_is_what_it_is_with_it(float64):
+    """Loops count in Python's integers then; `jax.disable_jit` is how a user looks into a step."""
+    params, track = UGVParams(), HARD["ditch"]().astype(float64)
+    x, angles = drawn(params, float64, 3, 3.0, 6.0)
+    found = placed(params, track, x, angles)
+    with jax.disable_jit(), jax.numpy_dtype_promotion("standard"):
+        written = place(params, track, x, angles, PoseSolver())
+        heights = clearance(params, track, written, 8)
+    np.testing.assert_array_equal(written.status, found.status)
+    np.testing.assert_allclose(written.pitch, found.pitch, rtol=1e-12)
+    np.testing.assert_allclose(heights, clearance(params, track, found, 8), rtol=1e-12)

@@ -156,3 +156,9 @@ def test_bad_options_of_reset_are_refused(options, message):
     env.reset(seed=0)
     with pytest.raises(ValueError, match=message):
         env.reset(options=options)
+
+
+@pytest.mark.parametrize("seed", [[1, "a", 2], [1, -1, 2], [1, 2.5, 2], "abc", 0.5])
+def test_seeds_that_are_none_are_refused_by_name(seed):
+    with pytest.raises(ValueError, match=r"seed = .*accepted: "):
+        toys().reset(seed=seed)

@@ -67,7 +67,7 @@ def test_a_digest_tells_of_every_number_that_decides_an_episode():
         replace(task, parameters={**task.parameters, "scene": floor}),
         replace(task, choices={"see_friction": True}),
         replace(task, version=1),
-        replace(task, environment="UGVEnv"),
+        replace(task, environment="UGVEnv", machine="ugv"),
     ]
     assert len({task.digest, *(one.digest for one in others)}) == 5
     assert replace(task, title="another", about="words").digest == task.digest
@@ -150,3 +150,20 @@ def test_plain_values_are_those_of_the_constructors():
     assert params.randomisation.payload is not None
     with pytest.raises(ValueError, match="scene = 'ice' is unknown"):
         BipedEnv.from_plain({"scene": {"ice": {}}})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"stem": "My Floor"},
+        {"stem": "../x"},
+        {"machine": "ugv"},
+        {"environment": "Biped"},
+        {"environment": "UGVEnv"},
+        {"parameters": None},
+        {"choices": []},
+    ],
+)
+def test_a_definition_whose_parts_do_not_go_together_is_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=f"(machine|{next(iter(wrong))}) = .*accepted: "):
+        replace(TASKS["BipedSteady-v0"], **wrong)

@@ -109,3 +109,18 @@ def test_a_bad_limit_is_named():
     problem = ENV.problem(ENV.reset_env(jax.random.key(0), params)[1], params)
     with pytest.raises(ValueError, match=r"max_torque = -1.*accepted: None, or a torque > 0"):
         replace(problem, max_torque=-1.0)
+
+
+def test_a_route_in_the_coordinates_of_a_map_has_all_of_its_steps_or_is_refused():
+    """Far from 0 a digit of x in single precision is a good part of a step."""
+    x = np.linspace(0, 9, 40)
+    env, heights = UGVEnv(), 0.05 * np.sin(x)
+    here, near, far = (Track.from_points(away + x, heights) for away in (0.0, 5e4, 5e5))
+    count = int(env.make_params(track=here).steps)
+    assert int(env.make_params(track=near).steps) == count
+    assert int(env.default_params.replace(track=near, start=5e4 + 2, end=5e4 + 9).steps) == 70
+    with pytest.raises(ValueError, match=r"x = 50000\d.*float32.*0\.031 m; accepted: x nearer 0"):
+        env.make_params(track=far)
+    with pytest.raises(ValueError, match="x nearer 0"):
+        env.default_params.replace(track=far, start=5e5 + 2, end=5e5 + 9)
+    assert int(env.make_params(track=far, spacing=0.5).steps) == -(-count // 5)
