@@ -51,8 +51,8 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     """
     torque = torque_of(given["torque"])
     setting, state = setting_of(given), state_of(given)
-    with precision(setting.dtype):  # or the floor's numbers would be rounded
-        scene = scene_of(given)
+    with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
+        scene, robot = scene_of(given), BipedParams.from_bars()
     if given["joints"]:
         scene = replace(scene, outputs="joints")
     seconds = given["seconds"]
@@ -63,9 +63,7 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     picture = picture_path(given["plot"], given["overwrite"])
     require_writable([path for path in (out, picture) if path is not None])
     with Bar("walking", count, "period", True) as bar:
-        walk = walked(
-            BipedParams.from_bars(), scene, state, torque, seconds, given["period"], setting, bar
-        )
+        walk = walked(robot, scene, state, torque, seconds, given["period"], setting, bar)
     summary = walk_summary(walk, seconds)
     print_summary(summary)
     written = [write_table(out, walk_table(walk), given["overwrite"])]
