@@ -32,6 +32,8 @@ MAKING = 900.0
 POLL, STEP = 0.2, 1.0
 """How often `stop` is asked [s]; and the most that counts between two looks, so that the time for
 which this process itself is halted does not."""
+DOING = {"made": "compiling", "tried": "a trial", "run": "the run"}
+"""What a process is at, by what it tells next."""
 CHILD = "stickslip.agents.optimisers.child"
 
 
@@ -60,7 +62,7 @@ class Seat:
                 told = ("wait", None)
             used += min(time.monotonic() - before, STEP)
             if told is None:
-                return self._lost(task, events, time.monotonic() - began)
+                return self._lost(task, events, DOING[at], time.monotonic() - began)
             kind, content = told[0], cast("Foreign", told[1])
             if kind == "event":
                 events.append(content)
@@ -73,8 +75,7 @@ class Seat:
                 raise StoppedError
             if used > limit:
                 self.close()
-                doing = {"made": "compiling", "tried": "a trial", "run": "the run"}[at]
-                why = f"stopped after {limit:g} s of {doing}"
+                why = f"stopped after {limit:g} s of {DOING[at]}"
                 return _unended(task, events, "timed out", why, time.monotonic() - began)
 
     def close(self) -> None:
@@ -107,7 +108,7 @@ class Seat:
             with suppress(OSError):  # it has died: that will be told
                 send(self._process.stdin, content)
 
-    def _lost(self, task: Task, events: list[Event], took: float) -> Run:
+    def _lost(self, task: Task, events: list[Event], doing: str, took: float) -> Run:
         code = self._process.wait() if self._process is not None else None
         self.close()
         words = (
@@ -115,7 +116,7 @@ class Seat:
             if code is None or code >= 0
             else (f"its process was ended by signal {-code}")
         )
-        return _unended(task, events, "died", words, took)
+        return _unended(task, events, "died", f"{words} in {doing}", took)
 
 
 class Seats:

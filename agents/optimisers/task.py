@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""
 MESSAGE = 200
+RAISED = (Exception, SystemExit, KeyboardInterrupt)
+"""Whatever an optimiser may raise; sys.exit() in it must not end the process that serves it."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _tried(
     few = TRIED + 2 * method.batch if method.batch > 1 else TRIED
     few = few if budget is None else min(few, budget)
     objective = instance_by_id(name).objective(budget=few, outside=outside)
-    with suppress(Exception):  # it will be told of in the run itself
+    with suppress(*RAISED):  # it will be told of in the run itself
         method.run(objective, 0)
 
 
@@ -112,7 +114,7 @@ def run_task(task: Task, tell: Callable[[Event], None]) -> Ending:
 def _outcome(task: Task, objective: Objective) -> tuple[str, str]:
     try:
         task.method.run(objective, task.seed)
-    except Exception as error:  # noqa: BLE001, an optimiser may raise anything
+    except RAISED as error:
         if _is_spent(error):
             return "spent", ""
         words = " ".join(f"{type(error).__name__}: {error}".split())

@@ -191,6 +191,7 @@ def _units(params: BipedParams | None) -> tuple[float, float]:
     if params is None:
         return 1.0, 1.0
     require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
+    params.validate()
     time = np.sqrt(np.asarray(params.crank, float) / np.asarray(params.gravity, float))
     length = float(np.max(params.crank)) / DEFAULT_CRANK
     return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY), length

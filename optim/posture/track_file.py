@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+import re
 import stat
 from array import array
 from collections.abc import Iterator, Sequence
@@ -33,8 +34,9 @@ Y_NAMES = ("y", "elevation", "height", "z")
 ACCEPTED = (
     "two columns of finite numbers, x (strictly increasing) and y [m], decimal points, apart by "
     f"comma, semicolon, tab or blanks, under no header or one that names {' or '.join(X_NAMES)} "
-    f"and {' or '.join(Y_NAMES)}"
+    f"and {' or '.join(Y_NAMES)}, with [m] behind it or not"
 )
+IN_METRES = re.compile(r"\s*(\[m\]|\(m\))")
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 
@@ -91,6 +93,7 @@ def _table(path: Path, text: str) -> tuple[Sequence[int], np.ndarray, np.ndarray
             separator = next((mark for mark in ";\t," if mark in line), None)
             cells, width = _cells(line, separator), 2
             if not any(map(_is_number, cells)):
+                cells = _cells(IN_METRES.sub("", line), separator)
                 columns, width = _header(path, number, line, cells), len(cells)
                 continue
         cells = _cells(line, separator)

@@ -59,6 +59,8 @@ def test_an_array_is_read_as_it_is():
         (HEAD + "0,1\n1\n", "given.csv:3: 1 cells where the first line has 2"),
         ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
         ("time,torque,torque\n0,1,1\n", "more than one column 'torque'"),
+        ("time [ms],torque [N m]\n0,1\n", "given.csv:1: column 'time' is in 'ms'"),
+        ("time,torque [mN m]\n0,1\n", "given.csv:1: column 'torque' is in 'mN m'"),
         (HEAD + "0,1\n0,2\n", "time 0 s follows 0 s"),
         (HEAD + '0,"1\n', "given.csv:2: unexpected end of data"),
         (b"\x80\x81", "is no text in UTF-8"),
@@ -116,5 +118,8 @@ def test_a_posture_needs_places_that_advance():
         Path("drive.csv").write_text(head + rows)
         with pytest.raises(ValueError, match=said):
             read_posture("drive.csv")
+    Path("drive.csv").write_text(head.replace("rear leg angle [rad]", "rear leg angle [deg]"))
+    with pytest.raises(ValueError, match="'rear leg angle' is in 'deg'"):
+        read_posture("drive.csv")
     with pytest.raises(ValueError, match=r"ends in '\.txt'"):
         read_posture("drive.txt")

@@ -47,4 +47,5 @@ def bottleneck(costs: Float[np.ndarray, "K"], bound: float) -> Bool[np.ndarray, 
 
 
 def _beside(worth: np.ndarray) -> np.ndarray:
-    return np.convolve(worth, np.ones(2 * BESIDE + 1), "same") > 0
+    whole = np.convolve(worth, np.ones(2 * BESIDE + 1))
+    return whole[BESIDE : BESIDE + len(worth)] > 0  # "same" is as long as the longer of the two

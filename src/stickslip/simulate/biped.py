@@ -51,9 +51,8 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     """
     torque = torque_of(given["torque"])
     setting, state = setting_of(given), state_of(given)
-    with precision(setting.dtype):  # or the robot's numbers would be rounded
-        robot = BipedParams.from_bars()
-        scene = scene_of(given)
+    with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
+        scene, robot = scene_of(given), BipedParams.from_bars()
     if given["joints"]:
         scene = replace(scene, outputs="joints")
     seconds = given["seconds"]

@@ -15,7 +15,7 @@ import numpy as np
 from stickslip.dynamics.checks import nearest, require_memory, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from jaxtyping import Float
 
@@ -24,23 +24,23 @@ BYTES = 20
 
 
 def read_columns(
-    path: str | Path, names: Sequence[str], accepted: str
+    path: str | Path, units: Mapping[str, str], accepted: str
 ) -> Float[np.ndarray, "rows columns"]:
-    """The named columns of a CSV file, in that order.
+    """The columns of a CSV file named in `units`, in that order.
 
-    The head names the columns, with a unit in brackets or without: "time [s]". A file without a
-    head and with as many columns as names is taken in their order. Blank lines and lines that begin
-    with # are passed over. accepted: what such a file is, for the messages. ValueError names the
-    file and the line of what is damaged, missing, no number or not finite; OSError where it cannot
-    be opened.
+    The head names the columns, with the unit in brackets or without: "time [s]"; in another unit
+    they are refused, not converted. A file without a head and with as many columns as names is
+    taken in their order. Blank lines and lines that begin with # are passed over. accepted: what
+    such a file is, for the messages. ValueError names the file and the line of what is damaged,
+    missing, no number, not finite or in another unit; OSError where it cannot be opened.
     """
-    path = Path(path)
+    path, names = Path(path), list(units)
     rows = _rows(path, accepted)
     first, head = rows[0]
     if len(head) == len(names) and all(map(_is_number, head)):
         places = list(range(len(names)))
     else:
-        places, rows = _places(path, first, head, names, accepted), rows[1:]
+        places, rows = _places(path, first, head, units, accepted), rows[1:]
     if not rows:
         raise ValueError(f"{path}: no rows below the head; accepted: {accepted}")
     found = np.empty((len(rows), len(names)))
@@ -92,17 +92,24 @@ def _text(path: Path, accepted: str) -> str:
 
 
 def _places(
-    path: Path, line: int, head: Sequence[str], names: Sequence[str], accepted: str
+    path: Path, line: int, head: Sequence[str], units: Mapping[str, str], accepted: str
 ) -> list[int]:
-    plain = [title.partition("[")[0].strip().strip("\"'") for title in head]
-    for name in names:
+    parts = [title.strip("\"'").partition("[") for title in head]
+    plain = [name.strip() for name, _, _ in parts]
+    for name, unit in units.items():
         if plain.count(name) != 1:
             how = "no" if name not in plain else "more than one"
             raise ValueError(
                 f"{path}:{line}: {how} column {name!r} among {shown(', '.join(plain))}"
                 f"{nearest(name, plain) if how == 'no' else ''}; accepted: {accepted}"
             )
-    return [plain.index(name) for name in names]
+        _, bracket, given = parts[plain.index(name)]
+        given = given.partition("]")[0].strip()
+        if bracket and given != unit:
+            raise ValueError(
+                f"{path}:{line}: column {name!r} is in {shown(given)}; accepted: {accepted}"
+            )
+    return [plain.index(name) for name in units]
 
 
 def _is_number(text: str) -> bool:

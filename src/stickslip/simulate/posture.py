@@ -33,7 +33,8 @@ def read_posture(text: str) -> Posture:
     path = path / STATIONS if path.is_dir() else path
     if path.suffix.lower() != ".csv":
         raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {ACCEPTED}")
-    found = read_columns(path, (FRONT_WHEEL, REAR_LEG, FRONT_LEG), ACCEPTED)
+    units = {FRONT_WHEEL: "m", REAR_LEG: "rad", FRONT_LEG: "rad"}
+    found = read_columns(path, units, ACCEPTED)
     x, angles = found[:, 0], found[:, 1:]
     wrong = np.flatnonzero(np.diff(x) <= 0)
     if len(x) < 2 or wrong.size:

@@ -78,7 +78,7 @@ def _recorded(path: Path) -> Recorded:
     if path.suffix.lower() == ".npy":
         found = _array(path)
     else:
-        found = read_columns(path, ("time", "torque"), OF_A_FILE)
+        found = read_columns(path, {"time": "s", "torque": "N m"}, OF_A_FILE)
     times, torques = found.T
     wrong = np.flatnonzero(np.diff(times) <= 0)
     if wrong.size:

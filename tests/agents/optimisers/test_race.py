@@ -22,12 +22,13 @@ ROOT = Path(__file__).parents[3]
 
 def test_what_goes_wrong_is_recorded_and_the_others_go_on():
     names = ("raises", "gives_nan", "goes_outside", "hides_the_end", "gives_up")
-    names += ("dies", "searches", "hangs_in_c")
+    names += ("exits", "dies", "searches", "hangs_in_c")
     given = {name: getattr(users, name) for name in names}
     found = race(given, NAME, budget=40, seeds=1, limit=3.0, workers=1)
     runs = {run.method: run for run in found}
     assert {name: run.outcome for name, run in runs.items()} == {
         "raises": "raised",
+        "exits": "raised",
         "dies": "died",
         "hangs_in_c": "timed out",
         "gives_nan": "spent",
@@ -37,7 +38,8 @@ def test_what_goes_wrong_is_recorded_and_the_others_go_on():
         "searches": "spent",
     }
     assert runs["raises"].message == "RuntimeError: no luck"
-    assert runs["dies"].message == "its process ended with code 3"
+    assert runs["exits"].message == "SystemExit: 3"
+    assert runs["dies"].message == "its process ended with code 3 in a trial"
     assert runs["hangs_in_c"].message == "stopped after 3 s of the run"
     assert runs["hangs_in_c"].violations[-1] > 0  # what it told of before is kept
     assert runs["gives_nan"].counts["not_numbers"] >= 40

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import sys
 import time
 
 import numpy as np
@@ -27,6 +28,12 @@ def hides_the_end(objective):
         searches(objective, 0)
     except Exception as error:
         raise RuntimeError("what is this?") from error
+
+
+def exits(objective):
+    """Asks once, then ends as a script does."""
+    objective(objective.middle)
+    sys.exit(3)
 
 
 def dies(objective):

@@ -249,3 +249,8 @@ def test_every_measurement_is_a_number_that_can_be_compared():
         assert point.error > 0  # infinite where more than 5 % of the walks end too early
         assert 0 <= point.otherwise <= 1
         assert jnp.dtype(point.setting.dtype) in (jnp.float32, jnp.float64)
+
+
+def test_a_robot_that_cannot_be_is_refused_by_its_field():
+    with pytest.raises(ValueError, match=r"gravity = -9\.81"):
+        recommend(1e-3, params=replace(default_params("float32"), gravity=-9.81))
