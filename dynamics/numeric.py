@@ -61,7 +61,7 @@ def as_float(value: Any) -> Any:
     return float(value) if isinstance(value, int) else value
 
 
-def with_all_digits(values: np.ndarray) -> Any:
+def with_all_digits(values: np.ndarray) -> jax.Array | np.ndarray:
     """The numbers as an array of JAX's, or as they are where JAX would round them now: its switch
     may be turned before they are used."""
     array = jnp.asarray(values)

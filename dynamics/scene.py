@@ -220,9 +220,7 @@ def scene_of(scene: Any) -> Scene:
 
 
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
-EDGES: dict[str, Any] = {
-    "accepted": "at least one floor position, all finite and strictly increasing [m]"
-}
+EDGES = {"accepted": "at least one floor position, all finite and strictly increasing [m]"}
 FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
 SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
 
