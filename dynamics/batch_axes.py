@@ -9,7 +9,7 @@ agree, gives wrong derivatives.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -28,7 +28,7 @@ Tree = TypeVar("Tree")
 
 
 def jvp_in_front(
-    function: Callable[..., Tree], primals: Sequence[Any], tangents: Sequence[Any]
+    function: Callable[..., Tree], primals: Sequence[object], tangents: Sequence[object]
 ) -> tuple[Tree, Tree]:
     """`jax.jvp`, for a rule of a function that has the batch first in all its results where any of
     its arguments has one, as calls of `custom_vmap`, kernels and loops do."""
@@ -43,12 +43,12 @@ def _mark(tree: object) -> Array:
     return jnp.concatenate([jnp.ravel(leaf)[:0].astype(bool) for leaf in leaves])
 
 
-def _data(leaf: Any) -> Any:
+def _data(leaf: Array) -> Array:
     is_key = isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
     return jax.random.key_data(leaf) if is_key else leaf
 
 
-def _in_front(leaf: Any, *mark: Array) -> Any:
+def _in_front(leaf: Array, *mark: Array) -> Array:
     if leaf.dtype == jax.dtypes.float0 or not _registered:
         return leaf
     return in_front_p.bind(leaf, *mark)
@@ -80,7 +80,7 @@ def _batched(operands: Sequence[Array], axes: Sequence[int | None]) -> tuple[Arr
     return in_front_p.bind(front, *operands[1:]), 0
 
 
-def _slope(primals: Sequence[Array], tangents: Sequence[Any]) -> tuple[Array, Any]:
+def _slope(primals: Sequence[Array], tangents: Sequence[object]) -> tuple[Array, object]:
     from jax.interpreters import ad
 
     slope = tangents[0]
@@ -89,7 +89,7 @@ def _slope(primals: Sequence[Array], tangents: Sequence[Any]) -> tuple[Array, An
     return in_front_p.bind(*primals), slope
 
 
-def _back(cotangent: Any, leaf: Any) -> list[Any]:
+def _back(cotangent: Array, leaf: object) -> list[Array]:
     del leaf
     return [cotangent]
 

@@ -167,7 +167,7 @@ def _asks_for_equality(equation: JaxprEqn, operands: Sequence[Operand]) -> bool:
     return (
         equation.primitive.name in ("eq", "ne")
         and len(values) == 2
-        and jnp.issubdtype(equation.invars[0].aval.dtype, jnp.floating)
+        and jnp.issubdtype(_shape(equation.invars[0].aval).dtype, jnp.floating)
     )
 
 

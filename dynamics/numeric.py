@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -61,11 +61,11 @@ def as_float(value: Any) -> Any:
     return float(value) if isinstance(value, int) else value
 
 
-def with_all_digits(values: np.ndarray) -> Any:
+def with_all_digits(values: np.ndarray) -> jax.Array:
     """The numbers as an array of JAX's, or as they are where JAX would round them now: its switch
     may be turned before they are used."""
     array = jnp.asarray(values)
-    return array if array.dtype == values.dtype else values
+    return array if array.dtype == values.dtype else cast("jax.Array", values)
 
 
 def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:

@@ -65,6 +65,19 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
     return call
 
 
+def as_one_program(function: Callable[..., Result]) -> Callable[..., Result]:
+    """`function` of pytrees of arrays, compiled as a whole where nothing is traced, rather than one
+    operation after the other; part of what is being compiled in a trace. Positional arguments only.
+    """
+    whole = jax.jit(function)
+
+    @wraps(function)
+    def call(*arguments: object) -> Result:
+        return (whole if is_concrete(arguments) else function)(*arguments)
+
+    return call
+
+
 def known(options: dict[str, bool | int]) -> dict[str, bool | int]:
     """Without those that XLA was found not to know."""
     return {name: value for name, value in options.items() if name not in _unknown}

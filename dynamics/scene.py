@@ -157,7 +157,7 @@ class Scene:
             "mu_kinetic": mu_static if mu_kinetic is None else mu_kinetic,
         }
         numbers = {name: as_number(name, value, **FRICTION) for name, value in given.items()}
-        edges = as_number("edges", edges, **EDGES)
+        edges = as_number("edges", edges, accepted=EDGES)
         return cls._with(Patches(edges, **numbers), options)
 
     @classmethod
@@ -220,9 +220,7 @@ def scene_of(scene: Any) -> Scene:
 
 
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
-EDGES: dict[str, Any] = {
-    "accepted": "at least one floor position, all finite and strictly increasing [m]"
-}
+EDGES = "at least one floor position, all finite and strictly increasing [m]"
 FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
 SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
 
@@ -255,7 +253,7 @@ def _check_patches(floor: Patches) -> None:
 
 
 def _require_edges(edges: Numbers) -> None:
-    require_number("edges", edges, **EDGES)
+    require_number("edges", edges, accepted=EDGES)
     if is_concrete(edges) and np.any(np.diff(np.atleast_1d(np.asarray(edges, float))) <= 0):
         told = shown(np.asarray(edges).tolist())
-        raise ValueError(f"edges = {told}; accepted: {EDGES['accepted']}")
+        raise ValueError(f"edges = {told}; accepted: {EDGES}")

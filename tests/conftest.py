@@ -21,6 +21,8 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 os.environ.setdefault("SDL_AUDIODRIVER", "dummy")
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+# Stable-Baselines3 makes a folder for its log, also where it logs nothing, at every `learn`.
+os.environ.setdefault("SB3_LOGDIR", tempfile.gettempdir())
 
 # Tests compile the same programs over and over: new functions, other files, commands in processes
 # of their own. All processes of a run share what they have compiled, in a folder that goes with the

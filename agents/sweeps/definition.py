@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 
 class AxisEntry(TypedDict, total=False):
@@ -48,3 +48,4 @@ class Whole(TypedDict):
     layout: dict[str, int]
     chunks: int
     units: dict[str, str]
+    finished: NotRequired[list[str]]

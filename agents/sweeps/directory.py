@@ -48,6 +48,8 @@ class About:
     layout: Layout
     chunks: int
     units: dict[str, str]
+    finished: tuple[str, ...]
+    """What summaries have of the episodes alone that did not fall."""
 
     @property
     def axes(self) -> dict[str, AxisEntry]:
@@ -105,7 +107,9 @@ def read_about(path: str | Path) -> About:
             definition, units = content["definition"], dict(content["units"])
             if not (isinstance(definition["axes"], dict) and definition["cases"]):
                 raise RefusedError("its definition has no axes or cases")
-            return About(definition, str(content["digest"]), layout, int(content["chunks"]), units)
+            finished = tuple(map(str, content.get("finished", ())))  # none in version 0.2.0
+            count = int(content["chunks"])
+            return About(definition, str(content["digest"]), layout, count, units, finished)
     except ValueError as error:
         raise ValueError(f"{file}: {error}; accepted: the directory of a sweep") from error
 
@@ -176,6 +180,7 @@ def _content(plan: Plan) -> dict[str, object]:
         "chunks": len(plan.chunks),
         "episodes": plan.total,
         "units": plan.units | plan.kept_units,
+        "finished": list(plan.finished),
         "begun": datetime.now(UTC).isoformat(timespec="seconds"),
         "commit": commit(),
         "versions": versions(),

@@ -198,6 +198,11 @@ class Plan:
         """Of what is written of an episode."""
         return dict(self.machine.swept().kept_units(self.cases[0].env))
 
+    @property
+    def finished(self) -> tuple[str, ...]:
+        """What summaries have of the episodes alone that did not fall."""
+        return self.machine.swept().finished
+
 
 def _filled(values: np.ndarray, count: int) -> np.ndarray:
     """With the last one repeated until there are so many."""

@@ -10,7 +10,7 @@ from stickslip.agents.sweeps.program import Programs
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from jaxtyping import PyTree
 
@@ -53,7 +53,9 @@ class Player:
             parts.append({name: one[:own] for name, one in self._columns(kept).items()})
             advance(own)
         found = {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
-        return summary(found, self.plan.episodes) if self.plan.summaries else found
+        if not self.plan.summaries:
+            return found
+        return summary(found, self.plan.episodes, self.plan.finished)
 
     def _columns(self, kept: PyTree) -> dict[str, np.ndarray]:
         """What is written of what is kept."""
@@ -64,24 +66,42 @@ class Player:
         return found
 
 
-def summary(columns: dict[str, np.ndarray], episodes: int) -> dict[str, np.ndarray]:
+def summary(
+    columns: dict[str, np.ndarray], episodes: int, finished: Collection[str] = ()
+) -> dict[str, np.ndarray]:
     """Of each point, from columns of its episodes [points x episodes]: count of episodes, of falls
-    and of each ending; of all else mean, standard deviation (NaN of one episode) and QUANTILES."""
+    and of each ending; of all else mean, standard deviation (NaN of one episode) and QUANTILES.
+
+    finished: columns that count where an episode did not fall, alone; NaN where all fell.
+    """
     rows = {name: one.reshape(-1, episodes) for name, one in columns.items()}
     points = len(rows["fell"])
     found: dict[str, np.ndarray] = {
         "episodes": np.full(points, episodes, np.int32),
-        "falls": rows.pop("fell").sum(axis=1).astype(np.int32),
+        "falls": rows["fell"].sum(axis=1).astype(np.int32),
     }
+    fell = rows.pop("fell").astype(bool)
     if (endings := rows.pop("ending", None)) is not None:
         for number, name in enumerate(ENDINGS):
             found[name] = (endings == number).sum(axis=1).astype(np.int32)
     for name, values in rows.items():
         exact = values.astype(np.float64)
-        spread = np.full(points, np.nan) if episodes < 2 else exact.std(axis=1, ddof=1)
-        quantiles = np.percentile(exact, QUANTILES, axis=1)
-        found |= {f"{name}_mean": exact.mean(axis=1), f"{name}_std": spread}
+        if name in finished and fell.any():
+            of_points = [_spread(row[~lost]) for row, lost in zip(exact, fell, strict=True)]
+            mean, spread, *quantiles = np.transpose(of_points)
+        else:
+            mean, spread, *quantiles = _spread(exact)
+        found |= {f"{name}_mean": mean, f"{name}_std": spread}
         found |= {
             f"{name}_q{share:02d}": one for share, one in zip(QUANTILES, quantiles, strict=True)
         }
     return found
+
+
+def _spread(values: np.ndarray) -> np.ndarray:
+    """Mean, standard deviation (NaN of one) and QUANTILES along the last axis; NaN of none."""
+    nothing, count = np.full(values.shape[:-1], np.nan), values.shape[-1]
+    if count == 0:
+        return np.stack([nothing] * (2 + len(QUANTILES)))
+    spread = nothing if count < 2 else values.std(axis=-1, ddof=1)
+    return np.stack([values.mean(axis=-1), spread, *np.percentile(values, QUANTILES, axis=-1)])

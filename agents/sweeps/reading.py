@@ -107,7 +107,7 @@ def sweep_arrays(path: str | Path, *, summaries: bool = False) -> SweepArrays:
                 found = _columns(table, about)
                 _collect(drawn, about, table)
                 if summaries and whole["rows"] == "episodes":
-                    found = summary(found, whole["episodes"])
+                    found = summary(found, whole["episodes"], about.finished)
                 parts.append(found)
         except ValueError as error:
             raise ValueError(

@@ -31,6 +31,9 @@ class Swept:
     """Of fields, by their dotted name without entries' places, or by its last word."""
     kept: ClassVar[Mapping[str, str]] = {"reward": "-", "duration": "s"}
     """What is written of an episode, of what the machine's measures keep, and its unit."""
+    finished: ClassVar[tuple[str, ...]] = ()
+    """Those of `kept` that are of a whole episode: summaries are over the episodes that did not
+    fall, NaN where all did."""
     slip: ClassVar[tuple[str, str] | None] = None
     """Two of `kept`: what slid, and over which way, where that is something to tell."""
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {}

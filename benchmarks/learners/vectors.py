@@ -93,6 +93,7 @@ def _sac(kind: Any, race: Race, policy: Callable[[Any], MLPPolicy]) -> None:
 def _learn(model: Any, race: Race, steps: int, every: int, policy: Callable[[], MLPPolicy]) -> None:
     """Learn, and tell after so many steps of all environments."""
     from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.logger import Logger
 
     class Tells(BaseCallback):
         def _on_step(self) -> bool:
@@ -100,6 +101,7 @@ def _learn(model: Any, race: Race, steps: int, every: int, policy: Callable[[], 
                 return True
             return not race.tell(self.num_timesteps, policy())
 
+    model.set_logger(Logger(folder=None, output_formats=[]))  # or it leaves an empty folder
     model.learn(steps, Tells())
 
 

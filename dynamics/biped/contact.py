@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     Coefficients = ReducedInertia | DifferencedInertia
 
 
+EDGE_ROUNDINGS = 64
+"""A friction within so many roundings of the cone's edge is on it: it is computed no better."""
+
+
 class Motion(NamedTuple):
     """Accelerations and ground force at one instant."""
 
@@ -135,7 +139,7 @@ def mode_of(
     against the force that would be needed to hold it. A few roundings beyond the cone still hold:
     a slide begun there would end within a rounding, and begin again.
     """
-    slack = 1 + 64 * jnp.finfo(still.friction_force.dtype).eps
+    slack = 1 + EDGE_ROUNDINGS * jnp.finfo(still.friction_force.dtype).eps
     within = jnp.abs(still.friction_force) <= mu_static * still.normal_force * slack
     at_rest = jnp.where(within, 0.0, -jnp.sign(still.friction_force))
     return jnp.where(foot_velocity != 0, jnp.sign(foot_velocity), at_rest)

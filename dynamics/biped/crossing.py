@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     """At the start, the middle and the end of a trial step."""
 
 
+SHORT = 0.1
+"""An event farther behind the end of a step that was aimed at it is not aimed at again from the
+same start, where aims might alternate for ever: the step stands, and the next one begins nearer."""
+
+
 class Crossing(NamedTuple):
     """The first crossing of one event function, in fractions of the trial step."""
 
@@ -28,14 +33,20 @@ class Crossing(NamedTuple):
 
 
 def first_crossing(
-    samples: Samples, end_slope: Float[Array, ""], targeted: Bool[Array, ""], nearness: float
+    samples: Samples,
+    end_slope: Float[Array, ""],
+    targeted: Bool[Array, ""],
+    nearness: float,
+    start_slope: Float[Array, ""] | None = None,
 ) -> Crossing:
     """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
     an end just short of it counts as having reached it, and one further short of it is aimed again
     (time > 1). nearness: the fraction of the step within which an event is close to its end. A fall
-    below zero and back between two samples is not seen.
+    below zero and back between two samples is not seen. start_slope: derivative at the start, for a
+    function that may be zero there and rise: a parabola through samples far beyond its way up would
+    have it cross at the start itself.
     """
     start, middle, end = samples
     linear = -3 * start + 4 * middle - end
@@ -46,12 +57,21 @@ def first_crossing(
     near_end = falling & (jnp.abs(correction) <= nearness) & (middle >= 0)
     close = near_end & ((end < 0) | targeted)
     parabola = _first_root(start, linear, square)
+    if start_slope is not None:
+        parabola = jnp.where((start == 0) & (middle < 0), _return(start_slope, middle), parabola)
     # the samples say in which half the sign changes; the parabola only where in it
     parabola = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
-    short = targeted & falling & ~crossed & (correction <= 1)
+    short = targeted & falling & ~crossed & (correction <= SHORT)
     time = jnp.where(crossed, parabola, jnp.where(short, 1 + correction, jnp.inf))
     time = jnp.where(close, 1 + correction, time)
     return Crossing(time, close)
+
+
+def _return(slope: Float[Array, ""], middle: Float[Array, ""]) -> Float[Array, ""]:
+    """When the parabola that leaves zero with a slope and is below zero at 1/2 is back at zero; 0
+    if it does not rise."""
+    rise = jnp.maximum(slope, 0.0) / 2
+    return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 
 
 def parabola_slope(samples: Samples) -> Float[Array, ""]:

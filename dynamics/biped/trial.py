@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS
 from stickslip.dynamics.biped.crossing import Crossing, first_crossing, parabola_slope
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on
 from stickslip.dynamics.biped.integrators import EventExact, RK4Split
@@ -115,7 +116,7 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         taken = classical_step(problem, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
     samples = _sampled(friction, walk, first, taken, step)
-    event = _event(spec, problem, walk, begun, samples, taken)
+    event = _event(spec, problem, walk, begun, first, samples, taken)
     status = _status(problem, walk, first, taken, step)
     if isinstance(spec, EventExact):
         event, status, size = _controlled(spec, problem, walk, begun, taken, event, status)
@@ -183,16 +184,30 @@ def _event(
     problem: Problem,
     walk: Walk,
     begun: _Beginning,
+    first: Motion,
     samples: _Samples,
     taken: Taken,
 ) -> _Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec.close, problem, begun.mode, walk, samples, taken, begun.step)
+    kind, crossing = _first_event(spec.close, problem, begun, walk, first, samples, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
+    if not slips_freely(problem.scene):
+        at_once |= _is_noise(problem, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
     return _Event(kind, time, happens, at_once | crossing.close)
+
+
+def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
+    """Whether the step ends so near the onset or the stop that is aimed at that the cone's margin,
+    or the foot's speed, is what roundings make of it: no aim comes nearer."""
+    share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
+    edge = share * jnp.abs(taken.end.friction_force)
+    speed = share * problem.model.gravity * begun.step
+    onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
+    stop = (begun.mode != 0) & (jnp.abs(samples.velocity[2]) <= speed)
+    return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
 def _status(problem: Problem, walk: Walk, first: Motion, taken: Taken, step):
@@ -236,7 +251,12 @@ def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, ste
     after = jnp.stack([taken.theta, taken.rate, taken.slide, taken.velocity])
     if walk.size is None or taken.errors is None:
         raise TypeError("step control needs a walk and a step with an error estimate")
-    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after))
+    # what roundings of the weight make of a step: near rest nothing is known to a part of itself
+    gravity = jnp.asarray(problem.model.gravity, dtype)
+    turn = gravity / problem.model.step_length
+    known = jnp.stack([turn * step**2, turn * step, gravity * step**2, gravity * step])
+    rounded = EDGE_ROUNDINGS * jnp.finfo(dtype).eps * known
+    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after)) + rounded
     worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
     worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
     factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
@@ -249,10 +269,16 @@ def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, ste
 
 
 def _first_event(
-    nearness: float, problem: Problem, mode, walk: Walk, samples: _Samples, taken: Taken, step
+    nearness: float,
+    problem: Problem,
+    begun: _Beginning,
+    walk: Walk,
+    first: Motion,
+    samples: _Samples,
+    taken: Taken,
 ):
     """Kind and crossing of whatever comes first: exchange, stop or onset, patch's edge."""
-    floor = problem.scene.floor
+    floor, mode, step = problem.scene.floor, begun.mode, begun.step
     rate, end = taken.rate, taken.end
     low, high = bounds(walk.theta.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
@@ -270,7 +296,8 @@ def _first_event(
     slowing = mode * end.foot_acceleration * step
     slope = jnp.where(slides, slowing, parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
-    crossing = first_crossing(margins, slope, walk.target == change, nearness)
+    leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
+    crossing = first_crossing(margins, slope, walk.target == change, nearness, leaving)
     best = _earlier((change, crossing), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)

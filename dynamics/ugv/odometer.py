@@ -23,7 +23,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
 from stickslip.dynamics.numeric import Numeric, float_type
-from stickslip.dynamics.once import run_once
+from stickslip.dynamics.once import as_one_program, run_once
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
 from stickslip.dynamics.ugv.spline import Spline
@@ -106,9 +106,7 @@ class Odometer:
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
-        if is_concrete(self, x):
-            return _distance(self, x)  # one program, not one for every operation
-        return _distance_of(self, x)
+        return _distance(self, x)
 
     def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see near.py."""
@@ -229,7 +227,8 @@ def _summed(track: Track, edges: jax.Array) -> jax.Array:
     return jnp.concatenate([jnp.zeros(1, edges.dtype), jnp.cumsum(_pieces(track, edges))])
 
 
-def _distance_of(odometer: Odometer, x: jax.Array) -> jax.Array:
+@as_one_program
+def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
     x, start = as_floats(x, odometer.start)
     return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))
 
@@ -240,4 +239,3 @@ def _excess_of(odometer: Odometer, x: jax.Array) -> jax.Array:
 
 _integrals = run_once(_pieces)
 _excess_once = run_once(_excess_of)
-_distance = jax.jit(_distance_of)

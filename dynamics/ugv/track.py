@@ -22,6 +22,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import Number, Numbers, Numeric
+from stickslip.dynamics.once import as_one_program
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.dynamics.ugv.near import Near, seen_from
 from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.shapes import Profile
 
 
-@jax.jit
+@as_one_program
 def _profile(shape: Shape, x: Number) -> Profile:
     return shape.profile(x)
 
@@ -87,9 +88,7 @@ class Track:
 
     def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
-        if not is_concrete(self.shape, x):
-            return self.shape.profile(x)
-        return _profile(self.shape, x)  # one program, not one for every operation
+        return _profile(self.shape, x)
 
     def height(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f(x) [m]."""

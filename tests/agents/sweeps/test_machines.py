@@ -98,6 +98,7 @@ def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
     assert biped.unit("robot.mass.12") == "kg"
     assert biped.unit("scene.edges.0") == biped.unit("robot.centre.3.1") == "m"
     assert biped.unit("randomisation.payload.1") == "kg"
+    assert set(ugv.finished) <= set(ugv.kept)
     assert ugv.unit("track.height") == ugv.unit("randomisation.track.bump_height.1") == "m"
     for swept, params in ((biped, BipedEnv().make_params()), (ugv, UGVEnv().make_params())):
         missing = {name for name in swept.known(params) if swept.unit(name) == "-"}

@@ -89,6 +89,20 @@ def test_a_summary_counts_endings_and_has_no_spread_of_one_episode():
     assert np.all(np.isnan(summary(columns, 1)["reward_std"]))
 
 
+def test_what_is_of_whole_episodes_is_summed_up_without_those_that_fell():
+    columns = {
+        "cost": np.array([1.0, 9.0, 3.0, 2.0, 9.0, 9.0, 9.0, 9.0, 9.0]),
+        "reward": np.arange(9.0),
+        "fell": np.array([0, 1, 0, 0, 1, 1, 1, 1, 1], bool),
+    }
+    found = summary(columns, 3, ("cost",))
+    assert found["falls"].tolist() == [1, 2, 3]
+    np.testing.assert_array_equal(found["cost_mean"], [2.0, 2.0, np.nan])
+    np.testing.assert_array_equal(found["cost_std"], [np.sqrt(2), np.nan, np.nan])
+    np.testing.assert_array_equal(found["cost_q50"], [2.0, 2.0, np.nan])
+    np.testing.assert_array_equal(found["reward_mean"], [1.0, 4.0, 7.0])
+
+
 def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, monkeypatch):
     swept(tmp_path / "whole", chunk=1)
     write, written = chunks.write_chunk, []

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.marching import Start, march
-from stickslip.dynamics import Status
-from stickslip.dynamics.biped import BipedModel, RK4Split
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedModel, BipedState, EventExact, RK4Split, step
 from tests.dynamics.biped.helpers import (
     default_model,
     default_params,
@@ -237,3 +237,45 @@ def test_a_torque_that_holds_the_foot_at_the_edge_moves_it_as_sticking_does(floa
     assert end.state.crank_rate[0] == pytest.approx(1 + 1e-3 * alpha, rel=1e-3)
     assert np.max(np.abs(end.state.foot_position)) < 1e-15
     assert np.all(end.state.foot_velocity == 0)
+
+
+NUDGES = np.array([0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6])
+
+
+def held_from_the_edge(dtype):
+    """Status and state after holding a torque for 0.1 s that brings the foot to the cone's edge, to
+    a nudge, with mu_kinetic = mu_static: [starts, nudges]."""
+    model, rng = default_model(dtype=dtype.name), np.random.default_rng(0)
+    mu = np.exp(rng.uniform(np.log(0.02), np.log(0.6), 24))
+    phase, rate = rng.uniform(1.6, 4.6, 24), rng.uniform(-1, 4, 24)
+    with jax.enable_x64(True):
+        params = default_params()
+        M, dM, P, dP, Y, dY = inertia_along(params, phase)
+        mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
+    alpha = (mu * (mass * gravity + dY * rate**2) - dP * rate**2) / (P - mu * Y)
+    torque = np.clip(M * alpha + dM * rate**2 / 2 + gravity * Y, -8, 8)
+    zero, spec = jnp.zeros((), dtype), EventExact(max_steps=256)
+
+    def one(mu, phase, rate, torque):
+        state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
+        scene = Scene.uniform(mu, mu, outputs="state")
+        after, contact = step(model, scene, state, torque, jnp.asarray(0.1, dtype), integrator=spec)
+        return contact.status, after
+
+    rows = [
+        jnp.asarray(np.repeat(row[:, None], len(NUDGES), 1), dtype) for row in (mu, phase, rate)
+    ]
+    held = jnp.asarray(torque[:, None] * (1 + NUDGES), dtype)
+    return jax.jit(jax.vmap(jax.vmap(one)))(*rows, held)
+
+
+def test_event_exact_leaves_the_edge_of_the_cone_within_its_steps(dtype):
+    """Slides that begin with next to no acceleration and end at once, and onsets whose margin is
+    lost in roundings: nothing is repeated for ever, and a nudge makes no difference."""
+    status, after = jax.tree.map(np.asarray, held_from_the_edge(dtype))
+    assert set(status.ravel()) <= {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF}
+    walked = np.all(status <= Status.SLIP_ONSET, axis=1)
+    assert walked.sum() > 12
+    np.testing.assert_allclose(after.time[walked], 0.1, rtol=1e-6)
+    limit = 1e-4 if dtype == jnp.float64 else 5e-3  # of the nudge of 1e-6, and of roundings
+    assert np.max(np.ptp(after.crank_rate[walked], axis=1)) < limit
