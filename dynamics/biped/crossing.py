@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     """At the start, the middle and the end of a trial step."""
 
 
-SHORT = 0.1
-"""An event farther behind the end of a step that was aimed at it is not aimed at again from the
-same start, where aims might alternate for ever: the step stands, and the next one begins nearer."""
-
-
 class Crossing(NamedTuple):
     """The first crossing of one event function, in fractions of the trial step."""
 
@@ -37,14 +32,16 @@ def first_crossing(
     end_slope: Float[Array, ""],
     targeted: Bool[Array, ""],
     nearness: float,
+    reach: float,
     start_slope: Float[Array, ""] | None = None,
 ) -> Crossing:
     """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
     an end just short of it counts as having reached it, and one further short of it is aimed again
-    (time > 1). nearness: the fraction of the step within which an event is close to its end. A fall
-    below zero and back between two samples is not seen. start_slope: derivative at the start, for a
+    (time > 1). nearness: the fraction of the step within which an event is close to its end; reach:
+    that within which one is aimed at again. A fall below zero and back between two samples is not
+    seen. start_slope: derivative at the start, for a
     function that may be zero there and rise: a parabola through samples far beyond its way up would
     have it cross at the start itself.
     """
@@ -61,7 +58,7 @@ def first_crossing(
         parabola = jnp.where((start == 0) & (middle < 0), _return(start_slope, middle), parabola)
     # the samples say in which half the sign changes; the parabola only where in it
     parabola = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
-    short = targeted & falling & ~crossed & (correction <= SHORT)
+    short = targeted & falling & ~crossed & (correction <= reach)
     time = jnp.where(crossed, parabola, jnp.where(short, 1 + correction, jnp.inf))
     time = jnp.where(close, 1 + correction, time)
     return Crossing(time, close)

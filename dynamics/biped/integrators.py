@@ -96,6 +96,11 @@ class RK4Split:
         """A trial within this fraction of itself of an event is corrected onto the event."""
         return 0.01
 
+    @property
+    def reach(self) -> float:
+        """A trial aimed at an event and this fraction of itself short of it is aimed again."""
+        return 1.0
+
 
 @dataclass(frozen=True)
 class EventExact:
@@ -136,6 +141,13 @@ class EventExact:
     def close(self) -> float:
         """A trial within this fraction of itself of an event is corrected onto the event."""
         return 1e-3
+
+    @property
+    def reach(self) -> float:
+        """A trial aimed at an event and this fraction of itself short of it is aimed again. Farther
+        off, aims from one start might alternate for ever: the step stands, and the next one begins
+        nearer."""
+        return 0.1
 
 
 Integrator = Unsplit | RK4Split | EventExact

@@ -189,9 +189,9 @@ def _event(
     taken: Taken,
 ) -> _Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec.close, problem, begun, walk, first, samples, taken)
+    kind, crossing = _first_event(spec, problem, begun, walk, first, samples, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
-    if not slips_freely(problem.scene):
+    if isinstance(spec, EventExact) and not slips_freely(problem.scene):
         at_once |= _is_noise(problem, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
@@ -269,7 +269,7 @@ def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, ste
 
 
 def _first_event(
-    nearness: float,
+    spec: RK4Split | EventExact,
     problem: Problem,
     begun: _Beginning,
     walk: Walk,
@@ -279,13 +279,14 @@ def _first_event(
 ):
     """Kind and crossing of whatever comes first: exchange, stop or onset, patch's edge."""
     floor, mode, step = problem.scene.floor, begun.mode, begun.step
+    near = spec.close, spec.reach
     rate, end = taken.rate, taken.end
     low, high = bounds(walk.theta.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
     room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
     theta = samples.theta[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
-    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, nearness)
+    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
     if slips_freely(problem.scene):
         return best
     slides = mode != 0
@@ -296,8 +297,10 @@ def _first_event(
     slowing = mode * end.foot_acceleration * step
     slope = jnp.where(slides, slowing, parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
-    leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
-    crossing = first_crossing(margins, slope, walk.target == change, nearness, leaving)
+    leaving = None
+    if isinstance(spec, EventExact):
+        leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
+    crossing = first_crossing(margins, slope, walk.target == change, *near, leaving)
     best = _earlier((change, crossing), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
@@ -307,7 +310,7 @@ def _first_event(
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
         kind = jnp.full_like(exchange, EventKind.PATCH)
         closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
-        crossing = first_crossing(gaps, closing, walk.target == kind, nearness)
+        crossing = first_crossing(gaps, closing, walk.target == kind, *near)
         best = _earlier((kind, crossing), best)
     return best
 

@@ -269,6 +269,9 @@ def held_from_the_edge(dtype):
     return jax.jit(jax.vmap(jax.vmap(one)))(*rows, held)
 
 
+@pytest.mark.parametrize(
+    "dtype", ["float64", pytest.param("float32", marks=pytest.mark.long)], indirect=True
+)
 def test_event_exact_leaves_the_edge_of_the_cone_within_its_steps(dtype):
     """Slides that begin with next to no acceleration and end at once, and onsets whose margin is
     lost in roundings: nothing is repeated for ever, and a nudge makes no difference."""
