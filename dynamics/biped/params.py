@@ -20,6 +20,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.derived import register_derived
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,
@@ -74,12 +75,14 @@ NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
 
 
-@jax.tree_util.register_dataclass
+@register_derived
 @dataclass(frozen=True)
 class BipedParams:
     """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.
 
-    Every field may be an array with leading batch axes and be mapped over with vmap.
+    Every field may be an array with leading batch axes and be mapped over with vmap. The
+    constructor, and `dataclasses.replace`, refuse what `validate` does but for a linkage that does
+    not close, which `replace` looks at, too.
 
     Lengths [m], pins named as in the chapter's Fig. 3:
       crank: A to crank pin (each arm). ground_link: A to B, horizontal. rod: C to crank pin.
@@ -121,6 +124,10 @@ class BipedParams:
     gravity: Numeric
 
     __repr__ = short_repr
+
+    def __post_init__(self):
+        if not all(isinstance(leaf, int) for leaf in jax.tree.leaves(self)):  # axes to map over
+            self._check_numbers()
 
     def in_short(self) -> str:
         """The whole mass [kg], and the entries that are not the reference robot's."""
@@ -219,6 +226,14 @@ class BipedParams:
         message says where it does not). Traced values pass unchecked: inside a transformation a
         linkage that cannot close is reported as Status.NO_SOLUTION.
         """
+        self._check_numbers()
+        if is_concrete(self):
+            from stickslip.dynamics.biped.kinematics import require_closure
+
+            require_closure(self)
+        return self
+
+    def _check_numbers(self):
         require_numeric(**vars(self))
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
@@ -237,11 +252,6 @@ class BipedParams:
             whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)
             accepted = "a finite mass > 0 [kg]"
             require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
-        if is_concrete(self):
-            from stickslip.dynamics.biped.kinematics import require_closure
-
-            require_closure(self)
-        return self
 
 
 @cache

@@ -1,7 +1,9 @@
 """Bad values raise ValueError with the field, what was given and what is accepted."""
 
 import re
+from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -61,6 +63,16 @@ BAD = {
     "unknown outputs": (lambda: Scene.grip(outputs="all"), "outputs", "'all'", "'state'"),
     "unknown floor": (lambda: Scene("ice").validate(), "floor", "'ice'", "Grip"),
     "negative scene payload": (lambda: Scene.grip(payload=-1.0), "payload", "-1.0", ">= 0"),
+    "gravity upwards, by dataclasses.replace": (
+        lambda: replace(default_params("float32"), gravity=-9.81), "gravity", "-9.81", "> 0"
+    ),
+    "a mass of nothing, by the constructor": (
+        lambda: BipedParams(**vars(default_params("float32")) | {"mass": jnp.full(13, -1.0)}),
+        "mass", "-1.0", ">= 0",
+    ),
+    "a list, by dataclasses.replace": (
+        lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
+    ),
     "negative length": (lambda: bars(femur=-9.0), "femur", "-9.0", ">= 0"),
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
     "length not a number": (lambda: bars(tibia=NAN), "tibia", "nan", "finite"),
@@ -149,6 +161,16 @@ def test_the_angle_named_is_one_at_which_it_does_not_close(float64):
 def test_in_a_batch_the_member_that_cannot_close_is_named(float64):
     with pytest.raises(ValueError, match=r"batch member 1"):
         bars(rocker=jnp.asarray([2.5, 1.0, 2.5]))
+
+
+def test_axes_to_map_over_and_traced_robots_are_no_numbers_to_check():
+    robot = default_params("float32")
+    axes = replace(jax.tree.map(lambda leaf: None, robot), gravity=0)
+    weights = jax.vmap(lambda one: one.gravity * one.total_mass, (axes,))(
+        jax.jit(lambda up: replace(robot, gravity=up))(jnp.asarray([-9.81, 9.81]))
+    )
+    expected = np.array([-9.81, 9.81]) * float(robot.total_mass)
+    np.testing.assert_allclose(weights, expected, rtol=1e-6)
 
 
 def test_numbers_on_the_border_are_accepted():
