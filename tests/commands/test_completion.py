@@ -86,6 +86,7 @@ def test_the_shell_completes_commands_flags_and_names(command: list[str]):
     assert dict(zip(lines, answers, strict=True)) == lines, ran.stderr
 
 
+@pytest.mark.filterwarnings("ignore:os.fork")  # JAX's: what forks here is another program at once
 @pytest.mark.skipif(shutil.which("zsh") is None, reason="no zsh here")
 def test_zsh_completes_a_line_as_it_is_typed(there: Path):
     pexpect = pytest.importorskip("pexpect")

@@ -92,6 +92,8 @@ def rows_of(text: str, table: str) -> dict[int, str]:
 def functions(name: str) -> frozenset[str]:
     """Functions that at least one instruction of the optimised program comes from."""
     text = program(name).as_text()
+    if jax.__version_info__ < (0, 10) and "FunctionNames" not in text:
+        pytest.skip("XLA of this JAX does not say which functions its instructions come from")
     names = {k: v.strip('"') for k, v in rows_of(text, "FunctionNames").items()}
     places = rows_of(text, "FileLocations")
     frames = rows_of(text, "StackFrames")

@@ -202,6 +202,7 @@ def test_bad_poses_are_refused_before_tracing():
         assert "accepted" in str(caught.value)
 
 
+@pytest.mark.long
 def test_without_jit_a_place_is_what_it_is_with_it(float64):
     """Loops count in Python's integers then; `jax.disable_jit` is how a user looks into a step."""
     params, track = UGVParams(), HARD["ditch"]().astype(float64)

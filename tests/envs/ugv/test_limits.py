@@ -51,6 +51,7 @@ def test_drawn_patches_leave_the_ground_as_it_was_and_differ_by_episode():
             replace(drawn, **bad).validate()
 
 
+@pytest.mark.long
 def test_the_optimiser_and_the_environment_stop_at_the_same_torque(float64):
     env = UGVEnv("wheel_energy", 0, QUICK, "disabled")
     free = env.make_params(track=Track.bump(centre=2.5, end=3.5), dtype=np.float64)

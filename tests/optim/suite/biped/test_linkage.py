@@ -6,6 +6,7 @@ import pytest
 from stickslip.optim import instance
 
 
+@pytest.mark.long
 def test_the_reference_robot_as_a_design_is_the_reference_robot():
     one = instance("design-biped-friction-d12-v1")
     value, feasible = one.value(np.ones(12))
