@@ -81,8 +81,8 @@ class BipedParams:
     """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.
 
     Every field may be an array with leading batch axes and be mapped over with vmap. The
-    constructor, and `dataclasses.replace`, refuse what `validate` does but for a linkage that does
-    not close, which `replace` looks at, too.
+    constructor, and with it `dataclasses.replace`, refuses fields of another kind, sign or shape;
+    `validate`, which `from_bars` and `replace` call, looks at robots as a whole, too.
 
     Lengths [m], pins named as in the chapter's Fig. 3:
       crank: A to crank pin (each arm). ground_link: A to B, horizontal. rod: C to crank pin.
@@ -227,6 +227,11 @@ class BipedParams:
         linkage that cannot close is reported as Status.NO_SOLUTION.
         """
         self._check_numbers()
+        if is_concrete(self.mass, self.payload):
+            # Hip and crank twice, too: above 0 and finite where the whole mass is.
+            whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)
+            accepted = "a finite mass > 0 [kg]"
+            require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
         if is_concrete(self):
             from stickslip.dynamics.biped.kinematics import require_closure
 
@@ -247,11 +252,6 @@ class BipedParams:
         for name in (*NON_NEGATIVE, "mass", "inertia"):
             require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
-        if is_concrete(self.mass, self.payload):
-            # Hip and crank twice, too: above 0 and finite where the whole mass is.
-            whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)
-            accepted = "a finite mass > 0 [kg]"
-            require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
 
 
 @cache

@@ -52,6 +52,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trained):
     path = run.directory
     assert run.finished

@@ -121,7 +121,7 @@ def test_a_robot_that_cannot_be_is_refused():
     open_ = rebuilt(task()[1].robot, closes=np.asarray(False))
     with pytest.raises(ValueError, match=r"robot: its linkage cannot close"):
         task()[1].replace(robot=open_)
-    lame = replace(BipedParams.from_bars(), heel=np.float32(-0.1))
+    lame = rebuilt(BipedParams.from_bars(), heel=np.float32(-0.1))
     with pytest.raises(ValueError, match=r"heel = -0\.1.* is not accepted"):
         BipedEnv().make_params(biped=lame)
 
