@@ -18,7 +18,7 @@ from stickslip.agents.evaluation.run import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config
 from stickslip.agents.reports.evaluated import report_of, write_evaluation
-from stickslip.agents.reports.trained import write_training
+from stickslip.agents.reports.trained import report_training
 from stickslip.agents.tasks.named import (
     common_task,
     earned_in_words,
@@ -36,6 +36,7 @@ from stickslip.agents.tasks.places import (
 )
 from stickslip.agents.training.configuration import flags_given, from_flags
 from stickslip.agents.view_files import (
+    require_folder,
     require_new,
     require_writable,
     show_window,
@@ -79,6 +80,8 @@ def train_command(given: Options) -> bool:
     config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
     whose = machine.name if config is None or config.task is None else config.task
+    if out is not None:
+        require_folder(out)
     directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with interruptible() as stop:
         trained = train(
@@ -100,7 +103,7 @@ def train_command(given: Options) -> bool:
     if not given["no_pictures"]:
         say_stage("drawing")
         machine.write_products(trained)
-        write_training(trained, machine)
+        report_training(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
     )
@@ -142,6 +145,7 @@ def evaluate_command(given: Options) -> Content:
         require_integer("episodes", given["episodes"], high=MOST_EPISODES)
     targets = []
     if given["out"] is not None:
+        require_folder(given["out"])
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
     page = report_of(given)
     written = targets + ([] if page is None else [page])

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.given import require_named
+from stickslip.agents.reports.writing import written_or_told
 from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
@@ -15,6 +16,7 @@ from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.progress import Progress
 from stickslip.agents.training.directory import only_writer
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,7 +29,8 @@ if TYPE_CHECKING:
 class Swept:
     """What a sweep has done. programs: compiled in this process, None where workers did.
 
-    chunks: all there are; played: how many of them this call played.
+    chunks: all there are; played: how many of them this call played. report: the page about it,
+    None where none was asked for or could be written.
     """
 
     path: Path
@@ -35,6 +38,7 @@ class Swept:
     chunks: int
     played: int
     programs: int | None
+    report: Path | None = None
 
 
 def sweep(
@@ -57,6 +61,7 @@ def sweep(
     overwrite: bool = False,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
+    report: bool = True,
 ) -> Swept:
     """Play episodes of every policy on every task at every point of the axes, and write them.
 
@@ -80,6 +85,11 @@ def sweep(
     where there is no terminal. stop: asked now and then; StoppedError where it says so, and what is
     written can be resumed.
 
+    report: at the end summary.txt, pictures (where matplotlib is installed) and report.html are
+    written beside the data, of the whole sweep, in place of those that are there. The page has a
+    few of the episodes, which are played again: a program for each policy that is shown. Where that
+    fails, a RuntimeWarning says so.
+
     ValueError for unknown axes, values that a task does not take, policies of something else, a
     directory of something else. MemoryError where not even one episode fits.
     """
@@ -95,7 +105,7 @@ def sweep(
         independent=independent,
         summaries=summaries,
     )
-    return run_plan(
+    done = run_plan(
         plan,
         Path(out),
         chunk=chunk,
@@ -108,6 +118,13 @@ def sweep(
         progress=progress,
         stop=stop,
     )
+    if not report:
+        return done
+    from stickslip.agents.reports.swept import report_sweep
+
+    say = say_stage if progress else lambda stage: None
+    told = written_or_told(done.path, lambda: report_sweep(plan, done.path, say=say))
+    return done if told is None else replace(done, report=told.report)
 
 
 def run_plan(

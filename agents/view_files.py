@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, Timed
 
 
+FILES = (".csv", ".json", ".parquet", ".html", ".htm", ".md", ".txt", ".png", ".gif", ".npz")
+"""What no directory of results is called."""
+
+
 class ViewFiles(NamedTuple):
     """What `stickslip view` is to write."""
 
@@ -84,11 +88,24 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
 
 
 def require_writable(paths: Sequence[Path]) -> None:
-    """Raise OSError where nothing can be written, before anything is computed for it."""
-    for folder in {path.parent for path in paths}:
+    """Raise OSError naming the file where it cannot be written, before anything is computed."""
+    for folder, path in {path.parent: path for path in paths}.items():
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        try:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:  # it names the file that was tried, of which nobody knows
+            raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def require_folder(out: str | Path) -> None:
+    """Raise ValueError for an --out that is to be a directory and is named as a file."""
+    path = Path(out)
+    if path.suffix.lower() in FILES and not path.is_dir():
+        raise ValueError(
+            f"--out {path} ends in {path.suffix!r}; accepted: a directory, in which the files get "
+            "names of their own"
+        )
 
 
 def require_suffix(path: Path, accepted: tuple[str, ...]) -> None:

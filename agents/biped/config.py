@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.biped.scenes import SCENE, SCENES
+from stickslip.agents.biped.scenes import HOLDS, SCENE, SCENES
 from stickslip.agents.training.configuration import entry, group, later_group
 from stickslip.agents.training.groups import (
     LearningConfiguration,
@@ -78,7 +78,7 @@ class TrainConfig(LearningConfiguration):
     timesteps: int = shared("timesteps", 8_000_000)
     task: str | None = shared("task", None)
 
-    scene: str = entry(SCENE, str, f"floor: {', '.join(SCENES)}")
+    scene: str = entry(SCENE, str, "floor", choices=tuple(SCENES))
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
@@ -122,6 +122,14 @@ class TrainConfig(LearningConfiguration):
     )
     fall_penalty: float | None = entry(
         None, float, "of a fall in the training reward", low=0, optional=True
+    )
+    substeps: int = entry(
+        1,
+        int,
+        "steps of the integrator in a control step, of training and its evaluations: a policy "
+        "learns to lean on none's errors",
+        low=1,
+        high=64,
     )
 
     num_envs: int = shared("num_envs", 1024)
@@ -195,8 +203,22 @@ class TrainConfig(LearningConfiguration):
             )
         if self.payload is not None and self.random_payload is not None:
             raise ValueError("payload with random_payload; accepted: one of them")
-        if self.mu_kinetic is not None and self.mu_static is None:
+        self._check_friction()
+
+    def _check_friction(self) -> None:
+        static, kinetic = self.mu_static, self.mu_kinetic
+        if kinetic is not None and static is None:
             raise ValueError(
-                f"mu_kinetic = {self.mu_kinetic} without mu_static; accepted: both, mu_static "
-                "alone or neither"
+                f"mu_kinetic = {kinetic} without mu_static; accepted: both, mu_static alone or "
+                "neither"
+            )
+        if kinetic is not None and static is not None and kinetic > static:
+            raise ValueError(
+                f"mu_kinetic = {kinetic} exceeds mu_static = {static}; accepted: finite, 0 <= "
+                "mu_kinetic <= mu_static"
+            )
+        if self.scene == HOLDS and self.random_friction is not None:
+            raise ValueError(
+                f"random_friction = {self.random_friction} with scene = {self.scene!r}, whose "
+                "floor has no friction to draw; accepted: one of them"
             )

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.scale import Scale
+    from stickslip.optim.problem import AnyProblem
 
 STARTS = ("moving", "rest")
 
@@ -237,6 +238,17 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.shown import shown
 
         return shown(played, env, params, name, scale)
+
+    def solved(self, problem: AnyProblem, x: np.ndarray, name: str) -> Shown | None:
+        """See Machine: gaits on their grid, three steps of a periodic one; walks of the suite."""
+        from stickslip.agents.biped.gait_shown import gait_shown
+        from stickslip.agents.biped.walk_shown import walk_of, walk_shown
+        from stickslip.optim import FunctionProblem, GaitProblem
+
+        if isinstance(problem, GaitProblem):
+            return gait_shown(problem, problem.gait(x), name)
+        walked = walk_of(problem, x) if isinstance(problem, FunctionProblem) else None
+        return None if walked is None else walk_shown(walked, name)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

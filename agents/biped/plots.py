@@ -74,7 +74,7 @@ def plot_course(
     _friction(use, [course], floor)
     use.plot(course.time, np.minimum(course.friction_use, CEILING), color=LINES[0], lw=1.2)
     slid.plot(course.time, 1e3 * course.slid, color=LINES[0], lw=1.2)
-    _name(slid, SLID, "since the start, either direction; shaded: the foot slides")
+    _name(slid, SLID, "since the start, either direction; shaded: the foot slips")
     for axis in axes:
         _shade(axis, course)
     slid.set_ylim(*_from_zero(1e3 * float(course.slid[-1])))
@@ -173,7 +173,7 @@ def _friction(axis: Axes, courses: list[Histories], floor: Floor) -> None:
     grip = isinstance(floor, Grip)
     label = "|f| / N [-]" if grip else "friction use |f| / (μs N) [-]"
     axis.axhline(1.0, color=theme.SLIDES, lw=1.0, ls=(0, (4, 3)))
-    _name(axis, label, "" if grip else "at 1 the foot breaks loose; while it slides, μk / μs")
+    _name(axis, label, "" if grip else "at 1 the foot breaks loose; while it slips, μk / μs")
     highest = max(float(np.max(course.friction_use, initial=0.0)) for course in courses)
     axis.set_ylim(0, min(max(1.1, 1.1 * highest), CEILING))
 

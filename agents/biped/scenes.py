@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 SCENE = "slippery"
 """The floor where none is named."""
+HOLDS = "grip"
+"""The floor that has no friction: nothing slips on it."""
 SCENES: Built[Scene] = Built({name: lambda name=name: dynamics.Scene.named(name) for name in NAMES})
 """See Scene.named."""
 

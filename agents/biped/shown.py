@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,63 @@ LEAST_SLID = 1e-7
 TERMS = ("tracking", "slip", "energy", "fall")
 
 
+class Course(NamedTuple):
+    """What a walk's curves are drawn from, every entry but the last [n], forces in N, torque and
+    `limit` in N m, rates in rad/s. slide: of the foot, forwards +; slid: either way, so far [m]."""
+
+    torque: np.ndarray
+    rate: np.ndarray
+    commanded: np.ndarray
+    friction: np.ndarray
+    normal: np.ndarray
+    slide: np.ndarray
+    slid: np.ndarray
+    limit: float
+
+    @property
+    def use(self) -> np.ndarray:
+        """Friction in parts of the normal force; NaN where nothing is carried."""
+        return np.abs(self.friction) / np.where(self.normal > 0, self.normal, np.nan)
+
+    def panels(self, frames: Sequence[BipedFrame]) -> tuple[Panel, ...]:
+        """Torque, power, crank rate, friction and sliding. frames: [n], for the friction below."""
+        mu = np.array([np.nan if one.mu_static is None else one.mu_static for one in frames])
+        friction = [Line("|friction| / normal", self.use)]
+        friction += [Line("static friction", mu, dashed=True)] if np.isfinite(mu).any() else []
+        limits = (-self.limit, self.limit)
+        return (
+            panel("motor torque", "N m", self.torque, limits=limits, steps=True),
+            panel("motor power, torque × crank rate", "W", self.torque * self.rate),
+            Panel(
+                "crank rate",
+                "rad/s",
+                (
+                    Line("crank rate", self.rate),
+                    Line("commanded mean", self.commanded, dashed=True),
+                ),
+            ),
+            Panel("friction used", "-", tuple(friction)),
+            Panel(
+                "sliding of the feet",
+                "mm",
+                (
+                    Line("distance slid, either way", 1e3 * self.slid),
+                    Line("slide, forwards +", 1e3 * self.slide),
+                ),
+            ),
+        )
+
+    def numbers(self, walked: np.ndarray) -> tuple[tuple[str, np.ndarray, int], ...]:
+        """What stands above the picture; walked: by the hip so far [n] m."""
+        return (
+            ("walked [m]", walked, 2),
+            ("crank rate [rad/s]", self.rate, 2),
+            ("torque [N m]", self.torque, 2),
+            ("friction / normal", self.use, 2),
+            ("distance slid [mm]", 1e3 * self.slid, 1),
+        )
+
+
 def shown(
     played: Rollout[BipedEnvState],
     env: BipedEnv,
@@ -58,47 +115,24 @@ def shown(
     robot = drawn_robot(played.start_state.drawn, params)
     scene = drawn_scene(played.start_state.drawn, params)
     drawing, walked = biped_drawing(frames, robot.params, scene, slips)
-    torque, rate = from_start(played.info["torque"]), np.asarray(states.biped.crank_rate, float)
-    carried = np.where(infos["normal_force"] > 0, infos["normal_force"], np.nan)
-    use = np.abs(infos["friction_force"]) / carried
-    limit = float(params.torque_limit)
-    mu = np.array([np.nan if one.mu_static is None else one.mu_static for one in frames])
-    commanded = np.asarray(states.drawn.commanded_rate, float)
+    course = Course(
+        torque=from_start(played.info["torque"]),
+        rate=np.asarray(states.biped.crank_rate, float),
+        commanded=np.asarray(states.drawn.commanded_rate, float),
+        friction=infos["friction_force"],
+        normal=infos["normal_force"],
+        slide=np.asarray(states.biped.foot_position, float),
+        slid=infos["episode_slid"],
+        limit=float(params.torque_limit),
+    )
     terms = {one: from_start(played.info[f"reward_{one}"]) for one in TERMS}
-    friction = [Line("|friction| / normal", use)]
-    friction += [Line("static friction", mu, dashed=True)] if np.isfinite(mu).any() else []
-    slide = 1e3 * np.asarray(states.biped.foot_position, float)
-    slid = 1e3 * infos["episode_slid"]
     smooth = isinstance(params.scene.floor, Smoothed)
-    panels = (
-        panel("motor torque", "N m", torque, limits=(-limit, limit), steps=True),
-        panel("motor power, torque × crank rate", "W", torque * rate),
-        Panel(
-            "crank rate",
-            "rad/s",
-            (Line("crank rate", rate), Line("commanded mean", commanded, dashed=True)),
-        ),
-        Panel("friction used", "-", tuple(friction)),
-        Panel(
-            "sliding of the feet",
-            "mm",
-            (Line("distance slid, either way", slid), Line("slide, forwards +", slide)),
-        ),
-        *reward_panels(played, terms, "-", scale),
-    )
-    numbers = (
-        ("walked [m]", walked, 2),
-        ("crank rate [rad/s]", rate, 2),
-        ("torque [N m]", torque, 2),
-        ("friction / normal", use, 2),
-        ("distance slid [mm]", slid, 1),
-    )
     last = played.info
     whole = facts(
         [
             ("return", float(last["episode_return"][-1]), "-"),
             ("walked", float(last["episode_walked"][-1]), "m"),
-            ("distance slid", float(slid[-1]), "mm"),
+            ("distance slid", 1e3 * float(infos["episode_slid"][-1]), "mm"),
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )
@@ -108,9 +142,9 @@ def shown(
     return Shown(
         name=name,
         period=float(params.control_period),
-        panels=panels,
-        events=_events(switches, frames, slips, ended),
-        numbers=numbers,
+        panels=(*course.panels(frames), *reward_panels(played, terms, "-", scale)),
+        events=events_of(switches, frames, slips, ended),
+        numbers=course.numbers(walked),
         slips=slips,
         spans=None if smooth else sliding_spans(switches, frames[-1].time),
         drawing=drawing,
@@ -146,7 +180,7 @@ def _timing(env: BipedEnv, params: BipedEnvParams) -> str:
     return f"Times of events {accuracy_of(env.integrator, period)}."
 
 
-def _events(
+def events_of(
     found: Sequence[Switch], frames: list[BipedFrame], slips: np.ndarray, ended: str
 ) -> tuple[Event, ...]:
     """Switches at their instants, and the end where the model stopped; on a smoothed floor, which

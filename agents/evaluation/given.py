@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from stickslip.agents.protocol import Controller, Planner
@@ -55,3 +56,18 @@ def _validated(name: str, given: Given, kinds: type | tuple[type, ...], accepted
         raise ValueError(f"{name} = {shown(given)} is a class; accepted: {given.__name__}(...)")
     require_kind(name, given, kinds, accepted)
     return given.validate()
+
+
+@contextmanager
+def made_for(player: object, env: AnyEnv, *own: object) -> Iterator[None]:
+    """Raise ValueError where a player reads what the environment, or its state or parameters in
+    `own`, do not have: it was made for another machine."""
+    try:
+        yield
+    except AttributeError as error:
+        if type(error.obj) not in {type(env), *map(type, own)}:
+            raise
+        raise ValueError(
+            f"{type(player).__name__} reads {error.name!r} of a {type(error.obj).__name__}, which "
+            f"has none; accepted: a controller that was made for {type(env).__name__}"
+        ) from error

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.agents.evaluation.given import validated_controller
+from stickslip.agents.evaluation.given import made_for, validated_controller
 from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
 from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.envs.functional import FunctionalEnv, pure_step
@@ -114,7 +114,9 @@ def planned(
 ) -> Controller[Any, State, Params]:
     """A planner's path for a seed's first episode, to be played back; any other controller."""
     if isinstance(controller, Planner):
-        return controller.path(env, params, first_state(env, params, seed))
+        state = first_state(env, params, seed)
+        with made_for(controller, env, state, params):
+            return controller.path(env, params, state)
     return controller
 
 
@@ -165,7 +167,8 @@ def _rollout(
     def outcome(
         obs: Float[Array, " obs"], state: State, memory: Memory
     ) -> tuple[Memory, _Step[State]]:
-        memory, action = controller.act(memory, obs, state, params)
+        with made_for(controller, env, state, params):
+            memory, action = controller.act(memory, obs, state, params)
         if jnp.shape(action) != (size := (len(env.action_names),)):
             raise ValueError(
                 f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
@@ -177,7 +180,8 @@ def _rollout(
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
         return memory, _Step(state, obs, action, reward, terminated, truncated, info)
 
-    memory = controller.init(params, start)
+    with made_for(controller, env, start, params):
+        memory = controller.init(params, start)
     shapes = jax.eval_shape(lambda: outcome(start_obs, start, memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 

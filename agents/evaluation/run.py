@@ -15,8 +15,8 @@ from stickslip.agents.evaluation.given import require_named, require_places, val
 from stickslip.agents.evaluation.rollout import (
     Rollout,
     episode_key,
-    first_state,
     horizon,
+    planned,
     rollout,
     without_resets,
 )
@@ -137,7 +137,7 @@ def play(
     require_room(len(seeds), count)
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
     if isinstance(controller, Planner):
-        paths = [controller.path(env, params, first_state(env, params, seed)) for seed in seeds]
+        paths = [planned(env, controller, params, seed) for seed in seeds]
         stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths)
         played = _play(env, count, keep, 0, stacked, params, keys)
     else:

@@ -14,50 +14,65 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.optimisers.results import Run
+    from stickslip.records.content import Content
 
 OK, STOPPED, WRONG_INPUT = 0, 1, 2
 PROGRAM = "stickslip bench optimisers"
-EXAMPLES = """\
-examples:
-  stickslip bench optimisers methods
-  stickslip bench optimisers run --instances shoot-grip-d10-v1 --methods cma slsqp random \\
+EXAMPLES = {
+    "run": f"""\
+  {PROGRAM} run --instances shoot-grip-d10-v1 --methods cma slsqp random \\
       --budget 500 --seeds 3 --out runs/race
-  stickslip bench optimisers run ... --out runs/race --resume
-  stickslip bench optimisers report runs/race --with theirs.csv --out runs/report
-  stickslip bench optimisers export runs/race --ioh runs/ioh
-"""
+  {PROGRAM} run ... --out runs/race --resume
+""",
+    "report": f"  {PROGRAM} report runs/race --with theirs.csv --out runs/report\n",
+    "export": f"  {PROGRAM} export runs/race --ioh runs/ioh\n",
+    "methods": f"  {PROGRAM} methods\n",
+}
+"""By part."""
 
 
 def main(arguments: list[str]) -> int:
     """Do what is asked; the exit status: 0, 1 where it was stopped, 2 for wrong input."""
+    return run(arguments)[0]
+
+
+def run(arguments: list[str]) -> tuple[int, Content | None]:
+    """The same; the exit status, and what was found."""
     given = make_parser().parse_args(arguments)
     try:
-        return given.run(given)
+        found = given.run(given)
     except (ValueError, OSError, ModuleNotFoundError) as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
-        return WRONG_INPUT
+        return WRONG_INPUT, None
+    return (STOPPED if found is None else OK), found
 
 
 def make_parser(program: str = PROGRAM) -> argparse.ArgumentParser:
     """Its flags."""
+    raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(
         prog=program,
         description="Optimisers on the suite of instances: run them, compare them.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="examples:\n" + "".join(EXAMPLES.values()),
+        formatter_class=raw,
     )
-    parts = parser.add_subparsers(required=True, metavar="run | report | export | methods")
-    add_run(parts.add_parser("run", help="run methods on instances into a directory"))
-    report = parts.add_parser("report", help="compare runs, in words and pictures")
+    parts = parser.add_subparsers(required=True, metavar=" | ".join(EXAMPLES))
+
+    def part(name: str, about: str) -> argparse.ArgumentParser:
+        example = f"examples:\n{EXAMPLES[name]}"
+        return parts.add_parser(name, help=about, epilog=example, formatter_class=raw)
+
+    add_run(part("run", "run methods on instances into a directory"))
+    report = part("report", "compare runs, in words and pictures")
     _add_sources(report)
     report.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new directory")
     report.set_defaults(run=_report)
-    export = parts.add_parser("export", help="write runs as one table, or for IOHanalyzer")
+    export = part("export", "write runs as one table, or for IOHanalyzer")
     _add_sources(export)
     export.add_argument("--table", type=Path, metavar="FILE", help="a new .parquet or .csv")
     export.add_argument("--ioh", type=Path, metavar="DIR", help="a new folder of IOHprofiler's")
     export.set_defaults(run=_export)
-    parts.add_parser("methods", help="list the methods").set_defaults(run=_methods)
+    part("methods", "list the methods").set_defaults(run=_methods)
     return parser
 
 
@@ -86,6 +101,7 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: cores)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask, whose workers do it")
+    parser.add_argument("--no-pictures", action="store_true", help="no report.html")
     parser.set_defaults(run=_run)
 
 
@@ -97,14 +113,17 @@ def _add_sources(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _run(given: argparse.Namespace) -> int:
+def _run(given: argparse.Namespace) -> Content | None:
     from stickslip.agents.commands import interruptible
     from stickslip.agents.optimisers.plan import RacePlan
     from stickslip.agents.optimisers.race import run_race
-    from stickslip.agents.optimisers.words import counted_text
+    from stickslip.agents.optimisers.words import counted_text, runs_table
     from stickslip.agents.sweeps.play import StoppedError
+    from stickslip.agents.view_files import require_folder
     from stickslip.optim.suite.catalogue import suite
+    from stickslip.records.content import Content
 
+    require_folder(given.out)
     if given.again and not given.resume:
         raise ValueError("--again without --resume; accepted: with it")
     plan = RacePlan.of(
@@ -137,10 +156,15 @@ def _run(given: argparse.Namespace) -> int:
             print(
                 f"Stopped; go on with the same command and --resume ({given.out})", file=sys.stderr
             )
-            return STOPPED
+            return None
     print(counted_text(runs), end="")
+    if not given.no_pictures:
+        from stickslip.agents.reports.raced import report_race
+
+        if (page := report_race(runs, given.out, say_stage)) is not None:
+            print(f"Written: {page}")
     print(f"Compare them: {PROGRAM} report {given.out} --out DIR")
-    return OK
+    return Content({"runs": runs_table(runs)}, {"directory": str(given.out)})
 
 
 def _read(given: argparse.Namespace) -> list[Run]:
@@ -149,13 +173,16 @@ def _read(given: argparse.Namespace) -> list[Run]:
     return read_results(*given.source, *given.others)
 
 
-def _report(given: argparse.Namespace) -> int:
+def _report(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.pictures import draw_report
     from stickslip.agents.optimisers.results import write_results
-    from stickslip.agents.optimisers.words import report_text
+    from stickslip.agents.optimisers.words import report_text, runs_table
     from stickslip.agents.reports.raced import write_race
+    from stickslip.agents.view_files import require_folder
+    from stickslip.records.content import Content
     from stickslip.records.files import write_whole
 
+    require_folder(given.out)
     if given.out.exists():
         raise ValueError(f"{given.out} exists; accepted: a new directory")
     runs = _read(given)
@@ -165,14 +192,16 @@ def _report(given: argparse.Namespace) -> int:
     written = [write_whole(given.out / "report.md", text, overwrite=False)]
     written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
     drawn = draw_report(runs, given.out)
-    written += [*drawn, write_race(runs, given.out, drawn)]
+    written += [*drawn, write_race(runs, given.out, drawn, say=say_stage)]
     print("Written: " + ", ".join(map(str, written)))
-    return OK
+    return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})
 
 
-def _export(given: argparse.Namespace) -> int:
+def _export(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.ioh import write_ioh
     from stickslip.agents.optimisers.results import write_results
+    from stickslip.agents.optimisers.words import runs_table
+    from stickslip.records.content import Content
 
     if given.table is None and given.ioh is None:
         raise ValueError("neither --table nor --ioh; accepted: one of them, or both")
@@ -182,14 +211,16 @@ def _export(given: argparse.Namespace) -> int:
     if given.ioh is not None:
         written += write_ioh(runs, given.ioh)
     print("Written: " + ", ".join(map(str, written)))
-    return OK
+    return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})
 
 
-def _methods(given: argparse.Namespace) -> int:
+def _methods(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.words import methods_table
+    from stickslip.records.content import Content
 
-    print(methods_table().terminal())
-    return OK
+    table = methods_table()
+    print(table.terminal())
+    return Content({"methods": table})
 
 
 def command(arguments: Sequence[str] | None = None) -> None:

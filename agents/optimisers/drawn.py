@@ -20,6 +20,8 @@ COLOURS = (
 )  # fmt: skip
 DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 MARKERS = "os^Dv<>Ph*Xp"
+LETTER = 0.115
+"""Width of a title's letter, about [inch]."""
 IN_WORDS = {
     "posture": "leg angles of the UGV",
     "split": "torque split (convex)",
@@ -60,7 +62,7 @@ def panels(
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = require("matplotlib.figure").Figure(
-        figsize=(width * columns + 1.9, 0.5 + max(2.75 * rows, height)),
+        figsize=(max(width * columns + 1.9, LETTER * len(title)), 0.5 + max(2.75 * rows, height)),
         dpi=100,
         facecolor=theme.PAGE,
         layout="constrained",

@@ -21,6 +21,7 @@ from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
 from stickslip.envs.rendering.extras import require
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -49,6 +50,7 @@ def race(
     scheduler: str | None = None,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
+    report: bool = True,
 ) -> list[Run]:
     """Run every method on every instance that suits it, with every seed; all runs there are.
 
@@ -64,7 +66,9 @@ def race(
     out: a directory that keeps each run as it is made; resume: go on with what is missing there,
     and, with again, with those that failed. workers: processes here, one for each core if None;
     scheduler: the address of a Dask scheduler, whose workers do it. progress: a bar, or lines.
-    stop: asked now and then; StoppedError where it says so.
+    stop: asked now and then; StoppedError where it says so. report: with out, report.html is
+    written there at the end, of all its runs: tables, curves, and the best point of up to six
+    instances played. Where that fails, a RuntimeWarning says so.
 
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
     """
@@ -79,7 +83,12 @@ def race(
     )
     how = {"resume": resume, "again": again, "workers": workers, "scheduler": scheduler}
     if out is not None:
-        return run_race(plan, Path(out), progress=progress, stop=stop, **how)
+        runs = run_race(plan, Path(out), progress=progress, stop=stop, **how)
+        if report:
+            from stickslip.agents.reports.raced import report_race
+
+            report_race(runs, Path(out), say_stage if progress else lambda stage: None)
+        return runs
     if resume or again:
         raise ValueError("resume without out; accepted: with the directory of the race")
     with tempfile.TemporaryDirectory() as folder:
@@ -105,17 +114,12 @@ def run_race(
     require("cloudpickle", "a race", "sweep")
     with only_writer(path, "racing"):
         open_race(path, plan, resume=resume)
-        todo = missing_runs(path, plan)
+        every, todo = range(len(plan.tasks)), missing_runs(path, plan)
+        kept: dict[int, Run] = {}
         if again:
-            gone = set(todo)
-            todo = sorted(
-                gone
-                | {
-                    i
-                    for i in range(len(plan.tasks))
-                    if i not in gone and read_runs(run_path(path, i))[0].outcome in FAILED
-                }
-            )
+            held = _read(path, {*every} - {*todo})
+            kept = {index: run for index, run in held.items() if run.outcome not in FAILED}
+            todo = [index for index in every if index not in kept]
         done = len(plan.tasks) - len(todo)
         work = Runs(plan, path)
         with Progress(len(plan.tasks), done, progress, name="race", unit="run") as told:
@@ -129,7 +133,13 @@ def run_race(
                     run_beyond(work, todo, watch, scheduler=scheduler)
             finally:
                 work.close()
-        return [read_runs(run_path(path, index))[0] for index in range(len(plan.tasks))]
+        found = kept | _read(path, {*every} - {*kept})
+        return [found[index] for index in every]
+
+
+def _read(path: Path, indices: Iterable[int]) -> dict[int, Run]:
+    """Runs of a directory by their numbers."""
+    return {index: read_runs(run_path(path, index))[0] for index in indices}
 
 
 class Runs:

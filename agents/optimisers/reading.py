@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.foreign.reading import LARGEST_TABLE, RefusedError, read_bytes, refusing
+from stickslip.agents.foreign.reading import (
+    LARGEST_TABLE,
+    RefusedError,
+    parse_json,
+    read_bytes,
+    refusing,
+)
 from stickslip.agents.optimisers.names import EVENTS, OUTCOMES
 from stickslip.agents.optimisers.results import COLUMNS, SHORT, Run, runs_of_rows
 from stickslip.dynamics.plain_checks import nearest, shown
@@ -16,9 +22,12 @@ from stickslip.optim.suite.catalogue import suite
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from stickslip.agents.foreign.reading import Json
     from stickslip.optim.suite.exports import Foreign
 
 MOST_ROWS = 5_000_000
+MOST = 1e300
+"""Of a point's numbers, either way."""
 BELOW_BOUND = 1e-6
 """How far a value may be below what is proved, in parts of it, and absolutely: roundings."""
 ROW_WORDS = 300
@@ -140,6 +149,7 @@ def _require_row(row: dict[str, Foreign], number: int) -> None:
             raise RefusedError(
                 f"row {number}: {entry} = {shown(row[entry])} is none of {', '.join(known)}"
             )
+    _require_point(row, number)
     for entry, column in COLUMNS.items():
         cell = row[entry]
         if column.kind == "count" and cell is None and column.required:
@@ -149,6 +159,19 @@ def _require_row(row: dict[str, Foreign], number: int) -> None:
             raise RefusedError(f"row {number}: {entry} = {cell}, at least 0")
         if column.kind == "number" and cell is not None and np.isinf(cell):
             raise RefusedError(f"row {number}: {entry} = {cell}, a finite number or empty")
+
+
+def _require_point(row: dict[str, Foreign], number: int) -> None:
+    if not row["point"]:
+        return
+    n = suite()[row["instance"]].n
+    found = parse_json(row["point"], f"row {number}: point")
+    if not isinstance(found, list) or len(found) != n or not all(map(_is_number, found)):
+        raise RefusedError(f"row {number}: point = {shown(row['point'])}, a list of {n} numbers")
+
+
+def _is_number(value: Json) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < MOST
 
 
 def _require_run(run: Run) -> None:

@@ -63,6 +63,8 @@ COLUMNS: dict[str, Column] = {
     **{name: Column("count", "-", f"of the run: {words}", 0) for name, words in COUNTED.items()},
     "wall_seconds": Column("number", "s", "time that the run took on the clock", None),
     "digest": Column("words", "-", "of the instance, first 12 digits", ""),
+    "point": Column("words", "-", "at the end: the free numbers that the value is of, as a list of"
+                    " JSON; two goals: none", ""),
 }  # fmt: skip
 """The table, in its order."""
 DIGITS, SHORT = 6, 12
@@ -74,6 +76,7 @@ class Run:
     """One run of a method on an instance with a seed; COLUMNS say what its entries are.
 
     events, evaluations, seconds, values, violations [rows]: one for each row, the last of the end.
+    point: None where it is not known.
     """
 
     instance: str
@@ -92,6 +95,7 @@ class Run:
     seconds: Float[np.ndarray, "rows"] = field(repr=False)
     values: Float[np.ndarray, "rows"] = field(repr=False)
     violations: Float[np.ndarray, "rows"] = field(repr=False)
+    point: Float[np.ndarray, "n"] | None = field(repr=False, default=None)
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -111,6 +115,7 @@ class Run:
         }
         own |= {name: _number(getattr(self, name)) for name in ("limit_seconds", "wall_seconds")}
         own |= {"digest": self.digest[:SHORT], **{name: self.counts[name] for name in COUNTED}}
+        point = "" if self.point is None else json.dumps(self.point.tolist())
         found = []
         for i, kind in enumerate(self.events):
             at: dict[str, Cell] = {
@@ -119,6 +124,7 @@ class Run:
                 "seconds": _number(round(float(self.seconds[i]), DIGITS)),
                 "value": _number(float(self.values[i])),
                 "violation": _number(float(self.violations[i])),
+                "point": point if kind == "end" else "",
             }
             found.append({name: (own | at)[name] for name in COLUMNS})
         return found
@@ -201,6 +207,7 @@ def runs_of_rows(rows: Sequence[Mapping[str, Cell]]) -> list[Run]:
                     np.array([_float(row[name]) for row in own])
                     for name in ("seconds", "value", "violation")
                 ),
+                point=_point(str(last["point"])),
             )
         )
     return found
@@ -208,6 +215,10 @@ def runs_of_rows(rows: Sequence[Mapping[str, Cell]]) -> list[Run]:
 
 def _key(row: Mapping[str, Cell]) -> tuple[str, str, int]:
     return str(row["instance"]), str(row["method"]), int(row["seed"] or 0)
+
+
+def _point(text: str) -> np.ndarray | None:
+    return np.array(json.loads(text), float) if text else None
 
 
 def _float(cell: Cell) -> float:

@@ -160,6 +160,7 @@ def run_of(task: Task, events: list[Event], ending: Ending) -> Run:
         seconds=np.array([row.seconds for row in rows], float),
         values=np.array([row.value for row in rows], float),
         violations=np.array([row.violation for row in rows], float),
+        point=ending.last.point,
     )
 
 

@@ -23,13 +23,15 @@ LEAST_GAP = 1e-8
 
 class Event(NamedTuple):
     """What was reached. kind: of EVENTS. evaluations, seconds: by then. value: the merit, NaN where
-    nothing is feasible. violation: the least so far."""
+    nothing is feasible. violation: the least so far. point: the free numbers that `value` is of,
+    None where there are none, and of a front."""
 
     kind: str
     evaluations: int
     seconds: float
     value: float
     violation: float
+    point: np.ndarray | None = None
 
 
 @dataclass
@@ -46,6 +48,7 @@ class Watched(Record):
     started: float = field(default_factory=time.process_time)
     apart: float = 0.0
     reached: float = np.nan
+    point: np.ndarray | None = None
     _level: float = np.inf
 
     @property
@@ -71,7 +74,7 @@ class Watched(Record):
 
     def end(self) -> Event:
         """What there is at the end."""
-        return Event("end", self.evaluations, self.seconds, self.reached, self.missed)
+        return Event("end", self.evaluations, self.seconds, self.reached, self.missed, self.point)
 
     @property
     def missed(self) -> float:
@@ -88,12 +91,13 @@ class Watched(Record):
             self._level = np.inf  # levels of violations end here
         if not value >= self.reached:
             self.reached = value
+            self.point = None if merit.several else np.array(x)
             self._tell("value", _level(float(merit.target.gap(value))), number, seconds)
 
     def _tell(self, kind: str, level: float, number: int, seconds: float) -> None:
         if level < self._level:
             self._level = level
-            self.tell(Event(kind, number, seconds, self.reached, self.missed))
+            self.tell(Event(kind, number, seconds, self.reached, self.missed, self.point))
 
 
 def _level(gap: float) -> float:

@@ -59,6 +59,17 @@ def counted_text(runs: Sequence[Run]) -> str:
     return found + (f"- and {len(failed) - WRONG} more\n" if len(failed) > WRONG else "")
 
 
+def runs_table(runs: Sequence[Run]) -> Table:
+    """A row a run: where it ended. gap: to the best known value, as in `gaps`."""
+    columns = [Column(name, words=True) for name in ("instance", "method", "seed", "outcome")]
+    columns += [Column("evaluations"), Column("seconds", "s"), Column("best"), Column("gap")]
+    rows = [
+        [*run.key, run.outcome, run.evaluations[-1], run.seconds[-1], run.best, gaps(run)[-1]]
+        for run in runs
+    ]
+    return Table(columns, rows)
+
+
 def closeness_table(runs: Sequence[Run]) -> Table:
     """Median gap at the end and the share of runs within CLOSE, by method and family."""
     names = families(runs)

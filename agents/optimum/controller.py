@@ -62,7 +62,8 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
 
     def process(self, env_params: Params) -> EnvProcess[State, Params]:
         """What is searched."""
-        return EnvProcess(env_params, self.actions, self.grid, self.env, self.states)
+        actions = jnp.asarray(self.actions)  # a file's may be NumPy's, with all their digits
+        return EnvProcess(env_params, actions, self.grid, self.env, self.states)
 
     def act(
         self, memory: None, obs: Float[Array, " obs"], env_state: State, env_params: Params
@@ -73,12 +74,12 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
     def search(self, env_state: State, env_params: Params) -> Found:
         """The action, what is expected of it, and whether that lies off the grid."""
         process = self.process(env_params)
-        return look_ahead(process, self.values, env_state, self.outside, self.ahead)
+        return look_ahead(process, jnp.asarray(self.values), env_state, self.outside, self.ahead)
 
     def value(self, env_state: State, env_params: Params) -> Float[Array, ""]:
         """The grid's value at a state; at the nearest node of it where it is not covered."""
         place = self.process(env_params).place(env_state)
-        return self.grid.read(self.values, self.grid.cell(place))
+        return self.grid.read(jnp.asarray(self.values), self.grid.cell(place))
 
     def covers(self, env_state: State, env_params: Params) -> Bool[Array, ""]:
         """Whether the grid covers a state."""

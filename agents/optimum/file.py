@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING
 
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
@@ -24,6 +23,7 @@ from stickslip.agents.optimum.controller import ValuePolicy
 from stickslip.agents.policy.describe import describe_environment
 from stickslip.agents.registry import machine_of_environment
 from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.numeric import with_all_digits
 from stickslip.optim.dynamic_programming.grid import Axis, Grid, Sheet
 from stickslip.optim.dynamic_programming.lookahead import Ahead
 from stickslip.records.files import write_whole
@@ -135,7 +135,7 @@ def _policy(
         if values.dtype not in (np.float32, np.float64):
             raise RefusedError(f"{name} is {values.dtype}, not float32 or float64")
         require_number(name, values, dtype=np.float32, accepted="finite in float32")
-    values, actions = (jnp.asarray(arrays.pop(name)) for name in ("values", "actions"))
+    values, actions = (with_all_digits(arrays.pop(name)) for name in ("values", "actions"))
     ahead = Ahead(numbers["depth"], numbers["beam"])
     grid = _with_nodes(usual, arrays)
     policy = ValuePolicy(values, actions, numbers["outside"], grid, env, states, ahead)

@@ -12,6 +12,7 @@ from stickslip.agents.evaluation.run import seeds_of
 from stickslip.agents.optimum.replay import Replay, replay, values_at
 from stickslip.agents.protocol import Params, State
 from stickslip.dynamics.checks import require_number
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,6 +66,11 @@ class Known:
         stays where the grid knows something. Only then is the estimate worth a mention."""
         missed = abs(self.estimate - self.earned.value)
         return missed <= self.tolerance * abs(self.ceiling) and self.off_grid == 0
+
+    def _repr_html_(self) -> str:
+        """The same in a notebook."""
+        rows = [[part] for part in self.in_words().split("; ")]
+        return Table([Column("Known", words=True)], rows).html()
 
     def in_words(self) -> str:
         """What is proved, what is estimated, and what is not known."""

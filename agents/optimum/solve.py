@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic
@@ -28,10 +28,12 @@ from stickslip.optim.dynamic_programming.sweeps import (
     greedy,
 )
 from stickslip.optim.dynamic_programming.transitions import Counts, transitions
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Int
 
+    from stickslip.agents.reports.show import View
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.optim.dynamic_programming.grid import Cell
 
@@ -58,6 +60,48 @@ class Solution(Generic[State, Params]):
     counts: Counts
     """Of the transitions."""
     seconds: float
+
+    def view(self, seed: int = 0) -> View:
+        """The policy's episode of a seed to play, with what was solved; `View.save` makes a page.
+
+        The policy looks ahead by the environment's own step, a program that takes time to compile.
+        ValueError for an environment of no machine.
+        """
+        from stickslip.agents.reports.show import View, show
+
+        env = self.policy.env
+        played = show(env, {"dynamic programming": self.policy}, self.params, seed).page
+        title = f"Dynamic programming on {type(env).__name__}"
+        note = "Values are those of the grid; what the policy earns, known(solution) tells."
+        return View(replace(played, title=title, tables=(("", self._table()),), notes=(note,)))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: grid, actions, sweeps, and what the values say."""
+        return self._table().html()
+
+    def _table(self) -> Table:
+        values, counts, ahead = self.values, self.counts, self.policy.ahead
+        names = "; ".join(
+            f"{sheet.name}: " + " x ".join(f"{len(axis.nodes)} {axis.name}" for axis in sheet.axes)
+            for sheet in self.policy.grid.sheets
+        ).replace("_", " ")
+        rows = [
+            ("grid", f"{self.policy.grid.size:,} nodes ({names})"),
+            ("actions tried", f"{len(self.policy.actions)}"),
+            ("steps ahead, ways kept", f"{int(ahead.depth)}, {ahead.beam}"),
+            ("sweeps", f"{values.sweeps:,}"),
+        ]
+        if self.objective == "average":
+            bounds = f"{values.low:.6g} to {values.high:.6g}"
+            rows.append(("reward of a step on the grid", bounds))
+        else:
+            least, most = float(jnp.min(values.value)), float(jnp.max(values.value))
+            about = f"{least:.6g} to {most:.6g}, of {values.sweeps:,} steps"
+            rows.append(("return on the grid, by node", about))
+        ended, outside = (f"{one / counts.all:.2%}" for one in counts[:2])
+        rows.append(("transitions", f"{counts.all:,}: {ended} end it, {outside} leave the grid"))
+        rows.append(("took", f"{self.seconds:.3g} s"))
+        return Table([Column("Solution", words=True), Column("", words=True)], rows)
 
 
 def solve(

@@ -55,6 +55,10 @@ def save_policy(
     """
     require_kind("policy", policy, MLPPolicy, "an MLPPolicy; a baseline is known by its name")
     policy.validate()
+    try:
+        _require_described(policy, metadata or {})
+    except RefusedError as error:
+        raise ValueError(f"{error}; accepted: describe_environment of its own") from error
     own = {
         "format": FORMAT,
         "version": VERSION,
@@ -180,7 +184,18 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
         raise RefusedError(str(error)) from error
     if list(policy.layer_sizes) != sizes:
         raise RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
+    _require_described(policy, metadata)
     return policy
+
+
+def _require_described(policy: MLPPolicy, metadata: Mapping[str, Json]) -> None:
+    """Raise RefusedError for the description of an environment that the policy does not fit."""
+    seen = policy.layer_sizes[0]
+    if (told := metadata.get("observation_size", seen)) != seen:
+        raise RefusedError(
+            f"the policy observes {seen} numbers, the environment that it is described with "
+            f"({shown(metadata.get('environment'))}) gives {shown(told)}"
+        )
 
 
 def _named(names: Iterable[str]) -> str:

@@ -43,13 +43,22 @@ def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
 
 
 def from_start(values: Array | np.ndarray) -> np.ndarray:
-    """Values of the steps [n] as those of the samples [n + 1]: none at the start."""
-    return np.concatenate([[np.nan], np.asarray(values, float)])
+    """Values of the steps [n, ...] as those of the samples [n + 1, ...]: none at the start."""
+    rows = np.asarray(values, float)
+    return np.concatenate([np.full((1, *rows.shape[1:]), np.nan), rows])
 
 
 def total(values: Array | np.ndarray) -> np.ndarray:
     """Sums so far of what each step brought, [n + 1], zero at the start."""
     return np.concatenate([[0.0], np.cumsum(np.asarray(values, float))])
+
+
+def sameness(apart: float, same: bool) -> str:
+    """Whether what was played again came to what was recorded. apart: by how much it is more; same:
+    whether but for roundings."""
+    if apart == 0:
+        return "to the last bit"
+    return f"{'but for roundings' if same else 'no'}: {apart:+.2g}"
 
 
 def panel(
@@ -97,7 +106,7 @@ def scale_of(task: str | None) -> Scale | None:
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:
     """Numbers of a whole episode in words: title, value, unit; those that are none left out."""
     return tuple(
-        (title, f"{value:.4g}" + ("" if unit == "-" else f" {unit}"))
+        (title, f"{value:.4g}".replace("-", "−") + ("" if unit == "-" else f" {unit}"))
         for title, value, unit in rows
         if np.isfinite(value)
     )

@@ -51,18 +51,36 @@ def write_evaluation(
     episodes = first_episodes(players, table.seeds[0], scale_of(task), say)
     names = ", ".join(dict.fromkeys(shown_name(row.controller) for row in table.rows))
     title = f"{names} on {', '.join(tasks)}"
-    page = evaluation_page(table, title, "\n".join(tasks.values()), episodes)
+    notes = left_out(players)
+    page = evaluation_page(table, title, "\n".join(tasks.values()), episodes, notes)
     return write_page(page, path, overwrite=overwrite)
 
 
 def evaluation_page(
-    table: Evaluation, title: str, lead: str, episodes: Sequence[Shown] = ()
+    table: Evaluation,
+    title: str,
+    lead: str,
+    episodes: Sequence[Shown] = (),
+    notes: Sequence[str] = (),
 ) -> Page:
-    """The page of a table, with the note on its intervals."""
+    """The page of a table, with the note on its intervals and others."""
     note = (
         "Each number with half its 95 % interval where there is one; see evaluation.json for all."
     )
-    return Page(title, lead, tables=(("", table.shown()),), episodes=tuple(episodes), notes=(note,))
+    rows = (("", table.shown()),)
+    return Page(title, lead, tables=rows, episodes=tuple(episodes), notes=(note, *notes))
+
+
+def left_out(players: Sequence[Playing]) -> list[str]:
+    """Whose episodes a page has no room for, in words; nothing where it has all."""
+    long = [name for _, name, _, _, params in players if horizon(params) >= MOST_SAMPLES]
+    notes = []
+    if long:
+        names = ", ".join(dict.fromkeys(map(shown_name, long)))
+        notes.append(f"Not to play: {names}; more than {MOST_SAMPLES - 1:,} steps an episode.")
+    if len(players) - len(long) > MOST_EPISODES:
+        notes.append(f"To play: the first {MOST_EPISODES} of {len(players) - len(long)}.")
+    return notes
 
 
 def first_episodes(

@@ -31,6 +31,10 @@ class View:
 
     page: Page
 
+    def __repr__(self) -> str:
+        """In a line: a notebook keeps it beside the page itself."""
+        return f"View({self.page.title!r}, episodes={len(self.page.episodes)})"
+
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the page as one .html file and return its path. ValueError for another kind of
         file, and for one that exists unless overwrite."""

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, NamedTuple
 
-from stickslip.agents.reports.writing import REPORT, write_page
+from stickslip.agents.reports.course import sameness
+from stickslip.agents.reports.writing import REPORT, write_page, written_or_told
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.again import MOST_STEPS, play_again
 from stickslip.agents.sweeps.chosen import chosen_of
-from stickslip.agents.sweeps.pictures import MOST_POLICIES, logarithmic
+from stickslip.agents.sweeps.directory import read_about
+from stickslip.agents.sweeps.pictures import MOST_POLICIES, logarithmic, write_pictures
+from stickslip.agents.sweeps.reading import sweep_arrays
 from stickslip.agents.sweeps.regions import along_axes
-from stickslip.agents.sweeps.words import measured, summary_table
-from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
-from stickslip.optim.progress import say_stage
+from stickslip.agents.sweeps.words import in_words, measured, summary_table
+from stickslip.envs.rendering.html.data import MOST_SAMPLES, Curve, Line, Page, Panel
+from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from stickslip.agents.sweeps.again import Again
@@ -25,8 +29,6 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.reading import SweepArrays
     from stickslip.envs.rendering.html.data import Shown
 
-SAMPLES = 3000
-"""Of all episodes of a page together: about 1 MB."""
 MOST_CURVES = 24
 AGAIN = (
     "The episodes were played again from their points and seeds. A program that gives out every "
@@ -34,6 +36,49 @@ AGAIN = (
 )
 FIGURES = 6
 """Digits of a number in a table."""
+
+
+class Products(NamedTuple):
+    """What is made of a sweep's data at its end. found: its summaries; text: the same in words.
+    files: written, the last one `report`; this is None where there is none."""
+
+    found: SweepArrays
+    text: str
+    files: tuple[Path, ...]
+    report: Path | None
+
+
+def report_sweep(
+    plan: Plan,
+    path: Path,
+    *,
+    pictures: bool = True,
+    episodes: bool = True,
+    tell: Callable[[str], None] = lambda text: None,
+    say: Callable[[str], None] = lambda stage: None,
+) -> Products:
+    """Write summary.txt, pictures and report.html into a sweep's directory, in place of those that
+    are there. Where pictures or page fail, there is a warning.
+
+    pictures: False for summary.txt alone. episodes: whether some are played again to be shown.
+    tell: told of the summary in words; say: of what goes on.
+    """
+    plan = replace(plan, layout=read_about(path).layout)
+    found, slip = sweep_arrays(path, summaries=True), plan.machine.swept().slip
+    text = in_words(found, slip)
+    tell(text)
+    files = [write_whole(path / "summary.txt", text)]
+    if not pictures:
+        return Products(found, text, tuple(files), None)
+
+    def drawn_and_shown() -> list[Path]:
+        say("drawing")
+        drawn = write_pictures(found, path, slip) if find_spec("matplotlib") else []
+        page = write_report(plan, path, found, text, drawn, episodes=episodes, say=say)
+        return [*drawn, page]
+
+    more = written_or_told(path, drawn_and_shown)
+    return Products(found, text, (*files, *(more or ())), more[-1] if more else None)
 
 
 def write_report(
@@ -44,13 +89,14 @@ def write_report(
     drawn: Sequence[Path] = (),
     *,
     episodes: bool = True,
+    say: Callable[[str], None] = lambda stage: None,
 ) -> Path:
     """Write report.html into a sweep's directory, in place of one that is there; return its path.
 
     plan: as it was cut. found: its summaries; text: the same in words; drawn: its pictures.
-    episodes: whether some are played again to be shown.
+    episodes: whether some are played again to be shown. say: told of what goes on.
     """
-    again, said = _played(plan, path, found) if episodes else ([], "")
+    again, said = _played(plan, path, found, say) if episodes else ([], "")
     page = Page(
         title=f"Sweep of the {plan.machine.title}: {path.name}",
         lead=", ".join(dict.fromkeys(shown_name(one.policy) for one in plan.cases))
@@ -62,18 +108,20 @@ def write_report(
             ("What was varied", _axes_table(plan)),
             *([("The episodes below", _episodes_table(plan, again))] if again else []),
         ),
-        episodes=tuple(_shown(plan, one, SAMPLES // len(again)) for one in again),
+        episodes=tuple(_shown(plan, one) for one in again),
         curves=tuple(_curves(plan, found)),
-        pictures=tuple((one.stem, one.read_bytes()) for one in drawn),
+        pictures=tuple((_caption(one), one.read_bytes()) for one in drawn),
         notes=(said,) if said else (),
     )
     return write_page(page, path / REPORT, overwrite=True)
 
 
-def _played(plan: Plan, path: Path, found: SweepArrays) -> tuple[list[Again], str]:
+def _played(
+    plan: Plan, path: Path, found: SweepArrays, say: Callable[[str], None]
+) -> tuple[list[Again], str]:
     """A few episodes and what is to be said of them, or why there are none."""
     chosen = chosen_of(path, plan, found)
-    say_stage(f"playing {len(chosen)} of the episodes again, to be shown")
+    say(f"playing {len(chosen)} of the episodes again, to be shown")
     try:
         again = play_again(plan, chosen)
     except MemoryError as error:
@@ -81,6 +129,11 @@ def _played(plan: Plan, path: Path, found: SweepArrays) -> tuple[list[Again], st
     if not again:
         return [], f"No episode is shown: all may take more than {MOST_STEPS:,} steps."
     return again, AGAIN
+
+
+def _caption(picture: Path) -> str:
+    what = "Failures" if picture.stem.startswith("endings") else "The same over the axes"
+    return f"{what} ({picture.name})"
 
 
 def _facts(plan: Plan) -> tuple[tuple[str, str], ...]:
@@ -128,18 +181,16 @@ def _episodes_table(plan: Plan, again: Sequence[Again]) -> Table:
 def _sameness(one: Again) -> str:
     if one.apart is None:
         return "unknown: its point has a summary alone"
-    if one.apart == 0:
-        return "to the last bit"
-    return f"{'but for roundings' if _same(one) else 'no'}: {one.apart:+.2g}"
+    return sameness(one.apart, _same(one))
 
 
 def _same(one: Again) -> bool:
     return one.apart is None or abs(one.apart) <= one.rounding
 
 
-def _shown(plan: Plan, one: Again, most: int) -> Shown:
-    """The episode, or as much of it as the page has room for."""
-    length = int(one.played.length)
+def _shown(plan: Plan, one: Again) -> Shown:
+    """The episode, or as much of it as an episode of a page may have."""
+    length, most = int(one.played.length), MOST_SAMPLES
     cut = one.played._replace(length=min(length, most - 1))
     several = len({case.task for case in plan.cases}) > 1
     name = f"{one.chosen.why}: {shown_name(one.case.policy)}"

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.policy.file import load_policy
+from stickslip.agents.registry import machine_of_config
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.evaluated import first_episodes
-from stickslip.agents.reports.writing import REPORT, write_page
+from stickslip.agents.reports.writing import REPORT, write_page, written_or_told
+from stickslip.agents.training.configuration import Settings
+from stickslip.agents.training.groups import SHARED
 from stickslip.agents.training.metrics import KEY, read_columns
 from stickslip.agents.training.run import best_evaluation
 from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
@@ -28,9 +31,18 @@ KEY_OF_SCORE = "task_score"
 """Of a run on a named task, before all others."""
 
 
-def write_training(trained: Trained[Configuration], machine: AnyMachine) -> Path:
-    """Write report.html into a run's directory, in place of one that is there; return its path."""
-    return write_page(training_page(trained, machine), trained.directory / REPORT, overwrite=True)
+def report_training(trained: Trained[Configuration]) -> Path | None:
+    """Write report.html into a run's directory, in place of one that is there; return its path.
+
+    Where that fails, there is a warning and no path.
+    """
+    machine = machine_of_config(trained.config)
+
+    def write() -> Path:
+        page = training_page(trained, machine)
+        return write_page(page, trained.directory / REPORT, overwrite=True)
+
+    return written_or_told(trained.directory, write)
 
 
 def training_page(trained: Trained[Configuration], machine: AnyMachine) -> Page:
@@ -42,12 +54,11 @@ def training_page(trained: Trained[Configuration], machine: AnyMachine) -> Page:
     policy = load_policy(trained.policy)
     players = [(where, trained.name, task.env, policy, task.tested)]
     facts = (
-        ("trained", f"{trained.timesteps:,} of {config.timesteps:,} steps"),
+        ("trained", _steps_in_words(trained)),
         ("time", f"{trained.seconds:.0f} s"),
         ("best evaluation", f"return {best:.4g} after {steps:,} steps"),
         ("seed", str(config.seed)),
     )
-    settings = [[one.name, str(getattr(config, one.name))] for one in fields(config)]  # pyright: ignore[reportArgumentType], a dataclass
     columns = [Column("setting", words=True), Column("value", words=True)]
     return Page(
         title=f"{config.algorithm.upper()} on {where}",
@@ -58,21 +69,42 @@ def training_page(trained: Trained[Configuration], machine: AnyMachine) -> Page:
             *_curves(directory / "evaluations.csv", machine.evaluated, "in evaluations"),
             *_curves(directory / "metrics.csv", machine.episode, "in training episodes"),
         ),
-        closing=(("Configuration", Table(columns, settings)),),
+        over="Learning",
+        closing=(("Configuration", Table(columns, _settings(config))),),
     )
+
+
+def _steps_in_words(trained: Trained[Configuration]) -> str:
+    """Whole updates may make more steps than were asked for."""
+    done, asked = trained.timesteps, trained.config.timesteps
+    if done < asked:
+        return f"{done:,} of {asked:,} steps"
+    return f"{done:,} steps" + (f", {asked:,} asked for" if done > asked else "")
+
+
+def _settings(config: Configuration) -> list[tuple[str, str]]:
+    """What the run went by: of groups that of its algorithm, one after the other; of a named task,
+    which says the rest, those of learning alone."""
+    found = []
+    for one in fields(config):  # pyright: ignore[reportArgumentType], a dataclass
+        value = getattr(config, one.name)
+        if isinstance(value, Settings):
+            if one.name == config.algorithm:
+                inner = ((each.name, getattr(value, each.name)) for each in fields(value))  # pyright: ignore[reportArgumentType], likewise
+                found += [(f"{one.name}.{name}", str(number)) for name, number in inner]
+        elif value is not None and (config.task is None or one.name in SHARED):
+            found.append((one.name, str(value)))
+    return found
 
 
 def _curves(path: Path, names: Iterable[str], what: str) -> list[Curve]:
     """One panel for each of a table's columns that is there."""
     found = read_columns(path)
     x = np.array(found.get(KEY, []), float)
-    names = [KEY_OF_SCORE, *names]
-    return [
-        Curve(
-            "steps",
-            x,
-            Panel(f"{name.replace('_', ' ')} {what}", "-", (Line(name, np.array(found[name])),)),
-        )
-        for name in names
-        if name in found and name != "episodes" and np.isfinite(found[name]).any()
-    ]
+    made = []
+    for name in (KEY_OF_SCORE, *names):
+        if name in found and name != "episodes" and np.isfinite(found[name]).any():
+            words = name.replace("_", " ")
+            line = Line(words, np.array(found[name]))
+            made.append(Curve("steps", x, Panel(f"{words} {what}", "-", (line,))))
+    return made

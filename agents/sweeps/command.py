@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.commands import interruptible
 from stickslip.agents.registry import machine_by_name
+from stickslip.agents.reports.swept import report_sweep
 from stickslip.agents.sweep import run_plan
 from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.directory import read_about
 from stickslip.agents.sweeps.named import played_by
 from stickslip.agents.sweeps.names import FORMS
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.play import StoppedError
-from stickslip.agents.sweeps.reading import sweep_arrays
-from stickslip.agents.sweeps.words import in_words, summary_table
+from stickslip.agents.sweeps.words import summary_table
 from stickslip.agents.tasks.places import every_option
+from stickslip.agents.view_files import require_folder
 from stickslip.dynamics.checks import shown
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
-from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +33,7 @@ if TYPE_CHECKING:
 def sweep_command(given: Options) -> Content | None:
     """`stickslip sweep`: its summary, None where it was stopped before its end."""
     path, machine = Path(given["out"]), machine_by_name(given["machine"])
+    require_folder(path)
     axes = _axes(given["axis"] or ())
     machine.swept().require_no_structure(axes)
     options = {name: given.get(name) for name in every_option()}
@@ -66,29 +65,18 @@ def sweep_command(given: Options) -> Content | None:
             print(f"Stopped; go on with the same command and --resume ({path})", file=sys.stderr)
             return None
     print(done_in_words(done, time.monotonic() - begun))
-    cut = replace(plan, layout=read_about(path).layout)
-    pictures, episodes = not given["no_pictures"], not given["no_episodes"]
-    return tell(path, cut, pictures=pictures, episodes=episodes)
-
-
-def tell(path: Path, plan: Plan, *, pictures: bool, episodes: bool) -> Content:
-    """Print a sweep in words, write these, the pictures and the report; return a row a task and
-    policy. plan: as it was cut. episodes: whether the report plays some."""
-    found, slip = sweep_arrays(path, summaries=True), plan.machine.swept().slip
-    text = in_words(found, slip)
-    print("\n" + text)
-    written = [write_whole(path / "summary.txt", text)]
-    if pictures:
-        from stickslip.agents.reports.swept import write_report
-        from stickslip.agents.sweeps.pictures import write_pictures
-
-        say_stage("drawing")
-        drawn = write_pictures(found, path, slip)
-        written += [*drawn, write_report(plan, path, found, text, drawn, episodes=episodes)]
-    print("Written: " + ", ".join(map(str, written)))
+    told = report_sweep(
+        plan,
+        path,
+        pictures=not given["no_pictures"],
+        episodes=not given["no_episodes"],
+        tell=lambda text: print("\n" + text),
+        say=say_stage,
+    )
+    print("Written: " + ", ".join(map(str, told.files)))
     print(f'Read it: stickslip.agents.read_sweep("{path}")')
-    about = {"directory": str(path), "words": text, "files": list(map(str, written))}
-    return Content({"summary": summary_table(found, slip)}, about)
+    about = {"directory": str(path), "words": told.text, "files": list(map(str, told.files))}
+    return Content({"summary": summary_table(told.found, machine.swept().slip)}, about)
 
 
 def size_in_words(plan: Plan) -> str:

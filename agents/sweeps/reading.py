@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.agents.foreign.reading import refusing
 from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.directory import chunk_path, read_about
-from stickslip.agents.sweeps.parquet import column_names, read_chunk
+from stickslip.agents.sweeps.parquet import column_names, read_chunk, require_chunk
 from stickslip.agents.sweeps.play import ENDINGS, summary
 from stickslip.dynamics.checks import require_known, require_memory
 
@@ -183,12 +183,15 @@ def _tables(path: Path, about: About) -> Iterator[pa.Table]:
 
 
 def _files(path: Path, about: About, partial: bool) -> list[Path]:
-    """The chunks in their order; ValueError where one is missing, unless partial."""
+    """The chunks in their order; ValueError where one is damaged or of another sweep, and where one
+    is missing, unless partial."""
     files = [chunk_path(path, index) for index in range(about.chunks)]
-    there = [one for one in files if one.exists()]
+    there = {index: file for index, file in enumerate(files) if file.exists()}
+    for index, file in there.items():
+        require_chunk(file, index, about.digest)
     if len(there) < len(files) and not partial:
         raise ValueError(
             f"{path} holds {len(there)} of {len(files)} chunks; accepted: a sweep that came to its "
             "end (go on with it by --resume), or partial=True"
         )
-    return there
+    return list(there.values())

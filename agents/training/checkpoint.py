@@ -24,6 +24,7 @@ from stickslip.agents.foreign.reading import (
     require_head,
 )
 from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.state_file import pack, unpack
 from stickslip.dynamics.checks import memory_limit
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
@@ -139,6 +140,15 @@ def read_model(folder: Path) -> ModelState:
         return unpack(read_bytes(folder / MODEL, largest), largest)
     except RefusedError as error:
         raise ValueError(_refused(folder, MODEL, error)) from error
+
+
+def require_policy(folder: Path) -> bytes:
+    """The policy's file of a checkpoint, as it is. ValueError if it is missing or damaged."""
+    try:
+        read_policy(folder / POLICY)
+        return (folder / POLICY).read_bytes()
+    except (ValueError, OSError) as error:
+        raise ValueError(_refused(folder, POLICY, error)) from error
 
 
 def _refused(folder: Path, name: str, reason: Exception) -> str:

@@ -47,7 +47,7 @@ class PPOSettings(Settings):
     """Of proximal policy optimisation."""
 
     rollout_steps: int = entry(128, int, "steps of each environment an update", low=2)
-    epochs: int = entry(6, int, "passes over a rollout", low=1)
+    epochs: int = entry(6, int, "passes over a rollout", low=1, high=10_000)
     gae_lambda: float = entry(0.95, float, "of the advantage estimate", low=0, high=1)
     clip_range: float = entry(0.2, float, "of the probability ratio", low=0, strict=True)
     noise: float = entry(
@@ -66,7 +66,7 @@ class SACSettings(Settings):
 
     buffer_size: int = entry(300_000, int, "transitions remembered", low=1)
     learning_starts: int = entry(10_000, int, "random steps beforehand", low=0)
-    gradient_steps: int = entry(8, int, "gradient steps a step of all", low=1)
+    gradient_steps: int = entry(8, int, "gradient steps a step of all", low=1, high=10_000)
     soft_update: float = entry(0.005, float, "tau of the target network", low=0, high=1)
 
 
@@ -75,7 +75,7 @@ class SHACSettings(Settings):
     """Of short-horizon actor-critic, whose gradients go through the simulator."""
 
     horizon: int = entry(16, int, "steps of a window that derivatives go through", low=2, high=4096)
-    critic_passes: int = entry(4, int, "of the critic over a window", low=1)
+    critic_passes: int = entry(4, int, "of the critic over a window", low=1, high=10_000)
     critic_pace: float = entry(1.0, float, "the critic's learning rate, in the actor's", low=0)
     td_lambda: float = entry(0.95, float, "of the critic's targets", low=0, high=1)
     target_memory: float = entry(0.2, float, "what the target keeps an update", low=0, high=1)
@@ -156,3 +156,6 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
         samples = config.num_envs * steps
     each = 8 * (observation + 8) + (RESIDUALS if config.algorithm == "shac" else 0)
     require_memory(given, "samples", samples, each)
+    given = f"batch_size = {config.batch_size} with hidden = {config.hidden}"
+    wide = 2 * (observation + config.hidden * config.layers)  # forwards and back
+    require_memory(given, "samples of a gradient step", config.batch_size, 4 * wide)

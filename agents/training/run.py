@@ -30,6 +30,7 @@ from stickslip.agents.training.checkpoint import (
     folder_name,
     list_checkpoints,
     read_model,
+    require_policy,
     write_checkpoint,
 )
 from stickslip.agents.training.configuration import Configuration
@@ -68,18 +69,7 @@ def train(
     after: float = 0.0,
     devices: int | None = None,
 ) -> Trained[Config]:
-    """Train in a directory and return what came of it. Needs the extra `train`.
-
-    config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
-    evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
-    for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
-    and Trained.finished is false. devices: of each process, that the environments are divided
-    among; default: all that divide them evenly. ValueError for a directory in use and for anything
-    damaged in it.
-
-    Where jax.distributed has several processes, all of them call this, and the first one alone
-    reads and writes the directory and reads config.
-    """
+    """`stickslip.agents.train`, which says what all of this is, without its report."""
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
     directory = Path(directory)
     if not processes.is_lead():
@@ -224,7 +214,7 @@ class _Training:
         best = self.run.checkpoints / folder_name(best_evaluation(self.run.path)[0])
         drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], best])
         if best in every:
-            write_whole(self.run.path / POLICY, (best / POLICY).read_bytes())
+            write_whole(self.run.path / POLICY, require_policy(best))
 
 
 class _Clock:

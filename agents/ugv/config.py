@@ -15,7 +15,8 @@ from stickslip.agents.training.groups import (
     require_whole_batches,
     shared,
 )
-from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM
+from stickslip.agents.ugv.names import USUAL
+from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM, require_ground
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
@@ -27,6 +28,10 @@ SB3: dict[str, Json] = {"discount": 0.99}
 """Where the defaults of Stable-Baselines3 differ from the fields' own."""
 SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
 """Where those of short-horizon actor-critic do."""
+LARGEST = (2 - 2**-23) * 2.0**127
+"""The largest number in single precision."""
+LEGS = 30, 150
+"""What the legs of the vehicle reach [degrees]."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +64,15 @@ class UGVTrainConfig(LearningConfiguration):
     )
     leg_rate: float = entry(1.0, float, "of the legs at action 1 [rad/m]", low=0, strict=True)
     spacing: float = entry(0.1, float, "way of a step [m]", low=0, strict=True)
-    start_angle: float = entry(90.0, float, "of both legs at the start [degrees]", low=0, high=180)
+    start_angle: float = entry(
+        90.0, float, "of both legs at the start [degrees]", low=LEGS[0], high=LEGS[1]
+    )
     random_start: tuple[float, float] | None = entry(
         None,
         "range",
         "angles drawn at each start of training episodes instead [degrees]",
-        low=0,
-        high=180,
+        low=LEGS[0],
+        high=LEGS[1],
         optional=True,
     )
     preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
@@ -131,6 +138,17 @@ class UGVTrainConfig(LearningConfiguration):
         return SHAC if algorithm == "shac" else SB3 if trainer == "sb3" else {}
 
     def _check_together(self) -> None:
+        require_ground(self.tracks)
         self._require_inside("friction", "random_friction")
+        self._check_failure()
         require_room(self, self.preview + OBSERVATION)
         require_whole_batches(self)
+
+    def _check_failure(self) -> None:
+        """A failure's penalty in the criterion's unit is a number in single precision, too."""
+        scale = self.reward_scale or 1 / USUAL[self.criterion]
+        if self.failure is not None and not self.failure / scale < LARGEST:
+            raise ValueError(
+                f"failure = {self.failure:g} is {self.failure / scale:.3g} in the criterion's unit "
+                f"(reward_scale = {scale:.3g}); accepted: less than {LARGEST:.3g} there"
+            )

@@ -14,6 +14,16 @@ if TYPE_CHECKING:
 
 UGVPlayer: TypeAlias = "Player[UGVEnvState, UGVEnvParams]"
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
+USUAL = {
+    "wheel_energy": 300.0,
+    "total_energy": 300.0,
+    "peak_torque": 50.0,
+    "torque_variation": 1e4,
+    "grip": 1000.0,
+    "normal_force": 1000.0,
+    "friction_demand": 0.1,
+}
+"""About what a drive over the default bump costs, in the criterion's unit."""
 FILM, FRAMES = "drive.gif", 10.0
 """The animation of a finished run, and its pictures a second, at most one a step."""
 

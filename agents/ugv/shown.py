@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.station import Station
 
 
+STATES = "GRIP", "SLIP"
+"""Of a wheel."""
+
+
 def shown(
     played: Rollout[UGVEnvState],
     env: UGVEnv,
@@ -66,6 +70,7 @@ def shown(
         drawing=ugv_drawing(frames, params.vehicle),
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn)),
+        states=STATES,
         timing=f"Events to the waypoint: these are {float(params.spacing):g} m apart.",
     )
 

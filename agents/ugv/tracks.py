@@ -48,7 +48,20 @@ def ground_by_name(name: str) -> Ground:
         from stickslip.optim.posture.track_file import read_track
 
         return Ground(read_track(path))
-    raise ValueError(
+    raise _unknown(name)
+
+
+def require_ground(name: str) -> None:
+    """Raise ValueError for what is neither a known name nor looks like a file's.
+
+    Whether a file is there is asked when it is read: a configuration outlives the files it names.
+    """
+    if name not in TRACK_NAMES and not Path(name).suffix:
+        raise _unknown(name)
+
+
+def _unknown(name: str) -> ValueError:
+    return ValueError(
         f"track {shown(name)} is unknown; accepted: {', '.join(TRACK_NAMES)}, or a file of points"
         f"{nearest(name, TRACK_NAMES)}"
     )

@@ -12,6 +12,7 @@ from stickslip.agents.evaluation.run import play
 from stickslip.agents.evaluation.table import row_of_test
 from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.agents.ugv.evaluate import optima, ugv_measures
+from stickslip.agents.ugv.names import USUAL
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.tracks import ground_by_name
 from stickslip.dynamics.status import Status
@@ -32,16 +33,6 @@ GRID = 21
 """Angles of the optimiser's grid for the score during training."""
 SOLVER = PoseSolver(iterations=5, samples=8)
 """Of training: unrolled, which suits batches; exact to rounding on such ground."""
-USUAL = {
-    "wheel_energy": 300.0,
-    "total_energy": 300.0,
-    "peak_torque": 50.0,
-    "torque_variation": 1e4,
-    "grip": 1000.0,
-    "normal_force": 1000.0,
-    "friction_demand": 0.1,
-}
-"""About what a drive over the default bump costs, in the criterion's unit."""
 
 
 class UGVTask(NamedTuple):

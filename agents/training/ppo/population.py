@@ -27,12 +27,17 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.reports.show import View
     from stickslip.envs.functional import FunctionalEnv
 
 RETURN = "episode_return"
 """The entry of info whose mean over the episodes that end is kept."""
 MOST = 4096
 """Members of a population."""
+LEARNT = 4 * 4
+"""Bytes of a weight, its slope and what the optimiser remembers of it."""
+LOSSES = 8
+"""About how many numbers of each update are kept."""
 
 
 class Population(NamedTuple):
@@ -51,6 +56,17 @@ class Population(NamedTuple):
             lambda leaf: leaf[member], (self.learner.actor, self.learner.seen)
         )
         return network(actor, seen).validate()
+
+    def view(self) -> View:
+        """Returns and losses of the members, as a table and curves; `View.save` makes a page of it.
+        Episodes of a member: `show` plays its `policy`."""
+        from stickslip.agents.reports.population import population_view
+
+        return population_view(self.losses, len(jax.tree.leaves(self.learner)[0]), self.timesteps)
+
+    def _repr_html_(self) -> str:
+        """The same in a notebook."""
+        return self.view()._repr_html_()
 
 
 def train_population(
@@ -100,6 +116,7 @@ def train_population(
         f"{members} seeds with num_envs = {sizes.num_envs}, rollout_steps = {sizes.rollout_steps}"
     )
     require_memory(given, "samples", members * sizes.samples, kept)
+    _require_room(sizes, inputs, members, updates)
     infos = (RETURN,) if RETURN in names else ()
     if vmapped is None:
         vmapped = jax.default_backend() != "cpu"
@@ -123,6 +140,16 @@ def train_population(
             now = Population(_joined(at), last * sizes.samples, losses)
             tell(now)
     return now
+
+
+def _require_room(sizes: Sizes, inputs: int, members: int, updates: int) -> None:
+    """Raise ValueError for networks or tables of losses that no memory holds."""
+    widths = [inputs, *[sizes.hidden] * sizes.layers, 1]
+    weights = sum((one + 1) * other for one, other in itertools.pairwise(widths))
+    given = f"{members} seeds with hidden = {sizes.hidden}, layers = {sizes.layers}"
+    require_memory(given, "networks of an actor and a critic", 2 * members, LEARNT * weights)
+    given = f"timesteps with num_envs x rollout_steps = {sizes.samples}"
+    require_memory(given, "updates", updates, 8 * (members * LOSSES + 1))
 
 
 class _Program(NamedTuple, Generic[State, Params]):

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from stickslip.agents.training.groups import LearningConfiguration
 
 LEAST = {"rollout_steps": 2, "batch_size": 2}
+MOST = {"num_envs": 65536, "epochs": 10_000, "hidden": 4096, "layers": 8}
+"""As in a machine's configuration."""
 POSITIVE = ("learning_rate", "noise", "final_noise", "clip_range")
 SHARES = ("discount", "gae_lambda")
 
@@ -38,7 +40,8 @@ class Sizes:
 
     def __post_init__(self):
         for one in fields(self):
-            require_integer(one.name, getattr(self, one.name), low=LEAST.get(one.name, 1))
+            low, high = LEAST.get(one.name, 1), MOST.get(one.name, 2**53)
+            require_integer(one.name, getattr(self, one.name), low=low, high=high)
         if self.samples % self.batch_size:
             raise ValueError(
                 f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of num_envs "
