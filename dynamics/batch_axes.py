@@ -9,6 +9,7 @@ agree, gives wrong derivatives.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -16,7 +17,7 @@ import jax.numpy as jnp
 from jax.extend.core import Primitive
 
 from stickslip.dynamics.grouping import IN_FRONT
-from stickslip.dynamics.jax_versions import Refused
+from stickslip.dynamics.jax_versions import refusal, register
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,7 +32,20 @@ def jvp_in_front(
     function: Callable[..., Tree], primals: Sequence[object], tangents: Sequence[object]
 ) -> tuple[Tree, Tree]:
     """`jax.jvp`, for a rule of a function that has the batch first in all its results where any of
-    its arguments has one, as calls of `custom_vmap`, kernels and loops do."""
+    its arguments has one, as calls of `custom_vmap`, kernels and loops do.
+
+    Raises NotImplementedError where there is a batch and the JAX at hand does not take the rules of
+    `in_front_p`: without them derivatives might be wrong.
+    """
+    if _refused() is not None:
+        _alone(_mark(primals))
+        return jax.jvp(function, tuple(primals), tuple(tangents))
+    return _jvp(function, primals, tangents)
+
+
+def _jvp(
+    function: Callable[..., Tree], primals: Sequence[object], tangents: Sequence[object]
+) -> tuple[Tree, Tree]:
     value, slope = jax.jvp(function, tuple(primals), tuple(tangents))
     mark = _mark(primals)
     return jax.tree.map(lambda leaf: _in_front(leaf, mark), value), jax.tree.map(_in_front, slope)
@@ -49,7 +63,7 @@ def _data(leaf: Array) -> Array:
 
 
 def _in_front(leaf: Array, *mark: Array) -> Array:
-    if leaf.dtype == jax.dtypes.float0 or not _registered:
+    if leaf.dtype == jax.dtypes.float0:
         return leaf
     return in_front_p.bind(leaf, *mark)
 
@@ -94,18 +108,48 @@ def _back(cotangent: Array, leaf: object) -> list[Array]:
     return [cotangent]
 
 
-def _register() -> bool:
-    """Tell JAX what vmap and derivatives make of the operation; false where it takes no rules."""
-    try:
-        from jax.interpreters import ad, batching, mlir
-
-        batching.primitive_batchers[in_front_p] = _batched
-        ad.primitive_jvps[in_front_p] = _slope
-        ad.primitive_transposes[in_front_p] = _back
-        mlir.register_lowering(in_front_p, mlir.lower_fun(_itself, multiple_results=False))
-    except Refused:
-        return False
-    return True
+register(in_front_p, _batched, _itself, slope=_slope, back=_back)
 
 
-_registered = _register()
+@cache
+def _refused() -> Exception | None:
+    """Why the operation does not do with the JAX at hand, if it does not."""
+    return refusal(in_front_p, _tried)
+
+
+def _tried() -> bool:
+    """Whether the gradient of a small batch inside jit, whose value has it last, is right."""
+    turn, points = jnp.array([[1.0, 2.0], [3.0, 5.0]]), jnp.array([[0.5, 0.7], [1.1, 1.3]])
+    weights = jnp.array([[1.0, 10.0], [100.0, 1000.0]])
+
+    @jax.custom_batching.custom_vmap
+    def value(x: Array) -> Array:
+        return jnp.dot(turn, x) ** 2
+
+    @value.def_vmap
+    def _many(size: int, batched: list[bool], x: Array) -> tuple[Array, bool]:
+        return (x @ turn.T) ** 2, True
+
+    def slow(x: Array) -> Array:
+        return jnp.dot(turn, x) ** 2
+
+    quick = jax.custom_jvp(value)
+    quick.defjvp(lambda primals, tangents: _jvp(slow, primals, tangents))
+    found = jax.grad(jax.jit(lambda x: jnp.sum(weights * jax.vmap(quick)(x))))(points)
+    wanted = (weights * 2 * (points @ turn.T)) @ turn
+    return bool(jnp.allclose(found, wanted, rtol=1e-4))
+
+
+@jax.custom_batching.custom_vmap
+def _alone(mark: Array) -> Array:
+    """What has no batch."""
+    return mark
+
+
+@_alone.def_vmap
+def _not_alone(size: int, batched: list[bool], mark: Array) -> tuple[Array, bool]:
+    del size, batched, mark
+    raise NotImplementedError(
+        f"derivatives of a batch with JAX {jax.__version__}, which stickslip has not been tried "
+        f"with ({_refused()}); accepted: derivatives of one member at a time, or an older JAX"
+    )

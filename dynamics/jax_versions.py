@@ -2,7 +2,7 @@
 
 JAX lets others add operations and read traced functions (`jax.extend.core`, `jax.interpreters`),
 and changes how. Here is what differs between versions. On one newer than any that was tried, a
-trial decides whether functions become kernels: their results are the same without, and slower.
+trial decides whether an operation is used: without kernels results are the same, and slower.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ TRIED = (0, 12)
 Refused: tuple[type[Exception], ...] = (ImportError, AttributeError, TypeError, KeyError)
 """What using an interface raises that is not there or another."""
 
-_unregistered: list[Exception] = []
-"""Why an operation has no rules."""
+_unregistered: dict[Primitive, Exception] = {}
+"""Operations without rules, and why."""
 
 
 def unclosed(traced: ClosedJaxpr | Jaxpr) -> Jaxpr:
@@ -82,19 +82,32 @@ def _is_closed(traced: object) -> TypeGuard[ClosedJaxpr]:
 
 def register(
     operation: Primitive,
-    batched: Callable[..., tuple[list[Array], list[int]]],
-    at_once: Function,
-    on_cpu: Function,
+    batched: Callable[..., tuple[object, object]],
+    anywhere: Callable[..., object],
+    on_cpu: Callable[..., object] | None = None,
+    slope: Callable[..., tuple[object, object]] | None = None,
+    back: Callable[..., Sequence[object]] | None = None,
 ) -> None:
-    """Tell JAX how vmap widens an operation, and what it is on a processor and elsewhere."""
+    """Tell JAX how vmap widens an operation, and what it computes, `on_cpu` where that differs.
+
+    slope, back: its rules for forward derivatives and for their transposition, where it has any.
+    Where JAX does not take them, `refusal` says so.
+    """
+    several = operation.multiple_results
     try:
-        from jax.interpreters import batching, mlir
+        from jax.interpreters import ad, batching, mlir
 
         batching.primitive_batchers[operation] = batched
-        mlir.register_lowering(operation, mlir.lower_fun(at_once, multiple_results=True))
-        mlir.register_lowering(operation, mlir.lower_fun(on_cpu, multiple_results=True), "cpu")
+        mlir.register_lowering(operation, mlir.lower_fun(anywhere, multiple_results=several))
+        if on_cpu is not None:
+            lowered = mlir.lower_fun(on_cpu, multiple_results=several)
+            mlir.register_lowering(operation, lowered, "cpu")
+        if slope is not None:
+            ad.primitive_jvps[operation] = slope
+        if back is not None:
+            ad.primitive_transposes[operation] = back
     except Refused as error:
-        _unregistered.append(error)
+        _unregistered[operation] = error
 
 
 def register_thinning(
@@ -124,31 +137,40 @@ def unregister_thinning(operation: Primitive) -> None:
         pass
 
 
-def works(operation: Primitive, fuse: Callable[[Function], Function]) -> bool:
-    """Whether an operation does with the JAX at hand, which is tried where nobody has before.
+def refusal(operation: Primitive, trial: Callable[[], bool]) -> Exception | None:
+    """Why an operation does not do with the JAX at hand, if it does not.
 
-    fuse: what makes a function one such operation. Warns where that does not do.
+    trial: whether a small program with it gives the right numbers; run where nobody has tried.
     """
-    if _unregistered:
-        return _without(_unregistered[0])
+    if operation in _unregistered:
+        return _unregistered[operation]
     if jax.__version_info__[:2] <= TRIED:
-        return True
-    refused = _tried(fuse)
+        return None
+    try:
+        with jax.ensure_compile_time_eval():
+            right = trial()
+    except Exception as error:  # noqa: BLE001, an untried JAX may raise anything
+        return error
+    return None if right else ArithmeticError("other numbers")
+
+
+def works(operation: Primitive, fuse: Callable[[Function], Function]) -> bool:
+    """Whether kernels do with the JAX at hand.
+
+    operation: the kernel's; fuse: what makes a function one. Warns where it does not do.
+    """
+    trial = partial(_same_numbers, fuse)
+    refused = refusal(operation, trial)
     if refused is not None:
         unregister_thinning(operation)
-        refused = _tried(fuse)
+        refused = refusal(operation, trial)
     return refused is None or _without(refused)
 
 
-def _tried(fuse: Callable[[Function], Function]) -> Exception | None:
-    """Why a small program with an operation fails, if it does."""
-    try:
-        with jax.ensure_compile_time_eval():
-            found, wanted = _program(fuse(_small)), _program(_small)
-            close = jax.tree.map(partial(jnp.allclose, atol=1e-5), found, wanted)
-    except Exception as error:  # noqa: BLE001, an untried JAX may raise anything
-        return error
-    return None if jax.tree.all(close) else ArithmeticError("other numbers")
+def _same_numbers(fuse: Callable[[Function], Function]) -> bool:
+    """Whether a small program gives with a kernel what it gives without."""
+    found, wanted = _program(fuse(_small)), _program(_small)
+    return bool(jax.tree.all(jax.tree.map(partial(jnp.allclose, atol=1e-5), found, wanted)))
 
 
 def _small(x: Array, key: Array) -> list[Array]:

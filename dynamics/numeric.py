@@ -56,6 +56,21 @@ def require_numeric(**values: Any) -> None:
             )
 
 
+def same_rank(*values: Number) -> tuple[jax.Array, ...]:
+    """The arrays with axes of length 1 in front, so that all have as many; numbers as they are.
+
+    Shapes are broadcast explicitly, so that code runs with jax_numpy_rank_promotion "raise".
+    """
+    rank = max(map(jnp.ndim, values))
+    found = tuple(
+        value
+        if jnp.ndim(value) in (0, rank)
+        else jnp.expand_dims(value, tuple(range(rank - jnp.ndim(value))))
+        for value in values
+    )
+    return cast("tuple[jax.Array, ...]", found)
+
+
 def as_float(value: Any) -> Any:
     """An integer of Python's as a float: traced, one above 2^31 has no type; others as they are."""
     return float(value) if isinstance(value, int) else value

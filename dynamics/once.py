@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
+from stickslip.dynamics.transfers import moves_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -49,6 +50,7 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
         return jax.jit(function, static_argnums=static, compiler_options=dict(options))
 
     @wraps(function)
+    @moves_numbers
     def call(*arguments: object) -> Result:
         if jax.default_backend() != "cpu" or _in_a_trace(arguments):
             return usual(*arguments)
@@ -72,6 +74,7 @@ def as_one_program(function: Callable[..., Result]) -> Callable[..., Result]:
     whole = jax.jit(function)
 
     @wraps(function)
+    @moves_numbers
     def call(*arguments: object) -> Result:
         return (whole if is_concrete(arguments) else function)(*arguments)
 

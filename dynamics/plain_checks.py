@@ -66,12 +66,14 @@ def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted
 
 
 def nearest(value: object, known: Iterable[str]) -> str:
-    """' (did you mean ...?)' for a name that looks like one of the known ones, else ''."""
+    """' (did you mean ...?)' for a name that looks like a known one or begins one, else ''."""
     if not isinstance(value, str):
         return ""
     import difflib
 
-    near = difflib.get_close_matches(value[:200].lower(), tuple(known), n=1)
+    given, names = value[:200].lower(), tuple(known)
+    near = difflib.get_close_matches(given, names, n=1)
+    near = near or [name for name in names if len(given) > 2 and name.startswith(given)]
     return f" (did you mean {near[0]}?)" if near else ""
 
 

@@ -131,11 +131,9 @@ def evolve(
 ) -> Evolved:
     """Sample about x, whose value is given; scale: the objective's size, to divide it by."""
     samples = _Samples(problem, x, value, scale, search.penalty)
-    rng = np.random.default_rng(search.seed)
     options: dict[str, Any] = {
         "bounds": [0.0, 1.0],
-        "seed": np.nan,  # leaves NumPy's global state alone
-        "randn": lambda *shape: rng.standard_normal(shape),
+        **own_draws(search.seed),
         "maxfevals": search.evaluations,
         "popsize": search.population,
         "verbose": -9,
@@ -149,6 +147,15 @@ def evolve(
             strategy.tell(asked, list(samples.values(np.array(asked))))
             bar.advance(len(asked), f"{samples.best_value:.6g}")
     return Evolved(samples.best, samples.count, dict(strategy.stop()))
+
+
+def own_draws(seed: int) -> dict[str, object]:
+    """Options of cma with which it draws of the seed alone and leaves NumPy's global state alone.
+
+    By itself it takes the seed 0 for the time of day.
+    """
+    rng = np.random.default_rng(seed)
+    return {"seed": np.nan, "randn": lambda *shape: rng.standard_normal(shape)}
 
 
 class _Samples:

@@ -6,6 +6,7 @@ work that is soon done.
 
 from __future__ import annotations
 
+import io
 import sys
 import time
 from types import TracebackType
@@ -17,7 +18,12 @@ EVERY = 10.0
 
 def say_stage(what: str, to: TextIO | None = None) -> None:
     """A line for what goes on now and is not counted: "drawing ...". to: standard error if None."""
-    print(f"{what} ...", file=sys.stderr if to is None else to, flush=True)
+    print(f"{what} ...", file=_told(to), flush=True)
+
+
+def _told(to: TextIO | None) -> TextIO:
+    """Where it is told: nowhere if standard error is closed, as without a console on Windows."""
+    return to or sys.stderr or io.StringIO()
 
 
 class Bar:
@@ -40,7 +46,7 @@ class Bar:
         large: bool = False,
         lines: bool = True,
     ):
-        self._to = sys.stderr if to is None else to
+        self._to = _told(to)
         self._name, self._total, self._unit = name, total, unit
         self._at = self._first = at
         self._bar = self._made(large) if shown and self._to.isatty() else None

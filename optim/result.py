@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class OptimStatus(Enum):
     """Outcome of a method; each value says what it means."""
 
-    OPTIMAL = "proved optimal, for what bound_of says"
+    OPTIMAL = "proved optimal to the method's tolerance, for what bound_of says"
     FEASIBLE = "meets every constraint; not proved optimal"
     LIMIT = "stopped at a limit of iterations or time; the best point so far"
     INACCURATE = "the numbers do not agree to the accuracy that was asked for"

@@ -10,6 +10,7 @@ import numpy as np
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.dynamics.biped.joints import CRANK_PIN, SIGNS, body_of, joint_geometry
 from stickslip.dynamics.biped.kinematics import BODIES, LINK_OF_BODY
+from stickslip.dynamics.numeric import same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -50,10 +51,9 @@ def body_equations(params: BipedParams, motion: LinkMotion) -> BodyEquations:
     points, directions = joint_geometry(motion.pins, motion.hip_pins)
     dtype = motion.centres.dtype
     signs = jnp.asarray(SIGNS, dtype)
-    moments = cross(points - motion.centres[:, None], directions)  # [24, 68]
-    forces = jnp.stack(
-        [signs * directions[:, 0], signs * directions[:, 1], signs * moments], axis=1
-    )
+    moments = cross(points[None] - motion.centres[:, None], directions)  # [24, 68]
+    x, y = directions[None, :, 0], directions[None, :, 1]
+    forces = jnp.stack([signs * x, signs * y, signs * moments], axis=1)
     torque = np.zeros((len(BODIES), 3))
     torque[CRANK, 2], torque[HIP, 2] = 1, -1
     to_ankle = motion.pins.E[0] - motion.centres[FOOT]
@@ -75,8 +75,8 @@ def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
     columns = [
         of(motion.centre_slopes, motion.angle_slopes),
         of(motion.centre_curvatures, motion.angle_curvatures),
-        of(zero + unit[0], still),
-        of(one * unit[1], still),
+        of(zero + unit[:1], still),
+        of(one * unit[1:], still),
     ]
     return jnp.stack(columns, axis=-1)
 
@@ -86,7 +86,7 @@ def ground_balance(equations: BodyEquations, motion: LinkMotion) -> Float[Array,
 
     The sum of all bodies' equations, moments about the ankle: joint forces and torque cancel.
     """
-    arms = motion.centres - motion.pins.E[0]
+    arms = motion.centres - motion.pins.E[:1]
     loads = equations.loads
     moments = loads[:, 2] + arms[:, :1] * loads[:, 1] - arms[:, 1:] * loads[:, 0]
     return jnp.sum(jnp.stack([loads[:, 0], loads[:, 1], moments], axis=1), axis=0)
@@ -94,4 +94,5 @@ def ground_balance(equations: BodyEquations, motion: LinkMotion) -> Float[Array,
 
 def cross(a: Float[Array, "*#n 2"], b: Float[Array, "*#n 2"]) -> Float[Array, "..."]:
     """The plane's cross product a_x b_y - a_y b_x, of vectors whose batches broadcast."""
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    ax, ay, bx, by = same_rank(a[..., 0], a[..., 1], b[..., 0], b[..., 1])
+    return ax * by - ay * bx

@@ -187,7 +187,7 @@ def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> Float[Array, "
         for sign, link, (force, _) in zip((1, -1), group.links, needs, strict=False):
             forces[link.outer] = link.outer_sign * (force - sign * inner)
         if group.inner == LEG_SLOT[:2]:
-            inner = jnp.sum(normal[:, None] * inner, axis=1, keepdims=True)
+            inner = jnp.sum(normal[None, :, None] * inner, axis=1, keepdims=True)
         forces[group.inner] = group.inner_sign * inner
     ordered = sorted(forces, key=lambda joint: pin_columns(*joint).start)
     return jnp.concatenate([forces[joint] for joint in ordered], axis=1)
@@ -221,7 +221,7 @@ def _inner_force(
     pair is stretched, its dead position. The stabiliser: arm x normal * size = turn.
     """
     if len(arms) == 1:
-        return normal[:, None] * (turns[0] / cross(arms[0], normal)[:, None])[:, None]
+        return normal[None, :, None] * (turns[0] / cross(arms[0], normal)[:, None])[:, None]
     (arm, other), (turn, back) = arms, turns
     span = cross(arm, other)[:, None, None]
     return (other[..., None] * turn[:, None] + arm[..., None] * back[:, None]) / span

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
+from stickslip.dynamics.numeric import same_rank
 from stickslip.dynamics.once import run_once
 
 if TYPE_CHECKING:
@@ -101,8 +102,8 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     return Kinematics(
         centres=centres,
         angles=angles,
-        pins=LegPins(*_to_ground(support, pins - support.pins.E)),
-        hip_pins=_to_ground(support, hip - support.pins.E),
+        pins=LegPins(*_from_ankle(support, pins)),
+        hip_pins=_from_ankle(support, hip),
         closure=jnp.minimum(support.closure, swing.closure),
     )
 
@@ -242,9 +243,15 @@ def _bodies(params: Linkage, support: _Leg, swing: _Leg):
     directions = _to_ground(support, directions)
     normals = jnp.stack([-directions[:, 1], directions[:, 0]], axis=-1)
     local = jnp.asarray(params.centre)[LINK_OF_BODY]
-    centres = _to_ground(support, origins - support.pins.E)
+    centres = _from_ankle(support, origins)
     centres = centres + local[:, :1] * directions + local[:, 1:] * normals
     return centres, jnp.arctan2(directions[:, 1], directions[:, 0])
+
+
+def _from_ankle(support: _Leg, points: Float[Array, "*any 2"]) -> Float[Array, "*any 2"]:
+    """Points of the hip frame in the ground frame, whose origin is the supporting ankle."""
+    points, ankle = same_rank(points, support.pins.E)
+    return _to_ground(support, points - ankle)
 
 
 def _to_ground(support: _Leg, vectors: Float[Array, "*any 2"]) -> Float[Array, "*any 2"]:

@@ -82,7 +82,7 @@ class BipedParams:
 
     Every field may be an array with leading batch axes and be mapped over with vmap. The
     constructor, and with it `dataclasses.replace`, refuses fields of another kind, sign or shape;
-    `validate`, which `from_bars` and `replace` call, looks at robots as a whole, too.
+    `validate`, `from_bars` and `replace` look at robots as a whole, too.
 
     Lengths [m], pins named as in the chapter's Fig. 3:
       crank: A to crank pin (each arm). ground_link: A to B, horizontal. rod: C to crank pin.
@@ -198,7 +198,7 @@ class BipedParams:
             Hip(arrays["hip_mass"], ahead, above, xp.asarray(unit * arrays["hip_span"])),
         )
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
-        return cls(**lengths, **links._asdict(), **rest).astype(kind).validate()
+        return cls(**lengths, **links._asdict(), **rest).astype(kind)._checked_whole()
 
     @property
     def total_mass(self) -> jax.Array:
@@ -217,7 +217,7 @@ class BipedParams:
         changes = {
             name: as_number(name, value, accepted=accepted) for name, value in changes.items()
         }
-        return replace(self, **changes).validate()
+        return replace(self, **changes)._checked_whole()
 
     def validate(self) -> BipedParams:
         """Return self, or raise ValueError naming the field, what was given and what is accepted.
@@ -227,6 +227,10 @@ class BipedParams:
         linkage that cannot close is reported as Status.NO_SOLUTION.
         """
         self._check_numbers()
+        return self._checked_whole()
+
+    def _checked_whole(self) -> BipedParams:
+        """Self, or ValueError: what no field shows by itself, of numbers that were looked at."""
         if is_concrete(self.mass, self.payload):
             # Hip and crank twice, too: above 0 and finite where the whole mass is.
             whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)

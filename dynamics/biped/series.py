@@ -51,13 +51,15 @@ class SeriesInertia:
     """L, its slope, and the mass moments sum m X, sum m y"""
 
     def at(self, theta: Float[Array, ""]) -> ReducedInertia:
-        """M, P, Y and slopes at `theta` [rad]."""
-        M, P, Y, dM, dP, dY = _clenshaw(self.momenta, theta)
+        """M, P, Y and slopes at `theta` [rad]; along a straight line beyond the series' reach."""
+        (*values, dM, dP, dY), beyond = _clenshaw(self.momenta, theta)
+        slopes = (dM, dP, dY)
+        M, P, Y = (value + slope * beyond for value, slope in zip(values, slopes, strict=True))
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
-        return GroundMoment(*_clenshaw(self.moments, theta))
+        return GroundMoment(*_clenshaw(self.moments, theta)[0])
 
 
 def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
@@ -108,10 +110,17 @@ def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _clenshaw(
     coefficients: Float[Array, "degrees k"], theta: Float[Array, ""]
-) -> Float[Array, " k"]:
-    """Sums of the series at `theta` (Clenshaw's recurrence); beyond the ends it goes on."""
+) -> tuple[Float[Array, " k"], Float[Array, ""]]:
+    """Sums of the series at `theta` (Clenshaw's recurrence), and how far beyond its reach that is
+    [rad]: there they are those of its reach's end.
+
+    A trial step may end far behind the support phase, where terms of high degree grow without
+    bound. Within 4.5 / degree^2 of the interval's half none exceeds cosh(3) = 10.
+    """
     half = (SUPPORT_END - SUPPORT_START) / 2
-    u = (theta - SUPPORT_START) / half - 1
+    reach = 1 + 4.5 / (len(coefficients) - 1) ** 2
+    place = (theta - SUPPORT_START) / half - 1
+    u = jnp.clip(place, -reach, reach)
 
     def term(carry: tuple[Float[Array, " k"], Float[Array, " k"]], row: Float[Array, " k"]):
         later, latest = carry
@@ -119,4 +128,4 @@ def _clenshaw(
 
     zero = jnp.zeros_like(coefficients[0])
     (first, second), _ = jax.lax.scan(term, (zero, zero), coefficients[:0:-1])
-    return coefficients[0] + u * first - second
+    return coefficients[0] + u * first - second, half * (place - u)

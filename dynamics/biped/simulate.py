@@ -44,6 +44,7 @@ from stickslip.dynamics.numeric import (
 )
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import EventKind, Status
+from stickslip.dynamics.transfers import moves_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,12 +52,18 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real
 
 
+DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
+"""The numbers of a Contact that add up over a walk."""
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Trajectory:
     """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
 
-    After a terminal status the last state and contact stand to the end.
+    After a terminal status the last state and contact stand to the end, with nothing more done in
+    the steps: work, positive_work, slide_distance and switches 0 and no events, so that sums are
+    those of the walk.
     """
 
     states: BipedState
@@ -84,8 +91,7 @@ class Trajectory:
                 "events need one walk simulated with integrator=RK4Split(record_events=True), or "
                 "another integrator's record_events=True"
             )
-        running = np.concatenate([[True], np.asarray(self.contacts.status)[:-1] <= 1])
-        used = (np.asarray(events.kinds) != EventKind.NONE) & running[:, None]
+        used = np.asarray(events.kinds) != EventKind.NONE
         rows = (np.asarray(column)[used].tolist() for column in jax.tree.leaves(events))
         return [(t, EventKind(k).name.lower(), angle) for t, k, angle in zip(*rows, strict=True)]
 
@@ -168,6 +174,7 @@ def simulate_inverse(
     )
 
 
+@moves_numbers
 def _walk(
     kind: type[Drive],
     values,
@@ -284,7 +291,7 @@ def _simulate(
         after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
-            lambda new, old: jnp.where(over, old, new), (after, contact), (now, last)
+            lambda new, old: jnp.where(over, old, new), (after, contact), (now, _idle(last))
         )
         torque = drive.torque if isinstance(drive, Torque) else contact.torque
         return (after, contact), (after, torque, contact)
@@ -303,6 +310,15 @@ def _contact(problem: Problem, walk: Walk, outputs: str) -> Instant:
     """Forces and status of the state as it is."""
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     return at_instant(problem, friction, walk.theta, walk.rate, walk.velocity, outputs)
+
+
+def _idle(contact: Contact) -> Contact:
+    """The contact as it stands, of a step in which nothing is done."""
+    events = contact.events
+    if events is not None:
+        events = replace(events, kinds=jnp.full_like(events.kinds, EventKind.NONE))
+    still = {name: jnp.zeros_like(getattr(contact, name)) for name in DONE_IN_A_STEP}
+    return replace(contact, events=events, **still)
 
 
 def _events(walk: Walk, end) -> Events | None:

@@ -104,7 +104,7 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
     ) -> Float[Array, "pieces powers"]:
         """Integrate the interpolated slope; the constant is the value at the piece's middle."""
         rising = slope[:, :-1] @ jnp.asarray(to_powers.T, dtype) * dtype.type(width / 2)
-        return jnp.concatenate([value[:, -1:], rising / counts], -1)
+        return jnp.concatenate([value[:, -1:], rising / counts[None]], -1)
 
     momenta = [(inertia.M, inertia.dM), (inertia.P, inertia.dP), (inertia.Y, inertia.dY)]
     moments = [(moment.L, moment.dL), (moment.X, inertia.P), (moment.Y, inertia.Y)]

@@ -22,7 +22,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.derived import holds_numbers, register_derived, settle
-from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.numeric import Numeric, float_type, same_rank
 from stickslip.dynamics.once import as_one_program, run_once
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
@@ -32,8 +32,11 @@ from stickslip.dynamics.ugv.track import Track, track_of
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-ORDER = 5
-"""Points of the Gauss-Legendre rule in each cell: exact for polynomials of degree 9."""
+_INNER, _OUTER = (np.sqrt(5 + sign * 2 * np.sqrt(10 / 7)) / 3 for sign in (-1, 1))
+_HEAVY, _LIGHT = ((322 + sign * 13 * np.sqrt(70)) / 900 for sign in (1, -1))
+NODES = np.array([-_OUTER, -_INNER, 0.0, _INNER, _OUTER])
+"""Of the Gauss-Legendre rule in each cell, in -1 ... 1: exact for polynomials of degree 9."""
+WEIGHTS = np.array([_LIGHT, _HEAVY, 128 / 225, _HEAVY, _LIGHT])
 CELLS = 256
 """Of a way whose ends are traced."""
 LONGEST_CELL = 1 / 16
@@ -210,8 +213,9 @@ def _excess(slope: jax.Array) -> jax.Array:
 
 def _excess_over(track: Track, base: jax.Array, left: jax.Array, length: jax.Array) -> jax.Array:
     """Integral of sqrt(1 + f'^2) - 1 from each base + left over each `length`, by one rule."""
-    nodes, weights = (jnp.asarray(v, length.dtype) for v in np.polynomial.legendre.leggauss(ORDER))
-    points = left[..., None] + length[..., None] * (1 + nodes) / 2
+    nodes, weights = (jnp.asarray(v, length.dtype) for v in (NODES, WEIGHTS))
+    nodes, weights, first, width = same_rank(nodes, weights, left[..., None], length[..., None])
+    points = first + width * (1 + nodes) / 2
     slope = parts_of(track.shape, base[..., None], points)[1]
     return length / 2 * jnp.sum(weights * _excess(slope), axis=-1)
 

@@ -26,7 +26,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.numeric import Numeric, float_type, same_rank
 from stickslip.dynamics.ugv.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.spline import Spline, hermite_table
 
@@ -77,11 +77,12 @@ class Waves(Closed):
         """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]; whole
         cycles left out of n x."""
         values = (base, u, self.amplitudes, self.frequencies, self.phases)
-        base, u, a, n, phase = as_floats(*values)
+        base, u, *waves = as_floats(*values)
+        base, u, a, n, phase = same_rank(base[..., None], u[..., None], *waves)
         k = 2 * np.pi * n
-        turns = n * base[..., None]
+        turns = n * base
         angle = 2 * np.pi * (turns - jax.lax.stop_gradient(jnp.round(turns)))
-        angle = (angle + phase) + k * u[..., None]
+        angle = (angle + phase) + k * u
         cosine, sine = jnp.cos(angle), jnp.sin(angle)
         return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
 

@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import shown
-from stickslip.optim.posture.bounds.branch import CELLS, CORNERS, bound_every_drive
+from stickslip.optim.posture.bounds.branch import (
+    CELLS,
+    CORNERS,
+    bound_every_drive,
+    require_boundable,
+)
 from stickslip.optim.posture.dp import solve_dp
 from stickslip.optim.posture.finish import result_at
 from stickslip.optim.posture.result import PostureResult
@@ -41,6 +46,7 @@ def solve_branch(
     evaluations: of the drive's own method.
     """
     began = time.perf_counter()
+    require_boundable(problem)
     if start is None:
         drive = solve_dp(problem, progress=progress, polish=True)
     else:

@@ -49,10 +49,11 @@ def require_stations(given: str, count: float, bytes_each: float = STATION) -> N
 
 
 def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
-    """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated."""
+    """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
+    through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), _float(rear) * _float(front)
     given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
-    at_once = max(each, min(chunk, K * each)) / (K * each) if each < np.inf else 1.0
+    at_once = min(chunk / (K * each), 1.0)
     require_stations(given, K * each, NODE + STATION * at_once)
 
 

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_integer
+from stickslip.optim.cma import own_draws
 from stickslip.optim.suite.objective import PENALTY, Objective
 
 if TYPE_CHECKING:
@@ -32,7 +34,10 @@ Foreign: TypeAlias = Any
 def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, Foreign]:
     """Arguments of scipy.optimize.minimize (SLSQP, trust-constr, COBYQA, ...), with exact slopes
     where the instance has them; cyipopt.minimize_ipopt takes them, too. x0: the middle of the
-    bounds unless given."""
+    bounds unless given.
+
+    SciPy warns where a method leaves slopes or constraints aside (L-BFGS-B and Nelder-Mead take no
+    constraints: they may end at a point that is not feasible, which the record does not keep)."""
     _require_one_goal(objective)
     slopes = objective.has_slopes
     given: dict[str, Foreign] = {
@@ -49,10 +54,19 @@ def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> 
 
 
 def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str, Foreign]:
-    """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct."""
+    """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct.
+
+    differential_evolution may be given vectorized=True, updating="deferred": a generation is then
+    one batch. workers would count in processes of their own, and are refused by pickle."""
     _require_one_goal(objective)
+
+    def function(x: np.ndarray) -> Foreign:
+        if np.ndim(x) == 2:  # numbers first: [n, B]
+            return objective.penalised_batch(x.T, penalty)
+        return objective.penalised(x, penalty)
+
     return {
-        "func": lambda x: objective.penalised(x, penalty),
+        "func": function,
         "bounds": list(zip(*objective.bounds, strict=True)),
     }
 
@@ -84,13 +98,17 @@ def as_pymoo(objective: Objective) -> Foreign:
 def as_cma(
     objective: Objective, sigma: float = 0.2, seed: int = 1, penalty: float = PENALTY
 ) -> dict[str, Foreign]:
-    """Arguments of cma.fmin2, in a box of sides 1; `Objective.from_unit` leads back."""
+    """Arguments of cma.fmin2, in a box of sides 1; `Objective.from_unit` leads back.
+
+    The draws are of `seed` alone, 0 too, which cma by itself takes for the time of day; NumPy's
+    global state stays as it is."""
     _require_one_goal(objective)
+    seed = require_integer("seed", seed, low=0, high=2**64)
     return {
         "objective_function": lambda u: objective.penalised(objective.from_unit(u), penalty),
         "x0": np.full(objective.n, 0.5),
         "sigma0": sigma,
-        "options": {"bounds": [0, 1], "seed": seed, "verbose": -9},
+        "options": {"bounds": [0, 1], **own_draws(seed), "verbose": -9},
     }
 
 

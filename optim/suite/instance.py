@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     Built = AnyProblem | tuple[AnyProblem, ...]
 
+DRAWS_FROM = 2**32 - 1
+"""The first draw of a noisy instance's value; the others count down from it."""
 QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 
@@ -83,7 +85,7 @@ class Instance:
         feasible = free[0].is_feasible(x)
         if isinstance(self.problem, FunctionProblem) and self.flags.noisy:
             whole = np.broadcast_to(free[0].expand(x), (QUIET, self.problem.n))
-            draws = 2**32 - 1 - np.arange(QUIET)
+            draws = DRAWS_FROM - np.arange(QUIET)
             return np.mean(self.problem.at_all(whole, draws)[0], axis=0), feasible
         return np.array([one.objective(x) for one in free]), feasible
 

@@ -59,7 +59,8 @@ class Record:
 
     @property
     def best(self) -> float:
-        """The least feasible value; infinite where there is none."""
+        """The least feasible value; infinite where there is none. Of a noisy instance it is the
+        luckiest draw, as a rule far below what `Instance.value(best_x)` says, the mean of 256."""
         return self.improvements[-1].value if self.improvements else np.inf
 
     def see(

@@ -18,6 +18,15 @@ import numpy as np
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.result import OptimStatus
 
+ROUNDINGS = 5e-13
+"""What a bound is lowered by, of the numbers that it is a sum of: stations worked out by other
+means differ by less (posture/rounding.py), and its own sums by far less."""
+
+ENDLESS = (
+    "no split is the best: the harder the wheels pull against each other, the less the value; "
+    "accepted: a max_torque"
+)
+
 
 class Affine(NamedTuple):
     """Numbers alpha + beta d, [m] each."""
@@ -63,14 +72,20 @@ class SplitProgram:
         self.problem = cp.Problem(cp.Minimize(goal), constraints)
 
     def solve(self, terms: Affine, limits: Affine) -> Outcome:
-        """Solve for these numbers; d is put back inside the limits to rounding."""
+        """Solve for these numbers; d is put back inside the limits to rounding.
+
+        Where a largest term falls without end: FAILED, d some split, the bound -inf.
+        """
+        if self.outer == "max" and endless(terms, limits):
+            d = nearest_equal(*interval(limits))
+            return Outcome(d, outer_value("max", terms.at(d)), -np.inf, OptimStatus.FAILED)
         size = float(np.max(np.abs(terms.alpha))) or 1.0
         terms = Affine(terms.alpha / size, terms.beta / size)
         scale = size**2 if self.outer == "square" else size
         for parameter, value in zip(self._parameters, (*terms, *limits), strict=True):
             parameter.value = value
         solver = cp.CLARABEL if self.outer == "square" else cp.HIGHS
-        ended = solve_quietly(self.problem, solver, bounded=True)  # every objective has a floor
+        ended = solve_quietly(self.problem, solver, bounded=True)  # it has a floor
         if not ended.answered:
             return Outcome(np.nan, np.inf, -np.inf, ended.status)
         low, high = interval(limits)
@@ -86,22 +101,24 @@ class SplitProgram:
 
         Any weights w >= 0 of the limits, and y of the terms (on the simplex for max, from 0 to 1
         for positive parts), make y (alpha + beta d) + w (a + b d) no more than the objective
-        wherever the limits hold. Its least value over all d that might be better than `value` is
-        a bound, whatever the solver did.
+        wherever the limits hold. Its least value over all d that might be better than `value`,
+        less what rounding may do, is a bound, whatever the solver did.
         """
         w = np.maximum(np.asarray(self._limited.dual_value, float), 0.0)
         low, high = interval(_no_worse(self.outer, terms, limits, value))
         if not (np.all(np.isfinite(w)) and low <= high):
-            return value if low > high else -np.inf
+            return value - ROUNDINGS * abs(value) if low > high else -np.inf
         constant, slope = float(w @ limits.alpha), float(w @ limits.beta)
+        size = abs(value) + float(w @ np.abs(limits.alpha))
         if self.outer == "square":
-            return min(value, _least_quadratic(terms, constant, slope, low, high))
+            least = min(value, _least_quadratic(terms, constant, slope, low, high))
+            return least - ROUNDINGS * (size + float(terms.alpha @ terms.alpha))
         y = np.clip(np.asarray(self._above.dual_value, float), 0.0, 1.0)
         if self.outer == "max":
             y = y / max(np.sum(y), np.finfo(float).tiny)
         constant, slope = constant + float(y @ terms.alpha), slope + float(y @ terms.beta)
         ends = [constant + slope * end if slope else constant for end in (low, high)]
-        return float(min(value, *ends))
+        return float(min(value, *ends)) - ROUNDINGS * (size + float(y @ np.abs(terms.alpha)))
 
 
 def outer_value(outer: str, terms: np.ndarray) -> float:
@@ -115,6 +132,18 @@ def interval(limits: Affine) -> tuple[float, float]:
     """The d that limits allow, from low to high; low > high where there are none."""
     below, above, _, _ = ends(limits)
     return below, above
+
+
+def endless(terms: Affine, limits: Affine) -> bool:
+    """Whether all terms fall together as d goes on for ever within the limits."""
+    low, high = interval(limits)
+    onwards = high == np.inf and np.all(terms.beta < 0)
+    return bool(low <= high and (onwards or (low == -np.inf and np.all(terms.beta > 0))))
+
+
+def nearest_equal(low: float, high: float) -> float:
+    """The d from low to high that is nearest to the same torque at each wheel."""
+    return float(np.clip(0.0, low, high))
 
 
 def ends(limits: Affine) -> tuple[float, float, int, int]:

@@ -19,8 +19,9 @@ from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams
 from stickslip.optim.options import as_floats, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
+from stickslip.optim.torque_split.demand import least_demand
 from stickslip.optim.torque_split.family import LIMITS, Family, Setting
-from stickslip.optim.torque_split.program import Outcome, SplitProgram, ends, interval
+from stickslip.optim.torque_split.program import ENDLESS, Outcome, SplitProgram, ends, nearest_equal
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6
 """Gap between value and bound that counts as proved, relative to |value| or, where that is less, to
 the unit of the computation (weight, or weight times wheel radius)."""
-
-SHORTFALLS = (1e-9, 1e-8, 1e-7, 1e-6)
-"""How far below the least friction demand found its bound is tried, relative to it."""
 
 
 class Kind(NamedTuple):
@@ -65,7 +63,9 @@ class Split:
     bound being by duality for all splits of this posture (None: not proved). residuals: the worst
     violation of each limit [N, N m], 0 where it holds. status: OPTIMAL only with a bound that meets
     the value; INFEASIBLE says in `message` which limits are to blame, and the numbers beside it are
-    those of the split at which these are violated alike, or of the least friction demand.
+    those of the split at which these are violated alike, or of the least friction demand. FAILED
+    where the value falls without end (wheels in a hollow pressed against each other, the motors
+    without limit): the numbers are then those of a split, not of a best one.
     """
 
     forces: Forces
@@ -209,7 +209,10 @@ class TorqueSplit:
             d = (low + high) / 2 if np.isfinite(low + high) else 0.0
             return OptimStatus.INFEASIBLE, f"no split keeps within its limits: {names}", d
         if not np.isfinite(outcome.d):
-            return OptimStatus.FAILED, "the solver found no split, although there is one", low
+            d = nearest_equal(low, high)
+            return OptimStatus.FAILED, "the solver found no split, although there is one", d
+        if outcome.status is OptimStatus.FAILED and outcome.bound == -np.inf:
+            return OptimStatus.FAILED, ENDLESS, outcome.d
         gap = outcome.value - outcome.bound
         if outcome.status is not OptimStatus.OPTIMAL or gap > TOLERANCE * max(
             1, abs(outcome.value)
@@ -225,37 +228,3 @@ class TorqueSplit:
             text = f"no split keeps within grip: a friction of {demand:.6g} is needed"
             return OptimStatus.INFEASIBLE, text, outcome.d
         return OptimStatus.OPTIMAL, "proved by the dual", outcome.d
-
-
-def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
-    """The least t for which |F| <= t N at both wheels: Dinkelbach's method for ratios.
-
-    At the t reached so far, the split with the least of max(|F| - t N) has a lower t, and the t
-    fall superlinearly to the least one. A linear program whose dual value at some t is positive
-    proves that no split gets by with that t.
-    """
-    F, N = setting.forces()
-    limits = setting.limits(grip=False)
-    low, high = interval(limits)
-    d = float(np.clip(0.0, low, high)) if low <= high else np.nan
-    if low <= high and np.min(N.at(d)) <= 0:
-        d = (low + high) / 2
-    if not (low <= high and np.min(N.at(d)) > 0):
-        return Outcome(np.nan, np.inf, np.inf, OptimStatus.INFEASIBLE)
-    demand, status = float(np.max(np.abs(F.at(d)) / N.at(d))), OptimStatus.OPTIMAL
-    for _ in range(30):
-        outcome = program.solve(setting.terms("friction_demand", demand), limits)
-        status = outcome.status
-        if not np.isfinite(outcome.d) or np.min(N.at(outcome.d)) <= 0:
-            break
-        lower = float(np.max(np.abs(F.at(outcome.d)) / N.at(outcome.d)))
-        if lower >= demand * (1 - 1e-15):
-            break
-        d, demand = outcome.d, lower
-    bound = 0.0
-    for shortfall in SHORTFALLS:
-        tried = demand * (1 - shortfall)
-        if program.solve(setting.terms("friction_demand", tried), limits).bound > 0:
-            bound = tried
-            break
-    return Outcome(d, demand, bound, status)

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.lattice import first_axis, given_axis
 from stickslip.optim.posture.bounds.station_cells import StationCells, Surveyor
 from stickslip.optim.posture.bounds.sums import Sums
@@ -93,20 +94,22 @@ def bound_every_drive(
     `seconds` (the first is always gone through), or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
-    range at the first, about. ValueError for ground given as a function, of which no enclosure is
-    known (Track.resampled makes a table of it), for solvers other than "newton", and for weighted
+    range at the first, about. ValueError, before anything is computed, for ground given as a
+    function, of which no enclosure is known (Track.resampled makes a table of it), and for weighted
     sums with a worst station.
+
+    It is a bound of exact poses, however the problem's solver finds its own: with a coarse
+    tolerance a drive may seem to cost less by what that misses.
     """
     began = time.perf_counter()
     _require(problem, tolerance, cells, most_corners, seconds)
+    require_boundable(problem)
     best = np.inf
     if x is not None:
         best = problem.objective(x) if problem.is_feasible(x) else np.inf
     K = len(problem.x)
     require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
-    worst = problem.criterion.kind == "max"
-    known = x if np.isfinite(best) else None
-    method = Worst(problem, known) if worst else Sums(problem, known)
+    method = _method(problem, x if np.isfinite(best) else None)
     surveyor = Surveyor(problem, method.fields)
     enough = best - tolerance * abs(best) if np.isfinite(best) else -np.inf
     found, levels, after, note = -np.inf, [], [], "no bound yet"
@@ -136,6 +139,16 @@ def bound_every_drive(
             break
         note = _left(found, best, size, most_corners)
     return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)
+
+
+def require_boundable(problem: PostureProblem) -> None:
+    """ValueError for ground or a criterion that `bound_every_drive` takes no problems with."""
+    ground_of(problem.track.shape)
+    _method(problem, None)
+
+
+def _method(problem: PostureProblem, known: Float[np.ndarray, "n"] | None) -> Worst | Sums:
+    return (Worst if problem.criterion.kind == "max" else Sums)(problem, known)
 
 
 def _require(

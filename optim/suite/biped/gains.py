@@ -23,6 +23,9 @@ from stickslip.optim.suite.biped.shooting import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
 
+    from stickslip.dynamics.biped import Trajectory
+    from stickslip.dynamics.biped.integrators import Integrator
+
 SECONDS = 3.0
 FRICTION = (0.05, 0.3)
 """Static friction is drawn evenly in its logarithm; kinetic friction is KINETIC of it."""
@@ -44,12 +47,27 @@ class Gains:
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1]; no margins."""
-        keys = jax.random.split(jax.random.key(draw), self.walks)
-        costs = jax.vmap(partial(self.one, data, x))(keys)
+        costs = jax.vmap(partial(self.one, data, x))(self.keys(draw))
         return jnp.mean(costs)[None], jnp.zeros(0)
+
+    def keys(self, draw: Array | int) -> Array:
+        """Of the walks of a draw."""
+        return jax.random.split(jax.random.key(draw), self.walks)
 
     def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:
         """The cost of one walk."""
+        walk, _ = self.walk(model, x, key)
+        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
+        return cost + SLIDE_WEIGHT * slid
+
+    def walk(
+        self,
+        model: PyTree,
+        x: Float[Array, "n"],
+        key: Array,
+        integrator: Integrator | str = "rk4_split",
+    ) -> tuple[Trajectory, Scene]:
+        """One walk, and what it is on."""
         low, high = np.log(FRICTION)
         of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
         mu = jnp.exp(low + (high - low) * of_floor)
@@ -57,9 +75,8 @@ class Gains:
             phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate
         ).astype(x.dtype)
         scene = Scene.uniform(mu, KINETIC * mu)
-        walk = simulate(model, scene, state, partial(self.torque, x), SECONDS, DT)
-        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
-        return cost + SLIDE_WEIGHT * slid
+        law = partial(self.torque, x)
+        return simulate(model, scene, state, law, SECONDS, DT, integrator=integrator), scene
 
     def torque(self, x: Float[Array, "n"], state: BipedState) -> Array:
         """The feedback law [N m]."""

@@ -16,6 +16,8 @@ from stickslip.optim.function_problem import FunctionProblem
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
 
+    from stickslip.dynamics.biped.integrators import Integrator
+
 TORQUE_LIMIT = 4.0
 DT = 0.02
 """Of one step of the simulator [s]."""
@@ -48,13 +50,18 @@ class Shooting:
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1] and margins [0] or [1]."""
-        model, scene, state = data
-        torques = jnp.repeat(x, HELD)
-        walk = simulate(model, scene, state, torques, len(torques) * DT, DT)
-        cost, slid = walk_cost(walk, torques, self.crank_rate)
+        cost, slid = walk_cost(self.walk(data, x), jnp.repeat(x, HELD), self.crank_rate)
         if self.slide_limit is None:
             return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
         return cost[None], (1 - slid / self.slide_limit)[None]
+
+    def walk(
+        self, data: PyTree, x: Float[Array, "n"], integrator: Integrator | str = "rk4_split"
+    ) -> Trajectory:
+        """The walk under the torques."""
+        model, scene, state = data
+        torques = jnp.repeat(x, HELD)
+        return simulate(model, scene, state, torques, len(torques) * DT, DT, integrator=integrator)
 
 
 def walk_cost(
