@@ -20,6 +20,7 @@ from stickslip.dynamics.checks import (
     require_memory,
 )
 from stickslip.dynamics.fused_scan import fused_scan
+from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ class Collected(NamedTuple, Generic[State]):
     progress: Progress[State]
 
 
+@moves_numbers
 def collect(
     env: FunctionalEnv[State, Params],
     params: Params,

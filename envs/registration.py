@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
+from stickslip.envs.forked import require_unforked
 from stickslip.envs.tasks.ladder import TASKS, task_by_name
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def make_task_vec(
 
 def _fixed(task: str, options: Collection[str]) -> TaskDefinition:
     """The task of a name; ValueError for options, which would make another one of it."""
+    require_unforked()
     found = task_by_name(task)
     if options:
         general = BIPED_ID if found.machine == "biped" else UGV_ID
@@ -118,6 +120,7 @@ def split_options(
 
     from stickslip.dynamics.plain_checks import require_known
 
+    require_unforked()
     static = tuple(field.name for field in fields(kind))
     require_known(options, static + kind.parameter_names(), f"option of {kind.__name__}")
     env = kind(**{name: value for name, value in options.items() if name in static})

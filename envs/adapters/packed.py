@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.fused import fused
+from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.adapters.apart import Apart, kind_of, signature_of, unpack
 from stickslip.envs.adapters.codec import Codec, as_words
 from stickslip.envs.adapters.results import Columns, Results
@@ -58,6 +59,7 @@ class PackedEnvs:
     whatever the adapter and the size of the batch.
     """
 
+    @moves_numbers
     def __init__(self, env: FunctionalEnv, params: Any, num_envs: int, mapped: bool = False):
         """`mapped`: every leaf of params has a leading axis [num_envs]; else all share them."""
         self.env, self.num_envs = env, num_envs
@@ -100,6 +102,7 @@ class PackedEnvs:
         """Whether there has been a reset."""
         return self._carry is not None or bool(self._apart.any())
 
+    @moves_numbers
     def state_of(self, index: int) -> Any:
         """The functional state of an environment; after the first reset."""
         groups = (group for group in self._groups.values() if group.members[index])
@@ -111,14 +114,25 @@ class PackedEnvs:
         """The parameters that an environment steps with, where its episode has its own, or None."""
         return self._given[index]
 
+    @moves_numbers
     def seed(self, seeds: Sequence[int | None]) -> None:
-        """Start the chain of every environment whose seed is not None; others keep theirs."""
+        """Start the chain of every environment whose seed is not None; others keep theirs.
+
+        A seed >= 0 of any size, every bit of which counts: a key takes the lowest 32, the others
+        are folded in.
+        """
         given = np.asarray([seed is not None for seed in seeds])
         numbers = np.asarray([0 if seed is None else seed % 2**32 for seed in seeds], np.uint32)
-        new = np.asarray(_chains(numbers))
+        new = np.array(_chains(numbers))
+        for index, seed in enumerate(seeds):
+            rest = 0 if seed is None else seed >> 32
+            while rest > 0:
+                new[index] = _folded(new[index], np.uint32(rest % 2**32))
+                rest >>= 32
         self._seeded = np.where(given[:, None], new, self._seeded)
         self._pending |= given
 
+    @moves_numbers
     def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
         """Begin new episodes, where `mask` is true if given; the observations [n, obs], which mean
         nothing elsewhere.
@@ -154,6 +168,7 @@ class PackedEnvs:
         """One control step of every environment; actions [n, act], checked already."""
         return Results(self.rows(actions), self.columns)
 
+    @moves_numbers
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
         if not (self._groups and self._apart.any()):
@@ -255,6 +270,13 @@ class PackedEnvs:
 @jax.jit
 def _chains(numbers: Integer[Array, " n"]) -> Integer[Array, "n words"]:
     return jax.vmap(lambda number: jax.random.key_data(jax.random.key(number)))(numbers)
+
+
+@jax.jit
+def _folded(
+    chain: Integer[Array, " words"], number: Integer[Array, ""]
+) -> Integer[Array, " words"]:
+    return jax.random.key_data(jax.random.fold_in(jax.random.wrap_key_data(chain), number))
 
 
 @partial(jax.jit, static_argnums=0)

@@ -23,6 +23,7 @@ from stickslip.dynamics.biped.simulate import stepped
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.biped.draw import commanded_at, draw, drawn_robot, drawn_scene
 from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
@@ -190,6 +191,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
         return self.make_params()
 
+    @moves_numbers
     def make_params(self, **changes: Any) -> BipedEnvParams:
         """Parameters with some entries changed: biped, scene (a Scene, or a name of
         stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import numpy as np
+    from jaxtyping import Array
 
+    from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
@@ -40,7 +42,7 @@ def biped_frames(
     """The same of states in a row, every leaf [n], with the info of the step that led to each."""
     place, friction, scenery = jax.device_get(_seen_each(states, params))
     whole = place, friction, jax.device_get(states), dict(infos)
-    own = _own(jax.tree.map(lambda leaf: leaf[0], scenery))  # a reset draws it, once
+    own = _own(scenery)
     frames = []
     for i in range(len(place)):
         rows = jax.tree.map(lambda leaf, i=i: leaf[i], whole)
@@ -50,21 +52,35 @@ def biped_frames(
 
 @jax.jit
 def _seen(state: BipedEnvState, params: BipedEnvParams):
-    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip; the
-    episode's floor, and the weight of the robot in it [N]."""
-    place = floor_position(params.robot, state.biped)
-    floor, robot = drawn_scene(state.drawn, params).floor, drawn_robot(state.drawn, params)
-    scenery = floor, robot.total_mass * robot.gravity
-    if isinstance(floor, Grip):
-        return place, (None, None), scenery
-    velocity = jnp.asarray(state.biped.foot_velocity)
-    friction = tuple(friction_on(floor, patch_at(floor, place, velocity), velocity.dtype))
-    return place, friction, scenery
+    """What `under_foot` says, and what `_scenery` does."""
+    scenery = _scenery(state, params)
+    return *under_foot(params.robot, scenery[0], state.biped), scenery
 
 
 @jax.jit
 def _seen_each(states: BipedEnvState, params: BipedEnvParams):
-    return jax.vmap(lambda state: _seen(state, params))(states)
+    """The same of states in a row; their scenery once, since a reset draws it."""
+    scenery = _scenery(jax.tree.map(lambda leaf: leaf[0], states), params)
+    seen = jax.vmap(lambda state: under_foot(params.robot, scenery[0], state.biped))(states)
+    return *seen, scenery
+
+
+def _scenery(state: BipedEnvState, params: BipedEnvParams) -> tuple[Floor, Array]:
+    """The episode's floor, and the weight of the robot in it [N]."""
+    robot = drawn_robot(state.drawn, params)
+    return drawn_scene(state.drawn, params).floor, robot.total_mass * robot.gravity
+
+
+def under_foot(
+    robot: BipedModel, floor: Floor, state: BipedState
+) -> tuple[Array, tuple[Array | None, Array | None]]:
+    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip."""
+    place = floor_position(robot, state)
+    if isinstance(floor, Grip):
+        return place, (None, None)
+    velocity = jnp.asarray(state.foot_velocity)
+    static, kinetic = friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)
+    return place, (static, kinetic)
 
 
 def _own(scenery: tuple[Floor, np.ndarray]) -> tuple[tuple[Patch, ...], float]:

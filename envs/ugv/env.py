@@ -16,6 +16,7 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.transfers import moves_numbers
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.pose import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names
@@ -194,6 +195,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """Default vehicle on the chapter's bump, mu = 0.8, legs straight down at first."""
         return self.make_params()
 
+    @moves_numbers
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of
         stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,

@@ -28,8 +28,8 @@ LEGEND = (
     ("pale-main", "swinging leg"),
     ("hip-edge", "hip with its slot"),
     ("motor", "crank and motor"),
-    ("holds", "foot holds: cone of friction, force of the ground"),
-    ("slides", "foot slides; on the floor: how far"),
+    ("holds", "foot sticks: cone of friction, force of the ground"),
+    ("slides", "foot slips; on the floor: how far"),
 )
 OWN = ("E", "ankle_bar", "H", "K", "knee_bar", "C", "F", "C_bar", "slot_pin", "rod_pin")
 

@@ -57,9 +57,9 @@ def draw_key(canvas: Canvas, left: float, top: float) -> None:
         (theme.HIP_EDGE, "hip and its slot: A crank, B rocker,"),
         (None, "D tendons"),
         (theme.MOTOR, "crank and motor"),
-        (theme.HOLDS, "foot holds: ground force and its cone,"),
+        (theme.HOLDS, "foot sticks: ground force and its cone,"),
         (None, "both from the zero-moment point"),
-        (theme.SLIDES, "foot slides; on the floor how far"),
+        (theme.SLIDES, "foot slips; on the floor how far"),
         (None, "each time, either way"),
     )
     last = draw_entries(canvas, entries, left, top)

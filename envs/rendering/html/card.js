@@ -1,7 +1,5 @@
 // One player: numbers of the moment, the machine, what happened, and a strip over time.
 
-const STATES = { slips: ["SLIPS", "slides"], holds: ["HOLDS", "holds"] };
-
 class Card {
   constructor(episode, index, seek) {
     Object.assign(this, { episode, index, seek });
@@ -73,7 +71,8 @@ class Card {
     const { ended, slips } = this.episode;
     if (ended && at >= this.last - 1e-6) return [ended.toUpperCase(), "ended"];
     if (!slips) return ["", "muted"];
-    return STATES[value(slips, at) > 0 ? "slips" : "holds"];
+    const [sticks, slipping] = this.episode.states;
+    return value(slips, at) > 0 ? [slipping, "slides"] : [sticks, "holds"];
   }
 
   show(time) {

@@ -1,6 +1,7 @@
 // Curves over time and over other axes, by uPlot.
 
 const DASH = [7, 4];
+const FEW = 12; // Samples that are marked each: of one or two a line shows nothing, or little.
 
 /** One chart: lines over x, with a playhead where there is a clock. */
 class Chart {
@@ -27,11 +28,11 @@ class Chart {
     ];
     const paths = this.steps ? uPlot.paths.stepped({ align: -1 }) : undefined;
     const lines = this.series.map((one) => ({
-      label: one.label, stroke: one.colour(), width: 1.5, dash: one.dash, paths, points: { show: false },
+      label: one.label, stroke: one.colour(), width: 1.5, dash: one.dash, paths, points: { show: this.data[0].length <= FEW, size: 6 },
       value: (_, number) => (number == null ? "–" : brief(number)),
     }));
     const options = {
-      width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 8, 0, 0],
+      width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 22, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
       scales: { x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },

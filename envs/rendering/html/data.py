@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from stickslip.records.table import Table
 
 MOST_SAMPLES = 20_000
-"""Of one episode: some 7 MB of a page."""
+"""Of one episode; a page has room for fewer, see `thinning`."""
 ROLES = (
     *("ink", "muted", "page", "panel", "hip", "hip-edge", "motor"),
     *("main", "mid", "slim", "tyre", "rim", "holds", "slides"),
@@ -169,7 +169,7 @@ class Shown:
     numbers: title with unit, value [n] and digits, what stands above the picture. slips: [n],
     whether it slips by then. spans: from when to when it slips [k, 2] s, None for `slips`. ended:
     what ended it, "" for its time. facts: of the whole, in words. timing: how exact the times of
-    events are.
+    events are. states: the two that `slips` tells apart, in words, the one that slips second.
     """
 
     name: str
@@ -183,6 +183,7 @@ class Shown:
     facts: tuple[tuple[str, str], ...] = ()
     spans: np.ndarray | None = None
     timing: str = ""
+    states: tuple[str, str] = ("STICK", "SLIP")
 
     def __post_init__(self):
         if not 0 < self.period < np.inf:
@@ -223,7 +224,8 @@ class Curve:
 class Page:
     """Everything that a page holds. lead: a sentence below the title. tables, pictures: with their
     titles; a picture is the bytes of a PNG file. text: as it stands in a
-    terminal. closing: tables below all else."""
+    terminal. over: the heading of the curves, where there are episodes, too. closing: tables below
+    all else."""
 
     title: str
     lead: str = ""
@@ -234,4 +236,5 @@ class Page:
     pictures: tuple[tuple[str, bytes], ...] = ()
     notes: tuple[str, ...] = ()
     text: str = ""
+    over: str = "All episodes"
     closing: tuple[tuple[str, Table], ...] = ()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.envs.rendering.html.colours import style_of_colours
 from stickslip.envs.rendering.html.encode import script_text
+from stickslip.envs.rendering.html.thinning import bounded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,9 +29,10 @@ def page_text(page: Page) -> str:
     """The whole page as HTML. Names and words are text in it, whatever characters they hold.
 
     Its policy on contents allows the two scripts of this package by their digests and nothing from
-    anywhere else, so neither a name nor a picture can bring a script or a request with it.
+    anywhere else, so neither a name nor a picture can bring a script or a request with it. Long or
+    fine episodes are thinned out (see `thinning`), and the page says so.
     """
-    library, program = _library(), _program()
+    page, library, program = bounded(page), _library(), _program()
     return Template(_read("page.html")).substitute(
         title=escape(page.title),
         policy=escape(_policy(library, program)),
@@ -42,7 +44,7 @@ def page_text(page: Page) -> str:
         pictures="".join(_picture(*one) for one in page.pictures)
         + "".join(table.html(title) for title, table in page.closing),
         notes="".join(f'<p class="note">{escape(words)}</p>' for words in page.notes),
-        data=script_text({"episodes": page.episodes, "curves": page.curves}),
+        data=script_text({"episodes": page.episodes, "curves": page.curves, "over": page.over}),
         library=library,
         program=program,
     )

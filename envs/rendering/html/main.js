@@ -7,7 +7,7 @@ const player = page.episodes.length
 const curves = document.getElementById("curves");
 curves.hidden = page.curves.length === 0;
 const drawn = curveCharts(curves, page.curves);
-if (drawn.length && player) curves.prepend(element("h2", {}, "All episodes"));
+if (drawn.length && player) curves.prepend(element("h2", {}, page.over));
 if (drawn.length) new ResizeObserver(() => drawn.forEach((chart) => chart.resize())).observe(curves);
 if (player) player.tell();
 

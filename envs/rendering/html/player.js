@@ -103,7 +103,7 @@ class Player {
   start() {
     if (this.time >= this.end) this.time = 0;
     this.playing = true;
-    this.play.textContent = "⏸ Pause";
+    this.play.textContent = "❚❚ Pause";
     this.play.setAttribute("aria-label", "Pause (space)");
     let before = null;
     const frame = (now) => {

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 LEGEND = (
     ("hip-edge", "body"),
     ("mid", "legs"),
-    ("motor", "motors; ground seen ahead"),
+    ("motor", "motors"),
     ("holds", "wheel grips: cone of friction, force of the ground"),
     ("slides", "wheel slips"),
 )
@@ -55,6 +55,8 @@ def ugv_drawing(frames: Sequence[UGVFrame], vehicle: UGVParams) -> Drawing:
     contacts = tuple(_contact(frames, i, side) for i, side in enumerate(wheels))
     ground, stretches = _ground(frames)
     seen = np.stack([frame.preview for frame in frames])
+    words = {"motor": "motors; ground seen ahead"} if seen.shape[1] else {}
+    legend = tuple((role, words.get(role, about)) for role, about in LEGEND)
     return Drawing(
         points=points,
         bodies=np.stack(bodies, axis=1),
@@ -71,7 +73,7 @@ def ugv_drawing(frames: Sequence[UGVFrame], vehicle: UGVParams) -> Drawing:
         force=WEIGHT_LENGTH,
         weight=float(vehicle.weight),
         seen=seen if seen.shape[1] else None,
-        legend=LEGEND,
+        legend=legend,
     )
 
 
