@@ -7,6 +7,7 @@ what it measures.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -26,7 +27,7 @@ PACKAGE = "stickslip"
 
 
 class Benchmark(NamedTuple):
-    """module: its name; of the package, it has main(arguments) -> exit status."""
+    """module: its name; of the package, it has run(arguments) -> exit status, what was found."""
 
     module: str
     about: str
@@ -89,15 +90,17 @@ HOW = (
 )
 
 
-def run_benchmark(name: str, arguments: Sequence[str]) -> int:
-    """Run one with its own arguments; return its exit status. ValueError for an unknown name, and
-    for one that cannot run here, with what to do."""
+def run_benchmark(
+    name: str, arguments: Sequence[str], *, as_json: bool = False
+) -> tuple[int, Content | None]:
+    """Run one with its own arguments; return its exit status and, with as_json, what it found.
+    ValueError for an unknown name, and for one that cannot run here, with what to do."""
     require_choice("benchmark", name, BENCHMARKS)
     one, root = BENCHMARKS[name], checkout()
     if one.packaged:
         if not runs_here(one, root):
             raise ValueError(f"benchmark {name!r} is not in this version of the package")
-        return import_module(one.module).main(list(arguments))
+        return import_module(one.module).run(list(arguments))
     if root is None:
         here = ", ".join(name for name, one in BENCHMARKS.items() if runs_here(one, None))
         raise ValueError(
@@ -107,8 +110,23 @@ def run_benchmark(name: str, arguments: Sequence[str]) -> int:
     if root != Path.cwd():
         print(f"in {root}", file=sys.stderr)
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
-    command = [sys.executable, "-m", one.module, *arguments]
-    return subprocess.run(command, cwd=root, env=os.environ | {"PYTHONPATH": path}).returncode
+    module = ["benchmarks.as_json", one.module] if as_json else [one.module]
+    ended = subprocess.run(
+        [sys.executable, "-m", *module, *arguments],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": path},
+        stdout=subprocess.PIPE if as_json else None,
+    )
+    return ended.returncode, _told(name, ended.stdout)
+
+
+def _told(name: str, answer: bytes | None) -> Content | None:
+    """What `benchmarks.as_json` answered; None where a benchmark ended before."""
+    if not answer:
+        return None
+    from stickslip.records.content import Content
+
+    return Content(facts={"benchmark": name, **json.loads(answer)})
 
 
 def runs_here(one: Benchmark, root: Path | None) -> bool:

@@ -14,9 +14,17 @@ from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, NoReturn
 
 from stickslip.commands import COMMANDS, command_by_name
-from stickslip.commands.outcome import INTERRUPTED, NOTHING_FOUND, OK, WRONG_INPUT, Outcome
+from stickslip.commands.outcome import (
+    INTERRUPTED,
+    NOTHING_FOUND,
+    OK,
+    READER_LEFT,
+    WRONG_INPUT,
+    Outcome,
+)
 from stickslip.parser import Parser, add_examples
 from stickslip.programs import compiled_programs
+from stickslip.streams import discard_output, prepare_streams, whole_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +36,7 @@ __all__ = [
     "INTERRUPTED",
     "NOTHING_FOUND",
     "OK",
+    "READER_LEFT",
     "WRONG_INPUT",
     "main",
     "make_parser",
@@ -59,15 +68,18 @@ COMPILE_NOTHING = ("bench", "completion")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 where nothing was found or a simulated machine
-    did not get to the end, 2 for wrong input, 130 after Ctrl-C."""
+    did not get to the end, 2 for wrong input, 130 after Ctrl-C, 141 where the reader of the output
+    left before its end."""
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
         from stickslip.completing import complete
 
         complete(make_parser)
+    prepare_streams()
     try:
-        words = list(sys.argv[1:] if arguments is None else arguments)
-        given = make_parser(words).parse_args(words)
-        return _run(given)
+        with whole_output():
+            words = list(sys.argv[1:] if arguments is None else arguments)
+            given = make_parser(words).parse_args(words)
+            return _run(given)
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in EXTRAS:
@@ -76,8 +88,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"this needs {package}, which is not installed; run: "
             f'pip install "stickslip[{EXTRAS[package]}]"'
         )
-    except BrokenPipeError:  # whoever read the output has left; so does the interpreter at its end
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+    except BrokenPipeError:
+        discard_output()
+        return READER_LEFT
     except (ValueError, OSError) as error:
         _complain(str(error))
     except MemoryError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from stickslip.benchmarks import BENCHMARKS
 from stickslip.commands.outcome import Outcome
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 JSON = True
 EXAMPLES = {
     "stickslip bench": "which there are, and which of them run here",
-    "stickslip bench throughput --quick": "environment steps a second",
+    "stickslip bench throughput --quick": "environment steps a second, in some minutes",
+    "stickslip bench optimisers methods --json": "what one found, for a program to read",
     "stickslip bench suite --help": "the flags of one",
 }
 
@@ -25,7 +26,9 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     del arguments
     name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
     completes(name, BENCHMARKS)
-    parser.add_argument("rest", nargs=argparse.REMAINDER, help="what the benchmark takes")
+    parser.add_argument(
+        "rest", nargs=argparse.REMAINDER, action=_Rest, help="what the benchmark takes"
+    )
     add_tables(parser, {"benchmarks": {name: one.about for name, one in BENCHMARKS.items()}})
 
 
@@ -35,6 +38,20 @@ def run(given: argparse.Namespace) -> Outcome:
 
     if given.name is None:
         return Outcome(found=list_benchmarks())
-    if given.json:
-        raise ValueError("--json with a benchmark's name; accepted: for the list of them")
-    return Outcome(run_benchmark(given.name, given.rest))
+    return Outcome(*run_benchmark(given.name, given.rest, as_json=given.json))
+
+
+class _Rest(argparse.Action):
+    """Words for the benchmark; --json among them is this command's, as before the name."""
+
+    def __call__(
+        self,
+        parser: object,
+        namespace: argparse.Namespace,
+        values: object,
+        option: object = None,
+    ) -> None:
+        del parser, option
+        words = cast("Sequence[str]", values)
+        namespace.rest = [one for one in words if one != "--json"]
+        namespace.json = namespace.json or "--json" in words

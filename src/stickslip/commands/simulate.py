@@ -27,9 +27,8 @@ EXAMPLES = {
         "legs held still over a bump"
     ),
     "stickslip optimise ugv --track bump": "the drive of the least wheel energy",
-    "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump --friction 0.5": (
-        "that drive on worse ground"
-    ),
+    "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump --friction 0.5 "
+    "--out slippery.csv": "that drive on worse ground",
 }
 
 

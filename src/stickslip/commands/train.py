@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 JSON = False
 EXAMPLES = {
-    "stickslip train biped --task BipedIce-v0 --out runs/ice": "on a named task",
+    "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
     "stickslip train biped --mu-static 0.1 --timesteps 200000 --seed 3": "a floor of one's own",
-    "stickslip train --out runs/ice --resume": "go on with a run that was cut off",
+    "stickslip train ugv --tracks bump --out runs/legs": "the UGV's legs, over one ground",
+    "stickslip train --out runs/fast --resume": "go on with a run that was cut off",
 }
 
 

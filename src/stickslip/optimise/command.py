@@ -105,21 +105,22 @@ def _drive(
         return {REPORT: _page_without(problem, result, track)} if flags["pictures"] else {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
+        from stickslip.agents.ugv.drive_shown import drive_shown
         from stickslip.envs.rendering.html.document import page_text
-        from stickslip.optimise.drive_page import drive_shown, result_page
+        from stickslip.optimise.page import result_page
         from stickslip.optimise.picture import draw_result
         from stickslip.paper.drawing import png
 
+        name = problem.criterion.name.replace("_", " ")
         unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
         off_grid = result.details.get("grid_value", result.value) != result.value
         how = f"{result.method} and scp" if off_grid else result.method
-        title = (
-            f"{problem.criterion.name} {result.value:.5g}{unit} over {Path(flags['track']).name}, "
-            f"by {how}"
-        )
+        title = f"{name} {result.value:.5g}{unit} over {Path(flags['track']).name}, by {how}"
         picture = png(draw_result(problem, result), title)
         lines = rows(problem, result, spent)
-        page = result_page(title, lines, (drive_shown(problem, result),), picture)
+        page = result_page(
+            title, lines, (drive_shown(problem, result.x, f"drive by {how}"),), picture
+        )
         files |= {PICTURE: picture, REPORT: page_text(page)}
     return files
 
@@ -127,7 +128,8 @@ def _drive(
 def _page_without(problem: PostureProblem, result: PostureResult, track: str) -> str:
     """What was asked for and why there is no drive."""
     from stickslip.envs.rendering.html.document import page_text
-    from stickslip.optimise.drive_page import result_page
+    from stickslip.optimise.page import result_page
 
-    title = f"{problem.criterion.name} over {track}, by {result.method}: no drive found"
+    name = problem.criterion.name.replace("_", " ")
+    title = f"{name} over {track}, by {result.method}: no drive found"
     return page_text(result_page(title, rows(problem, result, {}), ()))

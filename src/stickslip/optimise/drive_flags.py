@@ -38,6 +38,23 @@ def add_track(group: argparse._ArgumentGroup) -> None:
     )
 
 
+def add_way(
+    group: argparse._ArgumentGroup, spacing: float | None, default: str, only: str = ""
+) -> None:
+    """From where to where, and how far waypoints are apart; only: when these flags count."""
+    group.add_argument(
+        "--spacing",
+        type=float,
+        default=spacing,
+        metavar="M",
+        help=f"of waypoints{only} [m] (default: {default})",
+    )
+    for name, which in (("start", "first"), ("end", "last")):
+        group.add_argument(
+            f"--{name}", type=float, metavar="M", help=f"{which} place of the front wheel{only}"
+        )
+
+
 def add_limits(group: argparse._ArgumentGroup) -> None:
     """What legs and motors may do."""
     group.add_argument(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
-from stickslip.optimise.drive_flags import add_limits, add_track, options_in_words
+from stickslip.optimise.drive_flags import add_limits, add_track, add_way, options_in_words
+from stickslip.optimise.file_flags import add_files
 from stickslip.parser import add_tables, completes
 
 
@@ -13,16 +14,7 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     """The problem's flags, the method's and those of the files; what names mean stands below."""
     _add_problem(parser.add_argument_group("problem"))
     _add_method(parser.add_argument_group("method"))
-    parser.add_argument(
-        "--out", metavar="DIR", help="where files go (default: runs/ugv-TRACK-CRITERION-METHOD)"
-    )
-    parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
-    parser.add_argument(
-        "--no-pictures",
-        dest="pictures",
-        action="store_false",
-        help="no plot of the drive, no report",
-    )
+    add_files(parser, "runs/ugv-TRACK-CRITERION-METHOD", "drive")
     tracks = {"track options": options_in_words()}
     add_tables(parser, tracks | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS})
 
@@ -37,17 +29,8 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         help="what is to be small, see below (default: %(default)s)",
     )
     completes(criterion, CRITERIA_IN_WORDS)
-    group.add_argument(
-        "--spacing",
-        type=float,
-        default=0.1,
-        metavar="M",
-        help="of waypoints [m] (default: %(default)s)",
-    )
+    add_way(group, 0.1, "%(default)s")
     for name, which in (("start", "first"), ("end", "last")):
-        group.add_argument(
-            f"--{name}", type=float, metavar="M", help=f"{which} place of the front wheel"
-        )
         group.add_argument(
             f"--{name}-angles",
             type=float,

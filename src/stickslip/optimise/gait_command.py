@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stickslip.agents.biped.gait_shown import WALKED, gait_shown
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.extras import require
@@ -20,8 +21,6 @@ from stickslip.records.table import json_text
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
 REPORT = "report.html"
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
-WALKED = 3
-"""Steps that a periodic gait is replayed for."""
 
 
 def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
@@ -45,23 +44,22 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
         files[NODES] = gait_csv(problem, result)
         if flags["pictures"]:
             from stickslip.envs.rendering.html.document import page_text
-            from stickslip.optimise.drive_page import result_page
-            from stickslip.optimise.gait_page import gait_shown
             from stickslip.optimise.gait_picture import draw_gait
+            from stickslip.optimise.page import result_page
             from stickslip.paper.drawing import png
 
             unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
             picture = png(draw_gait(problem, result), title)
             walk, lines = (
-                gait_shown(problem, result, WALKED),
+                gait_shown(problem, result.best, problem.goal.words),
                 gait_rows(problem, result, replays),
             )
             page = result_page(title, lines, (walk,), picture)
             files |= {PICTURE: picture, REPORT: page_text(page)}
     elif flags["pictures"]:
         from stickslip.envs.rendering.html.document import page_text
-        from stickslip.optimise.drive_page import result_page
+        from stickslip.optimise.page import result_page
 
         title = f"least {problem.goal.words}: no gait found"
         files[REPORT] = page_text(result_page(title, gait_rows(problem, result, replays), ()))

@@ -6,6 +6,7 @@ import argparse
 from typing import TypedDict
 
 from stickslip.optim.gait.names import METHODS, OBJECTIVES
+from stickslip.optimise.file_flags import add_files
 from stickslip.parser import add_tables, completes
 
 
@@ -36,16 +37,7 @@ def add_gait_flags(parser: argparse.ArgumentParser) -> None:
     """The problem's flags and those of the files; what names mean stands below."""
     _add_problem(parser.add_argument_group("problem"))
     _add_walk(parser.add_argument_group("walk"))
-    parser.add_argument(
-        "--out", metavar="DIR", help="where files go (default: runs/biped-OBJECTIVE)"
-    )
-    parser.add_argument("--overwrite", action="store_true", help="replace the result in --out")
-    parser.add_argument(
-        "--no-pictures",
-        dest="pictures",
-        action="store_false",
-        help="no plot of the gait, no report",
-    )
+    add_files(parser, "runs/biped-OBJECTIVE", "gait")
     add_tables(parser, {"objectives": OBJECTIVES, "methods": METHODS})
 
 

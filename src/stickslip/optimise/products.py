@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from stickslip.agents.view_files import require_folder as require_no_file
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import write_whole
 
@@ -29,6 +30,7 @@ def limit_of(flag: str, text: str, unit: str) -> float | None:
 
 def require_folder(out: Path, overwrite: bool) -> Path:
     """The folder for the files; ValueError if something is there and may not be replaced."""
+    require_no_file(out)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
     if not overwrite and out.is_dir() and any(out.iterdir()):

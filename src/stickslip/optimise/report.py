@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
 from stickslip.optim import PostureProblem, PostureResult
+from stickslip.optim.posture.missed import tolerated
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -65,9 +66,9 @@ def rows(
         ("lower bound", _bound(result, unit)),
     ]
     if result.x is not None:
-        found.append(("between waypoints", _between(result, unit)))
+        found.append(("between waypoints", _between(problem, result, unit)))
         found.append(("feasible", "yes" if result.feasible else "no"))
-        found.append(("constraints missed by", _missed(result.residuals)))
+        found.append(("constraints missed by", _missed(problem, result.residuals)))
         found.append(("wheels", _overlap(problem, result.x.reshape(-1, 2))))
     found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
     found += [
@@ -91,7 +92,7 @@ def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
     if result.feasible and not result.fine_feasible:
         said.append(
             "between the waypoints the drive breaks a constraint: "
-            f"{_missed(result.fine_residuals)}; take a smaller --spacing"
+            f"{_missed(problem, result.fine_residuals)}; take a smaller --spacing"
         )
     return said
 
@@ -117,15 +118,17 @@ def _grid(result: PostureResult, unit: str) -> str:
     return text
 
 
-def _between(result: PostureResult, unit: str) -> str:
+def _between(problem: PostureProblem, result: PostureResult, unit: str) -> str:
     """The drive on its finer waypoints."""
-    held = "feasible" if result.fine_feasible else f"misses {_missed(result.fine_residuals)}"
+    missed = _missed(problem, result.fine_residuals)
+    held = "feasible" if result.fine_feasible else f"misses {missed}"
     value = f"{result.fine_value:.8g}{unit} ({result.discretisation:+.1%})"
     return f"{value}, at every {result.fine_spacing:.3g} m, legs moving evenly; {held}"
 
 
-def _missed(residuals: Mapping[str, float]) -> str:
-    worst = {name: by for name, by in residuals.items() if by > 0}
+def _missed(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
+    """What is missed by more than what counts as feasible: a rounding is none of it."""
+    worst = {name: by for name, by in residuals.items() if by > tolerated(problem, name)}
     shown = ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items())
     return shown or f"nothing ({', '.join(residuals)})"
 

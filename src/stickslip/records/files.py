@@ -28,8 +28,9 @@ def write_whole(path: str | Path, content: bytes | str, *, overwrite: bool = Tru
 def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
     """A file to write to, under a temporary name beside `path`, renamed once all of it is there.
 
-    Where the body raises, nothing is left of it. overwrite=False: ValueError if the path exists,
-    without a gap between looking and writing.
+    Where the body raises, nothing is left of it; an error of the system's that names no file, as a
+    full disk's, names `path`. overwrite=False: ValueError if the path exists, without a gap between
+    looking and writing.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,6 +42,10 @@ def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
             file.flush()
             os.fsync(file.fileno())
         _put(name, path, overwrite)
+    except OSError as error:
+        if error.errno is not None and error.filename is None:
+            error.filename = os.fspath(path)
+        raise
     finally:
         with suppress(FileNotFoundError):
             os.unlink(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypedDict
 
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
-from stickslip.optimise.drive_flags import add_limits, add_track, options_in_words
+from stickslip.optimise.drive_flags import add_limits, add_track, add_way, options_in_words
 from stickslip.parser import add_tables
 
 if TYPE_CHECKING:
@@ -47,18 +47,6 @@ def add_ugv_flags(parser: argparse.ArgumentParser) -> None:
     )
     ground = parser.add_argument_group("ground")
     add_track(ground)
-    ground.add_argument(
-        "--spacing",
-        type=float,
-        metavar="M",
-        help="of waypoints, with --angles [m] (default: 0.1)",
-    )
-    for name, which in (("start", "first"), ("end", "last")):
-        ground.add_argument(
-            f"--{name}",
-            type=float,
-            metavar="M",
-            help=f"{which} place of the front wheel, with --angles",
-        )
+    add_way(ground, None, "0.1", only=", with --angles")
     add_limits(parser.add_argument_group("limits"))
     add_tables(parser, {"track options": options_in_words(), "criteria": CRITERIA_IN_WORDS})

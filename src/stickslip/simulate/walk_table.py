@@ -73,6 +73,19 @@ def event_table(walk: Walk) -> Table:
     return Table(heads, walk.events)
 
 
+def _meaning(walk: Walk) -> str:
+    """How it ended; of a torque that is no number, which one, when and at what crank rate."""
+    torque = float(walk.trajectory.torques[-1])
+    if walk.status.name != "NON_FINITE" or np.isfinite(torque):
+        return STATUS[walk.status.name]
+    states = walk.trajectory.states
+    time, angle, rate = (float(v[-2]) for v in (states.time, states.crank_angle, states.crank_rate))
+    return (
+        f"the torque is {torque:g} at {time:.6g} s, where the crank angle is {angle:.4g} rad and "
+        f"its rate {rate:.4g} rad/s"
+    )
+
+
 def walk_summary(walk: Walk, seconds: float) -> Table:
     """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
     far it is displaced, forwards positive. slips: how often it broke loose. seconds: asked for."""
@@ -87,7 +100,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     fell = walk.status.name in FALLS
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
-        Column("meaning", words=True): STATUS[walk.status.name],
+        Column("meaning", words=True): _meaning(walk),
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,
