@@ -52,6 +52,7 @@ def run(folder: Path, workers: int | None) -> None:
         resume=folder.exists(),
         workers=workers,
         progress=True,
+        report=False,
     )
     store(folder)
 

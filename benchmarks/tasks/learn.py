@@ -10,7 +10,7 @@ from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.trainer import trainer_of
-from stickslip.agents.ugv.training import USUAL
+from stickslip.agents.ugv.names import USUAL
 
 if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
