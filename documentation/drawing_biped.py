@@ -22,7 +22,7 @@ from documentation.sketch import (
     label,
     level,
 )
-from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped import BipedParams, inverse_dynamics
 from stickslip.envs.rendering.biped.linkage import BARS, Mechanism, Pose
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ PHASE = 2.35
 """Crank angle of the supporting leg [rad]: its foot is behind, the other in the air."""
 NUMBERS = ("11", "12", "5", "10", "4", "6", "9", "7", "3", "2")
 """Of BARS, in their order."""
+RATE, ACCELERATION = 3.0, 15.0
+"""Of the crank [rad/s, rad/s^2]: the ground's force acts behind the ankle, where it can be seen."""
 OWN = ("E", "K", "C", "F", "H")
 """Pins of a leg that have the chapter's letters."""
 
@@ -49,15 +51,19 @@ def machine(figure: Figure) -> None:
     level(axes, A, 4.2 * crank)
     arc(axes, A, 2.4 * crank, 0.0, PHASE)
     label(axes, A + crank * np.array([2.2, 1.6]), r"$\theta_8$", (6, 6), color=RED)
-    arc(axes, A, 1.5 * crank, 3.6, 5.6, BLUE)
-    label(axes, A + crank * np.array([0.0, -1.5]), "T", (2, -9), color=BLUE)
+    arc(axes, A, 2.4 * crank, 2.9, 4.3, BLUE)
+    label(axes, A + 2.4 * crank * np.array([np.cos(3.5), np.sin(3.5)]), "T", (-9, -3), color=BLUE)
     label(axes, pin, "crank pin", (-28, 8), fontsize=9, color=MUTED)
     foot = pose.pins["E"][0]
     frame(axes, foot + crank * np.array([-20.0, 0.0]), 4 * crank, ("x", "y"))
-    arrow(axes, foot, foot + crank * np.array([0.0, 5.5]), RED)
-    label(axes, foot + crank * np.array([0.0, 5.5]), "N", (-9, 0), color=RED)
-    arrow(axes, foot, foot + crank * np.array([3.6, 0.0]), RED)
-    label(axes, foot + crank * np.array([3.6, 0.0]), "f", (7, 7), color=RED)
+    walking = inverse_dynamics(BipedParams.from_bars(), PHASE, RATE, ACCELERATION)
+    zmp = foot + np.array([float(walking.zmp), 0.0])
+    arrow(axes, zmp, zmp + crank * np.array([0.0, 5.5]), RED)
+    label(axes, zmp + crank * np.array([0.0, 5.5]), "N", (-9, 0), color=RED)
+    arrow(axes, zmp, zmp + crank * np.array([3.6, 0.0]), RED)
+    label(axes, zmp + crank * np.array([3.6, 0.0]), "f", (7, 7), color=RED)
+    axes.plot(*zmp, "o", color=RED, ms=4, zorder=8)
+    label(axes, zmp, "ZMP", (0, -11), fontsize=9, color=RED)
     slide = foot + crank * np.array([-5.0, -1.6])
     arrow(axes, slide, slide + crank * np.array([5.0, 0.0]), GREEN)
     label(axes, slide + crank * np.array([2.5, 0.0]), "$x_1$ (slide)", (0, -10), color=GREEN)
@@ -87,7 +93,7 @@ def leg(figure: Figure) -> None:
     _hip(axes, mechanism, pose)
     pins = {name: place[0] for name, place in pose.pins.items()}
     for number, (a, b, _) in zip(NUMBERS, BARS, strict=True):
-        disc(axes, 0.5 * (pins[a] + pins[b]), number)
+        disc(axes, 0.5 * (pins[a] + pins[b]), number, (-17, 0) if number == "10" else (0, 0))
     disc(axes, pins["crank_pin"], "8", (-16, 2))
     disc(axes, pins["E"], "1", (-60, -14))
     disc(axes, pins["D"], "13", (26, 46))
@@ -95,9 +101,13 @@ def leg(figure: Figure) -> None:
     for name in OWN:
         label(axes, pins[name], name, shifts[name], weight="bold")
     label(axes, pins["slot_pin"], "P", (12, 8), weight="bold")
-    for name, of in (("E + d", "ankle_bar"), ("K + d", "knee_bar"), ("C + d", "C_bar")):
-        label(axes, pins[of], name, (22, 4), fontsize=9)
-    for tail, number, radius in (("E", 6, 5.0), ("K", 3, 3.4), ("C", 7, 2.6)):
+    for name, of, up in (
+        ("E + d", "ankle_bar", 11),
+        ("K + d", "knee_bar", -10),
+        ("C + d", "C_bar", 11),
+    ):
+        label(axes, pins[of], name, (21, up), fontsize=9)
+    for tail, number, radius in (("E", 6, 5.0), ("K", 3, 2.8), ("C", 7, 1.7)):
         _angle(axes, pins, tail, number, radius * crank)
 
 

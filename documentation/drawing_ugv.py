@@ -37,7 +37,7 @@ def vehicle(figure: Figure) -> None:
     axes, params, track = bare(figure), UGVParams(), Track.bump(height=0.3, width=0.8)
     found = equilibrium(params, track, X_FRONT, np.array(LEG_ANGLES))
     where = found.pose
-    x = np.linspace(X_FRONT - 1.75, X_FRONT + 0.85, 200)
+    x = np.linspace(X_FRONT - 1.5, X_FRONT + 0.72, 200)
     ground(axes, x, np.asarray(track.height(x)))
     for wheel, hinge in ((where.rear, where.rear_hinge), (where.front, where.front_hinge)):
         _wheel(axes, params, np.asarray(wheel.centre), np.asarray(hinge))
@@ -47,7 +47,7 @@ def vehicle(figure: Figure) -> None:
     _angles(axes, where)
     _forces(axes, found)
     _words(axes, params, where)
-    frame(axes, np.array([x[0] + 0.05, 0.42]), 0.22, ("x", "y"))
+    frame(axes, np.array([x[0] + 0.03, 0.42]), 0.18, ("x", "y"))
 
 
 def _wheel(axes: Axes, params: UGVParams, centre: np.ndarray, hinge: np.ndarray) -> None:
@@ -96,7 +96,7 @@ def _forces(axes: Axes, found: Equilibrium) -> None:
         label(axes, centre + np.array([0.15, 0.0]), "M", (9, 2), color=BLUE)
     body = np.asarray(found.pose.body)
     arrow(axes, body, body - np.array([0.0, 0.3]), MUTED)
-    label(axes, body - np.array([0.0, 0.3]), "$m_b g$", (0, -8), color=MUTED)
+    label(axes, body - np.array([0.0, 0.22]), "$m_b g$", (18, 0), color=MUTED)
 
 
 def _words(axes: Axes, params: UGVParams, where: Pose) -> None:

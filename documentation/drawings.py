@@ -40,7 +40,7 @@ def draw(name: str, folder: Path) -> Path:
     content(figure)
     path = folder / f"{name}.svg"
     with mpl.rc_context({"svg.hashsalt": name, "svg.fonttype": "path"}):
-        figure.savefig(path, metadata={"Date": None})
+        figure.savefig(path, metadata={"Date": None}, bbox_inches="tight", pad_inches=0.06)
     return path
 
 

@@ -85,7 +85,7 @@ def level(axes: Axes, at: np.ndarray, length: float) -> None:
 
 def frame(axes: Axes, at: np.ndarray, length: float, names: tuple[str, str]) -> None:
     """Two axes, to the right and up, with their names."""
-    for way, name, shift in (((1, 0), names[0], (9, 0)), ((0, 1), names[1], (0, 8))):
+    for way, name, shift in (((1, 0), names[0], (6, 8)), ((0, 1), names[1], (0, 8))):
         end = at + length * np.array(way)
         arrow(axes, at, end, GREEN)
         label(axes, end, name, shift, color=GREEN)
