@@ -2,6 +2,8 @@
 SHELL := bash
 .DEFAULT_GOAL := help
 MAKEFLAGS += --no-builtin-rules --no-print-directory
+# Tests start many processes: each would compile all of the package's source where none is kept.
+unexport PYTHONDONTWRITEBYTECODE
 
 PYTHON ?= python3
 VENV := .venv
@@ -74,8 +76,9 @@ format: $(INSTALLED)  ## apply ruff's fixes and formatting
 	@$(PY) -m ruff format $(SOURCES)
 
 # The notice is of mkdocs-material's end in 2027; docs/design.md says why it is used.
+# Not --quiet, which hides warnings from strict mode, too.
 docs: $(INSTALLED)  ## the documentation site, in build/site, with warnings as errors
-	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs --quiet build
+	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build
 	@$(PY) -m documentation.check
 
 notebooks: $(INSTALLED)  ## run the notebooks again: what the site shows of them

@@ -31,7 +31,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from release import artefacts, installs, lowest
-from release.report import Check, FailedError, Report
+from release.report import INTERRUPTED, Check, FailedError, Report
 from release.tools import ROOT
 
 PYTHONS = ("3.11", "3.12", "3.13")
@@ -81,16 +81,19 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the parts; 0 where all is well, 1 where a check failed."""
     given = parser().parse_args(arguments)
     given.out = given.out.absolute()
-    print(f"building into {given.out}", flush=True)
     try:
+        print(f"building into {given.out}", flush=True)
         artefacts.build(given.out)
     except FailedError as error:
         print(f"{error}\nnothing was built, nothing checked")
         return 1
+    except KeyboardInterrupt:
+        print("interrupted; nothing was built, nothing checked")
+        return INTERRUPTED
     with tempfile.TemporaryDirectory(prefix="stickslip-release-") as folder:
         return Report().run(list(checks(given, Path(folder))))
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())

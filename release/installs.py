@@ -61,7 +61,7 @@ def use(python: Path, name: str, say: Say) -> None:
     programs = {
         "JAX_COMPILATION_CACHE_DIR": f"{python.parents[2] / 'programs'}",
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1",
-        "XLA_FLAGS": quickly(),
+        "XLA_FLAGS": quickly(python),
     }
     run(python, "-I", program(name), cwd=home, variables=programs)
 

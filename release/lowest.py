@@ -84,7 +84,9 @@ def run_tests(version: str, built: tuple[Path, Path], here: Path, say: Say) -> N
             "--dist",
             "loadfile",
         ]
-        said = run(*tests, *ROOMS, cwd=source, variables={"XLA_FLAGS": quickly()}, follow=percent)
+        said = run(
+            *tests, *ROOMS, cwd=source, variables={"XLA_FLAGS": quickly(python)}, follow=percent
+        )
         say(f"{said.strip().splitlines()[-1]};")
     finally:
         shutil.rmtree(folder, ignore_errors=True)

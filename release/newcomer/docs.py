@@ -9,6 +9,6 @@ Path("mkdocs.yml").write_text(
 )
 Path("docs").mkdir()
 Path("docs/index.md").write_text("# One page\n\n::: stickslip.agents.load_policy\n")
-subprocess.run([sys.executable, "-m", "mkdocs", "--quiet", "build", "--strict"], check=True)
+subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict"], check=True)
 if "load_policy" not in Path("site/index.html").read_text():
     sys.exit("the page does not describe load_policy")
