@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 SHOWN = re.compile(r"\n\n```text\n(.*?)```", re.DOTALL)
 LANGUAGES = {"python", "py", "sh", "", "text", "bibtex", "yaml"}
-"""python: run. py: compiled alone, since it needs what no test has. sh, or none: commands."""
+"""python: run. py: compiled, and run by tests of their own. sh, or none: commands."""
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,14 @@ def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
     assert name in {line.split()[1] for line in examples}
 
 
+@pytest.mark.parametrize("name", ["train", "simulate", "sweep", "demo", "optimise"])
+def test_a_command_of_machines_has_an_example_of_each(name: str):
+    lines = command_by_name(name).EXAMPLES
+    for machine in ("biped", "ugv"):
+        named = [line for line in lines if f" {name} {machine}" in line]
+        assert named or (name, machine) == ("demo", "biped"), "which is what demo takes for itself"
+
+
 def test_a_name_in_an_example_is_one_that_is_known():
     lines = " ".join(line for name in COMMANDS for line in command_by_name(name).EXAMPLES)
     known = {*shipped_names(), *CONTROLLERS, *UGV_BASELINES, *TASKS, *FIGURES, *SCENES, *TRACKS}

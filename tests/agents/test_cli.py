@@ -210,6 +210,31 @@ def test_a_place_that_cannot_be_written_is_said_before_anything_is_computed(caps
     assert Path("file").read_text() == "mine"
 
 
+def test_a_message_names_the_file_that_was_asked_for(capsys, still: str, monkeypatch):
+    def refused(dir):
+        raise PermissionError(13, "Permission denied", f"{dir}/tmpab12cd34")
+
+    monkeypatch.setattr("stickslip.agents.view_files.tempfile.TemporaryFile", refused)
+    line = refusal(capsys, "view", still, "--html", "there/walk.html")
+    assert "Permission denied: 'there/walk.html'" in line
+    assert "tmp" not in line
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "evaluate computed-torque",
+        "sweep biped --policy computed-torque --axis mu=0.1",
+        "train biped",
+        "optimise ugv",
+    ],
+)
+def test_a_directory_is_not_called_as_a_file_is(capsys, command: str):
+    line = refusal(capsys, *command.split(), "--out", "table.csv")
+    assert "--out table.csv ends in '.csv'; accepted: a directory" in line
+    assert not Path("table.csv").exists()
+
+
 def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch):
     def interrupt(given):
         raise KeyboardInterrupt

@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-from itertools import count
 
 import pytest
 
@@ -19,6 +18,7 @@ from stickslip.agents.training.metrics import MetricsFile
 from stickslip.agents.training.remaining import Remaining
 from stickslip.agents.training.trained import Trained
 from stickslip.cli import WRONG_INPUT, main
+from tests.agents.runs import clock_until_kept
 
 SMALL = TrainConfig.of(
     timesteps=768,
@@ -68,28 +68,26 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
         monkeypatch.setattr(
             place,
             "make_sheet",
-            lambda rows, columns, size, title, make=make: (
-                titles.append(title) or make(rows, columns, size, title)
-            ),
+            lambda *how, make=make: titles.append(how[3]) or make(*how),
         )
     monkeypatch.setattr(products, "FILM_TIME", 0.04)
     monkeypatch.setattr(biped_demo, "CONTROLLERS", {"constant-torque": ConstantTorque})
-    seconds, said = count(), []
-    monkeypatch.setattr(module, "monotonic", lambda: float(next(seconds)))
+    said: list[str] = []
+    monkeypatch.setattr(module, "monotonic", clock_until_kept(tmp_path))
     path = demo(tmp_path, config=SMALL, time_limit=110.0, say=said.append)
-    name = "policy after 50 % of its training"
-    assert "Time is up after 384 of 768 steps (50 %)" in "\n".join(said)
+    name = "policy after 33 % of its training"
+    assert "Time is up after 256 of 768 steps (33 %)" in "\n".join(said)
     table = (path / "table.txt").read_text()
     assert table in "\n".join(said)
     assert name in table
-    assert "NOT finished: 384 of 768 steps (50 %)" in table
+    assert "NOT finished: 256 of 768 steps (33 %)" in table
     assert "trained policy" not in table
     rows = list(csv.DictReader((path / "table.csv").read_text().splitlines()))
     assert [row["controller"] for row in rows] == ["constant-torque", name]
     content = json.loads((path / "table.json").read_text())
-    assert content["training"] == {"timesteps": 384, "of": 768, "finished": False}
+    assert content["training"] == {"timesteps": 256, "of": 768, "finished": False}
     assert [title for title in titles if name not in title] == [
-        title for title in titles if "unfinished: 384 of 768 steps" in title
+        title for title in titles if "unfinished: 256 of 768 steps" in title
     ]
     assert len(titles) == 3
 

@@ -1,6 +1,7 @@
 """The measurement of speed against accuracy: what it compares with, and what it writes."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import errors, measure, module, promises, tables
 from benchmarks.tradeoff.cases import Case, cases, code, promised
 from benchmarks.tradeoff.marching import references, walked
-from benchmarks.tradeoff.points import promises_of
+from benchmarks.tradeoff.points import cost_of, promises_of
 from benchmarks.tradeoff.population import FLOORS, both, draw
 from benchmarks.tradeoff.program import Rolled, Samples
 from benchmarks.tradeoff.scenes import PERIOD, WALKS
@@ -45,6 +46,17 @@ def test_measured_module_and_tables_are_those_of_the_results(content):
     assert (ROOT / command.MODULE).read_text(encoding="utf-8") == module.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
     assert tables.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
+
+
+def test_pages_that_name_the_presets_have_their_numbers(content):
+    rows = [line.split("|")[1:-1] for line in tables.presets(content).splitlines()[2:]]
+    page = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for cells in rows:
+        name, *rest, promised_error, cost = (cell.strip() for cell in cells)
+        assert f"| {' | '.join([name, *rest, promised_error, cost])} |" in page
+        for number in (promised_error, cost):
+            assert re.search(rf"\b{number.replace('e-0', 'e-')}\b", readme)
 
 
 def test_every_promise_has_a_cost_and_every_floor_its_promises(content):
@@ -183,6 +195,12 @@ def test_events_are_compared_until_one_differs():
     found = errors.event_errors([(0.1, 1), (0.25, 2), (0.3, 1)], truth)
     assert found["event_error"] == pytest.approx(0.05)
     assert (found["events_alike"], found["events"], found["events_wanted"]) == (2, 3, 3)
+
+
+def test_waiting_threads_and_other_work_do_not_count_as_cost():
+    row = {"cost_1": 8e-4, "wall_1": 5e-4, "cost_4096": 3e-4, "wall_4096": 1e-4}
+    assert (cost_of(row, 1), cost_of(row, 4096)) == (5e-4, 3e-4)
+    assert cost_of(row | {"wall_1": 1e-3}, 1) == 8e-4
 
 
 def test_only_what_is_missing_is_measured_again(content):

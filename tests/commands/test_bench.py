@@ -1,5 +1,6 @@
 """`stickslip bench`: what it lists, runs, and says where a benchmark cannot run."""
 
+import json
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,7 +21,7 @@ def test_every_benchmark_of_the_repository_is_listed_under_a_module_that_can_be_
         for path in (ROOT / "benchmarks").rglob("*.py")
         if "\nif __name__ == " in path.read_text(encoding="utf-8")
     }
-    no_measurement = {"benchmarks.walks"}  # makes the README's animation
+    no_measurement = {"benchmarks.walks", "benchmarks.as_json"}  # an animation; runs others
     helpers = {one for one in runs if find_spec(one) is None}
     assert listed == runs - no_measurement - helpers
     assert main(["bench"]) == OK
@@ -31,23 +32,23 @@ def test_every_benchmark_of_the_repository_is_listed_under_a_module_that_can_be_
 def test_what_follows_the_name_is_the_benchmarks_own(monkeypatch: pytest.MonkeyPatch, tmp_path):
     ran: list[tuple[list[str], Path]] = []
 
-    def run(command: list[str], cwd: Path, env: dict[str, str]) -> SimpleNamespace:
+    def run(command: list[str], cwd: Path, env: dict[str, str], stdout: None) -> SimpleNamespace:
         assert env["PYTHONPATH"].startswith(str(ROOT))
         ran.append((command, cwd))
-        return SimpleNamespace(returncode=7)
+        return SimpleNamespace(returncode=7, stdout=stdout)
 
     monkeypatch.setattr(benchmarks.subprocess, "run", run)
     monkeypatch.chdir(tmp_path)
-    assert main(["bench", "short-horizon", "--parts", "slopes", "--json", "-x", "--help"]) == 7
+    assert main(["bench", "short-horizon", "--parts", "slopes", "-x", "--help"]) == 7
     ((command, cwd),) = ran
     assert command[1:3] == ["-m", "benchmarks.short_horizon"]
-    assert command[3:] == ["--parts", "slopes", "--json", "-x", "--help"]
+    assert command[3:] == ["--parts", "slopes", "-x", "--help"]
     assert cwd == ROOT
 
 
 def test_one_of_the_package_runs_here_with_its_arguments(monkeypatch: pytest.MonkeyPatch):
     module = ModuleType("made_up_benchmark")
-    module.main = lambda arguments: len(arguments)  # type: ignore[attr-defined]
+    module.run = lambda arguments: (len(arguments), None)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "stickslip.made_up", module)
     module.__spec__ = SimpleNamespace(name="stickslip.made_up")  # type: ignore[assignment]
     one = benchmarks.Benchmark("stickslip.made_up", "of this test")
@@ -74,5 +75,45 @@ def test_another_packages_folder_named_benchmarks_is_no_checkout(tmp_path, monke
 def test_an_unknown_benchmark_is_refused_with_the_nearest(capsys):
     assert main(["bench", "thrughput"]) == WRONG_INPUT
     assert "did you mean throughput?" in capsys.readouterr().err
-    assert main(["bench", "--json", "throughput"]) == WRONG_INPUT
-    assert "accepted: for the list" in capsys.readouterr().err
+
+
+MADE_UP = """
+import subprocess, sys
+from pathlib import Path
+from benchmarks.report import markdown, write_json
+print("for people")
+subprocess.run(["echo", "from a process of its own"])
+print(markdown([{"steps/s": "1,200"}]))
+write_json({"rows": [{"steps_per_second": 1234.5}]}, Path(sys.argv[1]))
+sys.exit(3)
+"""
+
+
+def test_what_a_benchmark_found_is_one_object_and_the_rest_is_not_on_standard_output(
+    monkeypatch: pytest.MonkeyPatch, tmp_path, capfd
+):
+    (tmp_path / "made_up.py").write_text(MADE_UP)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    one = benchmarks.Benchmark("made_up", "of this test")
+    monkeypatch.setitem(benchmarks.BENCHMARKS, "made-up", one)
+    file = str(tmp_path / "found.json")
+    assert main(["bench", "made-up", file, "--json"]) == 3
+    out, err = capfd.readouterr()
+    assert json.loads(out) == {
+        "command": "bench",
+        "exit_status": 3,
+        "units": {},
+        "benchmark": "made-up",
+        "written": {file: {"rows": [{"steps_per_second": 1234.5}]}},
+        "tables": [[{"steps/s": "1,200"}]],
+    }
+    assert "for people\n" in err
+    assert "from a process of its own\n" in err
+
+
+def test_one_of_the_package_tells_what_it_found(capsys):
+    assert main(["bench", "optimisers", "methods", "--json"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    assert "`slsqp`" in [row["method"] for row in told["methods"]]
+    assert main(["bench", "--json", "optimisers", "report", "nowhere.csv", "--out", "x"]) == 2
+    assert capsys.readouterr().out == ""

@@ -43,6 +43,17 @@ def test_every_public_name_has_one_page_and_is_found_where_it_is_written():
     assert sorted(documented) == sorted({*paths})
 
 
+def test_every_page_stands_in_the_navigation_and_no_warning_is_hushed():
+    """Under --quiet MkDocs counts none, and its strict mode lets every one pass."""
+    settings = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    named = re.findall(r"(?m)^ +- (?:\w.*: )?(\w+\.md)$", settings)
+    written = {path.name for path in ROOT.glob("docs/*.md")} - {"api.md"}  # with its own pages
+    assert sorted(named) == sorted(written | {"changelog.md"})
+    (recipe,) = re.findall(r"(?m)^\t.*mkdocs\b(.*)$", (ROOT / "Makefile").read_text("utf-8"))
+    assert "strict: true" in settings
+    assert recipe.split() == ["build"]
+
+
 def test_every_module_with_public_names_is_in_the_list():
     found = {
         name

@@ -8,7 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.interpreters import batching
 
+from stickslip.dynamics import batch_axes, jax_versions
+from stickslip.dynamics.batch_axes import in_front_p
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
 
@@ -56,3 +59,30 @@ def test_second_derivatives_and_batches_of_batches():
     assert both.shape == (3, 2, 2, 2, 2)
     np.testing.assert_allclose(both[:, 0, :, 0, :], np.stack([one] * 3), rtol=1e-6)
     np.testing.assert_array_equal(both[:, 0, :, 1, :], 0)
+
+
+def test_a_newer_jax_that_takes_the_rules_has_them(untried):
+    assert batch_axes._refused() is None
+
+
+def _moves_nothing(operands, axes):
+    return operands[0], axes[0] or 0
+
+
+@pytest.fixture(params=["no rules", "another rule"])
+def ruleless(request, untried, monkeypatch):
+    """As if JAX had taken no rules, or made something else of them."""
+    if request.param == "no rules":
+        monkeypatch.setitem(jax_versions._unregistered, in_front_p, KeyError("no place for them"))
+        yield
+    else:
+        batching.primitive_batchers[in_front_p] = _moves_nothing
+        yield
+        batching.primitive_batchers[in_front_p] = batch_axes._batched
+
+
+def test_without_its_rules_derivatives_of_a_batch_are_refused(ruleless):
+    slope = jax.grad(jax.jit(lambda x: jnp.sum(turned(x)["place"])))(POINTS[0])
+    np.testing.assert_allclose(slope, 2 * TURN @ POINTS[0] @ TURN, rtol=1e-6)
+    with pytest.raises(NotImplementedError, match="derivatives of a batch"):
+        jax.grad(jax.jit(partial(worth, turned)))(POINTS)

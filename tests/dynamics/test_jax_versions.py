@@ -14,15 +14,6 @@ from stickslip.dynamics.fused import fused, kernel_p
 from stickslip.dynamics.jax_versions import changing, register, unclosed, works
 
 
-@pytest.fixture
-def untried(monkeypatch):
-    """As if the JAX at hand were newer than any that was tried."""
-    monkeypatch.setattr(jax_versions, "TRIED", (0, 0))
-    fused_module._works.cache_clear()
-    yield
-    fused_module._works.cache_clear()
-
-
 def apart(x, y):
     return jnp.sin(x), jnp.exp(y)
 
@@ -92,8 +83,10 @@ def test_where_kernels_do_not_work_the_function_is_xlas(untried, monkeypatch, ru
 
 
 def test_a_jax_without_the_interface_leaves_operations_out(monkeypatch):
-    monkeypatch.setattr(jax_versions, "_unregistered", [])
+    monkeypatch.setattr(jax_versions, "_unregistered", {})
     monkeypatch.delattr(mlir, "register_lowering")
-    register(Primitive("nobodys"), _raises, list, list)
+    nobodys = Primitive("nobodys")
+    register(nobodys, _raises, list, list)
     with pytest.warns(RuntimeWarning, match="register_lowering"):
-        assert not works(kernel_p, fused)
+        assert not works(nobodys, fused)
+    assert works(kernel_p, fused)

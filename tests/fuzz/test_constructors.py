@@ -12,7 +12,8 @@ import pytest
 
 from stickslip import envs, optim
 from stickslip.dynamics import biped, ugv
-from tests.fuzz.constructors import BAD, Plan, plans
+from tests.fuzz.constructors import plans
+from tests.fuzz.values import BAD, Plan
 
 QUICK = (
     "Scene.uniform", "BipedState", "Uniform", "EventExact", "Table", "UGVParams", "BipedEnv",

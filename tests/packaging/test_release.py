@@ -1,6 +1,8 @@
 """What is checked before a release is complete, and what a release says of itself agrees."""
 
+import os
 import re
+import subprocess
 import sys
 import tarfile
 import tomllib
@@ -10,10 +12,10 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from release import artefacts, installs
+from release import artefacts, installs, tag
 from release.__main__ import PYTHONS, checks, main, parser
 from release.report import INTERRUPTED, Check, FailedError, Report, Say
-from release.tools import run
+from release.tools import quickly, run
 from stickslip.cli import EXTRAS
 from tests.packaging.test_layers import IMPORT_NAMES
 
@@ -59,6 +61,38 @@ def test_the_version_is_one():
     assert versions[:2] == ["Unreleased", PROJECT["version"]]
 
 
+TOLD = "# Changelog\n\n## [Unreleased]\n\n## [1.2.0] - 2026-03-01\n\n### Added\n\n- One thing.\n"
+
+
+@pytest.mark.parametrize(
+    ("changed", "into", "fault"),
+    [
+        ("- One", "- One", ""),
+        ("## [1.2.0]", "### Fixed\n\n- Another.\n\n## [1.2.0]", "2 lines under Unreleased"),
+        ("[1.2.0]", "[1.1.0]", r"'\[1\.1\.0\] - 2026-03-01' where \[1\.2\.0\] is due"),
+        ("2026-03-01", "unreleased", "lacks its date"),
+        ("2026-03-01", "2026-02-30", "lacks its date"),
+        (" - 2026-03-01", "", "is due, with its date"),
+        ("- One thing.", "", "or what changed"),
+        ("## [Unreleased]\n\n", "", "does not begin with"),
+        ("## ", "", "does not begin with"),
+    ],
+)
+def test_what_a_changelog_leaves_out_of_a_version_is_named(changed: str, into: str, fault: str):
+    found = tag.untold(TOLD.replace(changed, into), "1.2.0")
+    assert len(found) == bool(fault), found
+    assert re.search(fault, "".join(found))
+
+
+def test_a_tag_of_another_version_is_refused_by_the_workflow_that_publishes(
+    capsys: pytest.CaptureFixture[str],
+):
+    assert tag.main(["v0.0.1"]) == 1
+    assert f"the tag is v0.0.1; pyproject.toml has v{PROJECT['version']}" in capsys.readouterr().out
+    jobs = (ROOT / ".github/workflows/publish.yml").read_text(encoding="utf-8")
+    assert 'run: python -m release.tag "$GITHUB_REF_NAME"' in jobs
+
+
 def test_tested_pythons_are_those_of_the_classifiers_and_of_the_checks():
     said = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
     assert said == list(PYTHONS)
@@ -93,7 +127,7 @@ def test_workflows_pin_actions_by_commit_and_say_the_version():
 
 def test_workflows_ask_the_release_checks_for_what_they_know():
     text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
-    asked = re.findall(r"run: python -m release(.*)", text)
+    asked = re.findall(r"run: python -m release(?!\.)(.*)", text)
     assert asked
     for arguments in asked:
         parser().parse_args(arguments.split())
@@ -174,6 +208,35 @@ def test_an_interrupted_run_says_what_was_done(capsys: pytest.CaptureFixture[str
     assert said.endswith("1 checks passed, 0 failed, 3 not done\n")
 
 
+def test_an_interrupted_build_leaves_nothing_to_check(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(artefacts, "run", lambda *command: stop(print))
+    assert main(["--out", str(tmp_path)]) == INTERRUPTED
+    assert capsys.readouterr().out.endswith("interrupted; nothing was built, nothing checked\n")
+
+
+def test_a_run_in_the_background_ends_when_it_is_told_to(tmp_path: Path):
+    uv = tmp_path / "uv"
+    uv.write_text("#!/bin/sh\nexec sleep 60\n")
+    uv.chmod(0o755)
+    command = 'trap "" INT; exec "$0" -u -m release --only build --out "$1"'
+    with subprocess.Popen(
+        ["sh", "-c", command, sys.executable, str(tmp_path / "dist")],
+        cwd=ROOT,
+        env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline().startswith("building into")
+            process.terminate()
+            assert process.wait(30) == INTERRUPTED
+        finally:
+            process.kill()
+
+
 def test_what_a_command_says_is_told_as_it_comes_and_kept_for_its_failure():
     program = "import sys; print('a'); print('b', file=sys.stderr, flush=True); sys.exit(%d)"
     told: list[str] = []
@@ -181,6 +244,32 @@ def test_what_a_command_says_is_told_as_it_comes_and_kept_for_its_failure():
     assert sorted(told) == ["a\n", "b\n"]
     with pytest.raises(FailedError, match=r"(?s)exit status 3\n.*a\n"):
         run(sys.executable, "-c", program % 3)
+
+
+def test_settings_that_an_environments_xla_lacks_are_left_out(tmp_path: Path):
+    python = tmp_path / "python"
+    python.write_text(
+        '#!/bin/sh\ncase "$XLA_FLAGS" in *$UNKNOWN*) echo "$SAID" >&2; exit 1;; esac\n'
+    )
+    python.chmod(0o755)
+    every = next(
+        line.removeprefix("QUICKLY := ")
+        for line in (ROOT / "Makefile").read_text(encoding="utf-8").splitlines()
+        if line.startswith("QUICKLY := ")
+    )
+    first, *others = every.split()
+    assert others
+    said = f"F1 parse_flags_from_env.cc:2] Unknown flag in XLA_FLAGS: {first}"
+    for unknown, known in (("--none", every), (first, " ".join(others))):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("UNKNOWN", unknown)
+            patch.setenv("SAID", said)
+            assert quickly(python) == known
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("UNKNOWN", first)
+        patch.setenv("SAID", "no module named jax")
+        with pytest.raises(FailedError, match="no module named jax"):
+            quickly(python)
 
 
 def test_parts_hold_every_extra_once():

@@ -87,7 +87,8 @@ def linked(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = home / ("Scripts" if os.name == "nt" else "bin")
     python = folder / "python"
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input"]
-    run(*pip, "--python", python, "install", "--quiet", "--no-deps", "--no-index", wheel, cwd=home)
+    bare = ("--quiet", "--no-deps", "--no-index", "--no-compile")
+    run(*pip, "--python", python, "install", *bare, wheel, cwd=home)
     code = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(run(python, "-c", code, cwd=home).strip())
     (about,) = site.glob("stickslip-*.dist-info")

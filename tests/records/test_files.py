@@ -25,6 +25,17 @@ def test_what_fails_on_the_way_leaves_the_old_file_alone(tmp_path: Path):
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_disk_that_is_full_is_told_of_with_the_file_that_did_not_fit(tmp_path: Path):
+    def fill() -> None:
+        with writing(tmp_path / "walk.csv"), open("/dev/full", "wb", buffering=0) as disk:
+            disk.write(b"row")
+
+    with pytest.raises(OSError, match=r"No space left on device: '.*walk\.csv'"):
+        fill()
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_of_many_that_do_not_overwrite_one_writes(tmp_path: Path):
     path, refused, start = tmp_path / "one", [], threading.Barrier(8)
 

@@ -5,6 +5,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -19,11 +20,12 @@ from stickslip.dynamics.biped import (
     BipedState,
     EventExact,
     SemiImplicitEuler,
+    Trajectory,
     floor_position,
     prepare,
     simulate,
 )
-from stickslip.simulate import biped, names, walk
+from stickslip.simulate import biped, names, walk, walk_table
 from stickslip.simulate.expression import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
@@ -209,3 +211,21 @@ def test_names_in_the_help_are_those_of_the_library():
     assert tuple(names.FIDELITIES) == tuple(FIDELITIES)
     assert tuple(names.INTEGRATORS) == tuple(INTEGRATORS)
     assert tuple(names.STATUS) == tuple(status.name for status in Status)
+
+
+@pytest.mark.parametrize("torque", [np.nan, np.inf])
+def test_a_torque_that_is_no_number_is_told_with_its_time_and_place(torque: float):
+    zero = np.zeros(3)
+    states = BipedState(
+        phase=zero + 2.0,
+        steps=zero,
+        crank_rate=np.asarray([3.0, -1.5, -1.5]),
+        foot_position=zero,
+        foot_velocity=zero,
+        time=np.asarray([0.0, 0.02, 0.02]),
+    )
+    walked = Trajectory(states, np.asarray([0.1, torque]), None)  # type: ignore[arg-type]
+    robot: Any = None
+    told = walk_table._meaning(walk.Walk(robot, walked, [], Status.NON_FINITE, 0.02, "float64"))
+    assert told.startswith(f"the torque is {torque:g} at 0.02 s, where the crank angle is 2 rad")
+    assert told.endswith("its rate -1.5 rad/s")

@@ -12,15 +12,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ComputedTorque, ConstantTorque
-from stickslip.agents.biped.evaluate import MIN_DISTANCE
+from stickslip.agents.biped.evaluate import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
 from stickslip.agents.evaluation import statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
 from stickslip.agents.policy.mlp import MLPPolicy
-from stickslip.dynamics import Scene
+from stickslip.agents.ugv.evaluate import UGVEpisodes, ugv_columns
+from stickslip.dynamics import Scene, Status
 from stickslip.envs import BipedEnv, GymEnv, Randomisation
 from stickslip.records.files import write_whole
 
@@ -179,6 +181,41 @@ def test_intervals_cover_about_95_percent():
     fell = (rng.uniform(size=(trials, 20)) < 0.1).sum(axis=1)
     of_20 = [statistics.fraction_interval(np.arange(20) < count) for count in range(21)]
     assert np.mean([of_20[count].low <= 0.1 <= of_20[count].high for count in fell]) > 0.93
+
+
+def test_an_interval_of_a_mean_is_students():
+    values = np.array([1.0, 4.0, 2.5])
+    ends = student.interval(0.95, 2, values.mean(), values.std(ddof=1) / np.sqrt(3))
+    found = statistics.mean_interval(values)
+    np.testing.assert_allclose(found, (values.mean(), *ends), rtol=1e-9)
+
+
+def test_every_episode_weighs_alike_and_costs_are_of_drives_that_reached_the_end():
+    walks = Episodes(
+        reward=np.array([3.0, 1.0]),
+        duration=np.array([10.0, 2.0]),
+        turned=np.array([30.0, 5.0]),
+        walked=np.array([6.0, 1.0]),
+        slid=np.array([0.2, 0.0]),
+        energy=np.array([40.0, 9.0]),
+        weight=np.array([80.0, 80.0]),
+        status=np.array([Status.OK, Status.TOPPLE]),
+    )
+    of_walks = {name: of(walks).value for name, (_, of) in COLUMNS.items()}
+    assert of_walks["mean_speed"] == pytest.approx((0.6 + 0.5) / 2)
+    assert of_walks["mean_crank_rate"] == pytest.approx((3.0 + 2.5) / 2)
+    assert of_walks["slip_per_metre"] == pytest.approx(0.2 / 7)
+    assert of_walks["cost_of_transport"] == pytest.approx(49 / (80 * 7))
+    assert of_walks["falls"] == 0.5
+    three = np.array([2.0, 4.0, 9.0])
+    ends = np.array([Status.OK, Status.OK, Status.WHEEL_SLIP])
+    drives = UGVEpisodes(three, three, three / 2, three / 3, *[three] * 4, ends)
+    of_drives = {name: of(drives).value for name, (_, of) in ugv_columns("J").items()}
+    assert of_drives["return"] == pytest.approx(5.0)
+    assert of_drives["cost"] == of_drives["wheel_energy"] == pytest.approx(3.0)
+    assert of_drives["score"] == pytest.approx(2.0)
+    assert of_drives["over_bound"] == pytest.approx(3.0)
+    assert of_drives["failures"] == pytest.approx(1 / 3)
 
 
 @pytest.mark.parametrize("episodes", [2, 3, 8, 64, 65536])

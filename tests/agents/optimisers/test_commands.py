@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
-from stickslip.agents.optimisers.commands import main
+from stickslip.agents.optimisers.commands import EXAMPLES, PROGRAM, main, make_parser
+from stickslip.agents.optimisers.commands import run as told
 from stickslip.envs.rendering.html.encode import decoded
 from tests.agents.optimisers.table import NAME, run
 
@@ -24,6 +25,19 @@ def test_methods_are_listed_as_on_the_page(capsys):
     for name, one in METHODS.items():
         assert f"`{name}`" in printed
         assert re.search(rf"\| `{name}` .*\| {one.constraints} ", page)
+
+
+@pytest.mark.parametrize("part", EXAMPLES)
+def test_every_part_shows_examples_that_it_takes(part, capsys):
+    lines = EXAMPLES[part].replace("\\\n", "").splitlines()
+    with pytest.raises(SystemExit):
+        main([part, "--help"])
+    shown = capsys.readouterr().out
+    assert EXAMPLES[part] in shown
+    for line in lines:
+        words = line.replace("...", "").split()
+        assert words[:3] == PROGRAM.split()
+        assert make_parser().parse_args(words[3:]).run is not None
 
 
 def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
@@ -51,7 +65,11 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     assert main(["report", str(mine), "--out", str(out)]) == 2
     assert "exists; accepted: a new directory" in capsys.readouterr().err
     table, folder = tmp_path / "all.csv", tmp_path / "ioh"
-    assert main(["export", str(mine), "--table", str(table), "--ioh", str(folder)]) == 0
+    status, found = told(["export", str(mine), "--table", str(table), "--ioh", str(folder)])
+    assert (status, found.facts["written"][0]) == (0, str(table))
+    rows = json.loads(found.json("bench", 0))["runs"]
+    assert [row["seed"] for row in rows] == [0, 1, 0]
+    assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)
     assert len(read_results(table)) == 3
     assert (folder / "mine").is_dir()
 

@@ -78,7 +78,10 @@ def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     with pytest.raises(ValueError, match="begun with other budget; accepted: to resume without"):
         race(**given, budget=6, seeds=8, resume=True)
     told = []
+    assert not (path / "report.html").exists()
     runs = race(**given, budget=5, seeds=8, resume=True, stop=lambda: bool(told.append(1)))
+    page = (path / "report.html").read_text(encoding="utf-8")
+    assert "8 runs of 1 methods on 1 instances: 8 ended" in page  # those before the kill, too
     assert [run.seed for run in runs] == list(range(8))
     assert all(run.outcome == "ended" for run in runs)
     assert {one: one.stat().st_mtime_ns for one in kept} == before

@@ -1,6 +1,7 @@
 """Tables that others wrote: the same runs come back, and what cannot be is named."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,15 @@ pytest.importorskip("pyarrow")
 
 @pytest.mark.parametrize("kind", ["parquet", "csv"])
 def test_runs_come_back_as_they_were(tmp_path, kind):
-    runs = [run([(3, 1.0), (9, 0.1)], 100), run([], 7, seed=1, outcome="timed out")]
+    point = np.random.default_rng(0).normal(size=suite()[NAME].n)
+    first = replace(run([(3, 1.0), (9, 0.1)], 100), point=point)
+    runs = [first, run([], 7, seed=1, outcome="timed out")]
     path = write_results(runs, tmp_path / f"mine.{kind}")
     found = read_results(path)
     for before, after in zip(runs, found, strict=True):
         assert after.rows() == before.rows()
+    np.testing.assert_array_equal(found[0].point, point)  # to the last bit
+    assert found[1].point is None
     with pytest.raises(ValueError, match="exists; accepted: a new path"):
         write_results(runs, path)
     with pytest.raises(ValueError, match=r"ends in \.parquet or \.csv"):
@@ -75,6 +80,9 @@ def test_five_columns_are_enough(tmp_path):
         ([{"digest": "0123"}], "digest 0123 is not that of the instance here"),
         ([{"walue": 1}], "column 'walue' is unknown or twice .did you mean value"),
         ([{"method": ""}], "row 1: method = "),
+        ([{"point": "[1.0, 2.0]"}], "row 1: point = .*, a list of 16 numbers"),
+        ([{"point": str([True] * 16).lower()}], "a list of 16 numbers"),
+        ([{"point": "[NaN]"}], "NaN is not a finite number"),
     ],
 )
 def test_what_cannot_be_is_named_with_the_file(tmp_path, rows, words):

@@ -28,6 +28,8 @@ def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
     assert np.all(np.diff([one.value for one in values]) < 0)
     assert ending.last.value == pytest.approx(BEST, rel=1e-6)
     assert (ending.last.evaluations, ending.last.violation) == (30, 0)
+    np.testing.assert_array_equal(ending.last.point, known.x)
+    assert suite()[NAME].value(told[-1].point)[0][0] == pytest.approx(told[-1].value)
     assert all(one.seconds <= ending.last.seconds for one in told)
 
 
@@ -55,6 +57,7 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
         record.see(np.full(4, mean * best), np.array([drawn]), 0.0, True, number)
     assert [one.value / best for one in told] == pytest.approx([3.0, 2.0])
     assert record.end().value == pytest.approx(2 * best)
+    assert record.end().point[0] == 2 * best  # of the mean, not of the luckiest draw
     assert Target.of(noisy).gap(2 * best) == pytest.approx(1.0)
 
 

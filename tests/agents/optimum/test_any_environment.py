@@ -9,7 +9,8 @@ import pytest
 
 from stickslip.agents.optimum import known, solve
 from stickslip.agents.optimum.replay import replay, values_at
-from tests.agents.mass import MassParams, Pull
+from stickslip.agents.registry import register, unregister
+from tests.agents.mass import MassMachine, MassParams, Pull
 from tests.agents.optimum.masses import ENV, PARAMS, MassStates
 
 STATES = MassStates()
@@ -49,6 +50,21 @@ def test_the_lower_bound_is_what_the_policy_earns_step_by_step(solution, found):
             return memory, policy(state, params).action
 
     assert by_hand(Stepped(), PARAMS, 3) == pytest.approx(rewards[3], abs=1e-4)
+
+
+def test_a_solution_plays_its_policy_and_shows_itself_in_a_notebook(solution, found):
+    register(MassMachine())
+    try:
+        page = solution.view(seed=3).page
+    finally:
+        unregister("mass")
+    (played,) = page.episodes
+    earned = next(one for one in played.panels if one.title == "return so far")
+    assert earned.lines[0].values[-1] == pytest.approx(float(found.replay.reward[3]), abs=1e-4)
+    text = solution._repr_html_()
+    assert f"{solution.policy.grid.size:,} nodes" in text
+    assert solution._table() == page.tables[0][1]
+    assert "proved: the optimum over these 12 episodes" in found._repr_html_()
 
 
 def test_nobody_else_earns_as_much_and_the_grid_says_so(solution, found):

@@ -119,6 +119,19 @@ def test_the_policy_comes_back_from_its_file(holding, tmp_path):
             load_value_policy(path)
 
 
+def test_a_double_file_keeps_its_digits_until_double_precision_is_switched_on(holding, tmp_path):
+    exact = np.asarray(holding.policy.values, np.float64) + 1e-9
+    with jax.enable_x64(True):
+        policy = replace(holding.policy, values=jnp.asarray(exact))
+        path = save_value_policy(policy, holding.params, tmp_path / "p.npz")
+    read = load_value_policy(path)[0]
+    np.testing.assert_array_equal(read.values, exact)
+    process = jax.eval_shape(read.process, holding.params)
+    assert process.actions.dtype == holding.policy.actions.dtype
+    with jax.enable_x64(True):
+        assert jnp.asarray(read.values).dtype == jnp.float64
+
+
 def test_a_policy_whose_parts_do_not_fit_is_refused(holding):
     policy = holding.policy
     bad = {

@@ -25,7 +25,7 @@ from stickslip.agents.policy import (
     save_policy,
 )
 from stickslip.agents.policy.mlp import FARTHEST
-from stickslip.envs import BipedEnv, Randomisation
+from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from tests.extras import SB3
 
 
@@ -372,3 +372,17 @@ def test_a_double_file_keeps_its_digits_until_double_precision_is_switched_on(tm
     assert early(np.linspace(-1.0, 1.0, 7)).dtype == jnp.float32
     with jax.enable_x64(True):
         np.testing.assert_array_equal(early(obs), expected)
+
+
+def test_the_description_of_an_environment_that_it_does_not_fit_is_refused(tmp_path: Path):
+    policy, env = load_policy("biped-ice"), UGVEnv()
+    other = describe_environment(env, env.make_params())
+    with pytest.raises(ValueError, match=r"observes 6 numbers, .*'UGVEnv'\) gives 16; accepted"):
+        save_policy(policy, tmp_path / "policy.npz", other)
+    assert not list(tmp_path.iterdir())
+    path = save_policy(policy, tmp_path / "policy.npz", {"observation_size": 6})
+    rewrite(path, metadata=np.array(json.dumps(read_metadata(path) | {"observation_size": 7})))
+    with pytest.raises(
+        ValueError, match=r"policy\.npz: .*observes 6 numbers, .* gives 7; accepted"
+    ):
+        load_policy(path)

@@ -24,7 +24,7 @@ AXES = {"mu": [0.1, 0.3], "force_limit": [12.0, 150.0, 3000.0]}
 def swept(path: Path, summaries: bool) -> Plan:
     """2 policies at 6 points, some of which throw the mass out, in several chunks; its plan."""
     how = {"episodes": 4, "independent": True, "summaries": summaries}
-    sweep(TASK, WHO, AXES, out=path, chunk=6, tile=4, **how)
+    sweep(TASK, WHO, AXES, out=path, chunk=6, tile=4, report=False, **how)
     plan = Plan.of(*played_on(TASK, WHO), design_of(AXES, None, 0), **how)
     return replace(plan, layout=read_about(path).layout)
 

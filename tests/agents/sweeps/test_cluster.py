@@ -126,7 +126,7 @@ BIG = {"axes": {"mu": "0.02:0.3:20", "mass": "0.5:3:15"}, "samples": None, "epis
 
 
 def big(out: Path, **how):
-    return sweep(TASK, WHO, out=out, tile=40, chunk=1, **BIG, **how)
+    return sweep(TASK, WHO, out=out, tile=40, chunk=1, report=False, **BIG, **how)
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def expected(tmp_path_factory):
 
     register(MassMachine())
     path = tmp_path_factory.mktemp("expected")
-    sweep(TASK, WHO, out=path, tile=40, chunk=2000, **BIG)
+    sweep(TASK, WHO, out=path, tile=40, chunk=2000, report=False, **BIG)
     unregister("mass")
     return read_sweep(path).combine_chunks()
 

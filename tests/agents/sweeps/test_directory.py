@@ -80,6 +80,9 @@ def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
         file.write_bytes(content)
         with pytest.raises(ValueError, match=f"chunk-000001.parquet: it {said}.*--resume plays"):
             swept(tmp_path / "a", resume=True)
+        for read in (read_sweep, sweep_arrays):
+            with pytest.raises(ValueError, match=f"chunk-000001.parquet: it {said}"):
+                read(tmp_path / "a")
         assert file.read_bytes() == content
     file.unlink()
     with pytest.raises(ValueError, match=r"holds 5 of 6 chunks.*--resume"):

@@ -142,7 +142,12 @@ def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
     params = env.make_params(time_limit=SHORT, randomisation=drawn, max_crank_rate=6.0)
     player = ConstantTorque(4.0)
     done = sweep(
-        (env, params), {"push": player}, {"mu": [0.02, 0.4], "time_limit": [SHORT]}, 8, tmp_path
+        (env, params),
+        {"push": player},
+        {"mu": [0.02, 0.4], "time_limit": [SHORT]},
+        8,
+        tmp_path,
+        report=False,
     )
     assert (done.episodes, done.programs) == (16, 1)
     found = sweep_arrays(tmp_path)
@@ -170,7 +175,7 @@ def test_the_biped_is_the_same_to_the_bit_in_chunks_and_tiles_of_any_size(tmp_pa
         "c": {"tile": 96},
         "d": {"tile": 2048},
     }.items():
-        sweep(task, ["crank-speed-pi"], axes, 48, tmp_path / name, **how)
+        sweep(task, ["crank-speed-pi"], axes, 48, tmp_path / name, report=False, **how)
         tables.append(read_sweep(tmp_path / name).combine_chunks())
     assert all(one.equals(tables[0]) for one in tables[1:])
 
@@ -179,7 +184,9 @@ def test_the_biped_is_the_same_to_the_bit_in_chunks_and_tiles_of_any_size(tmp_pa
 def test_the_ugv_is_swept_over_tracks(tmp_path: Path):
     axes = {"height": "0.05:0.3:4", "task.friction": [0.4, 0.8]}
     params = UGVEnv().make_params(track=Track.bump())
-    done = sweep((UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path)
+    done = sweep(
+        (UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path, report=False
+    )
     assert done.episodes == 16  # nothing is drawn
     found = sweep_arrays(tmp_path)
     cost = found["cost"][0, :, :, 1, 0]

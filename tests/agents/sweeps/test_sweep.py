@@ -3,6 +3,7 @@
 import json
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -12,6 +13,7 @@ from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.sweeps import chunks, program
 from stickslip.agents.sweeps.directory import missing_chunks
 from stickslip.agents.sweeps.play import StoppedError, summary
+from stickslip.envs.rendering.html.reading import read_episodes
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import AXES, TASK, WHO, swept
 
@@ -192,8 +194,30 @@ def test_files_say_what_they_are(tmp_path):
 def test_a_reset_that_draws_nothing_is_played_once(tmp_path):
     from tests.agents.sweeps.still import STILL
 
-    done = sweep(STILL, {"pull": Pull()}, {"mu": [0.1, 0.2]}, 50, tmp_path)
-    assert done.episodes == 2
+    done = sweep(STILL, {"pull": Pull()}, {"mu": [0.1, 0.2]}, 50, tmp_path, report=False)
+    assert (done.episodes, done.report) == (2, None)
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_sweep_ends_with_its_report_and_loses_nothing_to_it(tmp_path, monkeypatch):
+    given: dict[str, Any] = {"axes": {"mu": [0.1, 0.2, 0.3]}, "episodes": 2, "out": tmp_path}
+    given |= {"chunk": 1, "cores": 1, "tile": 2}
+    sweep(TASK, WHO, **given, report=False)
+    assert not (tmp_path / "report.html").exists()
+    for number in (1, 4):  # as if it had been killed
+        (tmp_path / f"data/chunk-{number:06d}.parquet").unlink()
+    done = sweep(TASK, WHO, **given, resume=True)
+    assert done.played == 2
+    assert done.report == tmp_path / "report.html"
+    returns = np.asarray(read_sweep(tmp_path)["reward"])  # of both calls
+    shown = {one.name.partition(":")[0]: one for one in read_episodes(done.report)}
+    for why, told in (("least return", returns.min()), ("greatest return", returns.max())):
+        assert shown[why].panels[-1].lines[0].values[-1] == pytest.approx(told, rel=1e-4)
+    assert "mean return" in (tmp_path / "summary.txt").read_text(encoding="utf-8")
+    monkeypatch.setattr("stickslip.agents.reports.swept.write_report", lambda *a, **b: 1 / 0)
+    with pytest.warns(RuntimeWarning, match=r"report\.html could not be written \(ZeroDivision"):
+        assert sweep(TASK, WHO, **given, resume=True).report is None
+    assert len(read_sweep(tmp_path)) == 12
 
 
 def test_chunks_that_are_missing_are_found_without_reading_rows(tmp_path, monkeypatch):

@@ -263,6 +263,17 @@ def test_a_damaged_checkpoint_is_refused_by_name(copy: Path, damage: str):
     assert not (folder.parent / "sprung").exists()
 
 
+@pytest.mark.parametrize("damage", ["cut short", "missing"])
+def test_a_checkpoints_damaged_policy_is_refused_and_spoils_no_other(copy: Path, damage: str):
+    before = (copy / "policy.npz").read_bytes()
+    for folder in list_checkpoints(copy / "checkpoints"):
+        policy = folder / "policy.npz"
+        policy.write_bytes(before[:300]) if damage == "cut short" else policy.unlink()
+    with pytest.raises(ValueError, match=r"\d+: policy.npz is missing or damaged .*accepted: "):
+        train(None, copy, resume=True)
+    assert (copy / "policy.npz").read_bytes() == before
+
+
 @SB3
 def test_a_checkpoint_of_another_run_is_refused(copy: Path, runs):
     other = list_checkpoints(runs("sac").directory / "checkpoints")[-1]

@@ -55,6 +55,22 @@ def test_a_bad_value_is_refused_by_name(name: str, value):
         TrainConfig.of(**{name: value})
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"scene": "ice"}, r"scene = 'ice' is unknown; .*did you mean ice-patch\?"),
+        ({"scene": "grip", "random_friction": (0.5, 1.0)}, r"random_friction = .* 'grip'"),
+        ({"algorithm": "sac", "trainer": "sb3", "batch_size": 10**9}, "batch_size = 1000000000 "),
+        ({"mu_static": 0.1, "mu_kinetic": 0.3}, r"mu_kinetic = 0\.3 exceeds mu_static = 0\.1"),
+    ],
+)
+def test_what_no_run_could_start_with_is_refused_when_it_is_built(given: dict, message: str):
+    with pytest.raises(ValueError, match=message):
+        TrainConfig(**given)
+    with pytest.raises(ValueError, match=message):
+        replace(TrainConfig(), **given)
+
+
 def test_an_unknown_field_is_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"'lerning_rate' is no field; accepted: .*learning_rate"):
         TrainConfig.of(lerning_rate=1e-3)

@@ -28,6 +28,7 @@ def main(directory: str, coordinator: str | None = None, process: str = "0") -> 
         directory,
         resume=there,
         bar=False,
+        report=False,
         stop=lambda: stops and next(asked) >= 4,
     )
     print("finished" if trained.finished else "stopped", "at", trained.timesteps)

@@ -63,7 +63,7 @@ def test_legs_straight_cost_no_less(row):
 @pytest.mark.parametrize(
     "track", ["flat", *(pytest.param(t, marks=pytest.mark.long) for t in ("bump", "step"))]
 )
-def test_what_is_stored_is_proved_again(track):
+def test_what_is_stored_is_proved_again(track, float64):
     problem = named_problem(track, "wheel_energy")
     row = next(r for r in ROWS if (r["track"], r["criterion"]) == (track, "wheel_energy"))
     drive = None

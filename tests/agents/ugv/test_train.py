@@ -15,10 +15,11 @@ from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.training.trained import Trained
-from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.config import LEGS, UGVTrainConfig
 from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name
 from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.dynamics.ugv import UGVParams
 
 pytest.importorskip("tensorboard")
 
@@ -88,6 +89,8 @@ def test_the_training_reward_is_the_criterion_scaled():
     assert float(task.test.reward_scale) == 1.0
     drawn = make_ugv_task(UGVTrainConfig.of(random_start=(60, 120))).training
     assert np.allclose(drawn.randomisation.start_angles, np.radians([60, 120]))
+    widest = make_ugv_task(UGVTrainConfig.of(start_angle=30.0, random_start=(30, 150)))
+    assert np.allclose(widest.training.randomisation.start_angles, np.radians([30, 150]))
 
 
 @pytest.mark.parametrize("name", TRACK_NAMES)
@@ -106,11 +109,21 @@ def test_every_named_ground_makes_a_task(name: str):
         ({"batch_size": 100}, r"batch_size = 100 is not accepted; accepted: a divisor"),
         ({"friction": -1.0}, r"friction = -1\.0"),
         ({"payload": 1.0}, r"'payload' is no field"),
+        ({"tracks": "bumb"}, r"track 'bumb' is unknown; .*did you mean bump\?"),
+        ({"start_angle": 20.0}, r"start_angle = 20\.0 is not accepted; .*>= 30, <= 150"),
+        ({"random_start": (60, 170)}, r"random_start = 170\.0 is not accepted; .*>= 30, <= 150"),
+        ({"failure": 1e38}, r"failure = 1e\+38 is 3e\+40 in the criterion's unit"),
     ],
 )
 def test_bad_fields_are_named(changes, message):
     with pytest.raises(ValueError, match=message):
         UGVTrainConfig.of(**changes)
+
+
+def test_start_angles_are_those_that_the_vehicle_takes():
+    vehicle = UGVParams()
+    reached = np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max])
+    np.testing.assert_allclose(reached, LEGS)
 
 
 def test_a_configuration_says_whose_it_is():
@@ -139,7 +152,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     policy = str(run.policy)
     assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
     said = capsys.readouterr().out
-    assert "level-body" in said
+    assert "level body" in said
     assert "cost / best over grid" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     assert [row["controller"] for row in rows] == [policy, "level-body"]

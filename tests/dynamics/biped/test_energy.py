@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import BipedState, simulate
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import BipedState, Euler, simulate
 from tests.dynamics.biped.helpers import default_model, default_params, exact_along, state_of, walk
 
 
@@ -57,6 +57,19 @@ def test_work_is_torque_times_angle_and_positive_work_counts_gifts_only(float64,
     np.testing.assert_allclose(trajectory.contacts.work, case["torque"] * turned, atol=1e-14)
     gifts = np.sum(np.maximum(case["torque"] * turned, 0.0))
     np.testing.assert_allclose(np.sum(trajectory.contacts.positive_work), gifts, rtol=1e-5)
+
+
+def test_sums_over_a_walk_that_falls_are_those_up_to_the_fall(float64):
+    """It slides and topples: nothing is done in the steps that are left."""
+    begin, scene = state_of(phase=4.0, crank_rate=3.0), Scene.uniform(0.1, 0.05)
+    fallen = simulate(default_model(), scene, begin, 2.0, 0.5, 0.002, integrator=Euler())
+    assert int(fallen.status) == Status.TOPPLE
+    assert 0 < float(fallen.final.time) < 0.1
+    slid, done = fallen.contacts.slide_distance, fallen.contacts.work
+    path = np.abs(np.diff(np.asarray(fallen.states.foot_position)))
+    assert float(np.sum(slid)) == pytest.approx(np.sum(path), rel=1e-12)
+    assert float(np.sum(done)) == pytest.approx(2 * (float(fallen.final.crank_angle) - 4))
+    assert float(np.sum(fallen.contacts.positive_work)) == pytest.approx(float(np.sum(done)))
 
 
 def test_slide_distance_is_the_path_of_the_foot(float64, reference):

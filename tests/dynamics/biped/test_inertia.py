@@ -16,7 +16,7 @@ from stickslip.dynamics.biped import (
     Table,
     kinematics,
 )
-from stickslip.dynamics.biped.model import load, unit_payload
+from stickslip.dynamics.biped.model import load, loaded_params, unit_payload
 from stickslip.dynamics.biped.table import fit_table
 from tests.dynamics.biped.helpers import (
     FINE,
@@ -144,6 +144,20 @@ def test_float32_table_keeps_its_digits(float64):
         assert worst(getattr(table, slope), getattr(exact, slope)) < 5e-6, slope
 
 
+def test_a_series_goes_on_straight_behind_the_support_phase(float64):
+    """Where trial steps end: at 14 rad/s 0.28 rad behind it; Y is 43 % off a straight line then."""
+    inertia = model_of(default_params(), "chebyshev").inertia
+    angles = jnp.asarray([SUPPORT_START - 0.28, SUPPORT_START, SUPPORT_END, SUPPORT_END + 0.28])
+    series, exact = jax.vmap(inertia.at)(angles), exact_along(default_params(), angles)[0]
+    for value, slope in PAIRS:
+        assert worst(getattr(series, value), getattr(exact, value)) < 0.5, value
+        behind, end = getattr(series, slope)[::3], getattr(series, slope)[1:3]
+        assert worst(behind, end) < 0.05, slope
+    moments = jax.vmap(inertia.moment_at)(angles)
+    for name in moments._fields:
+        assert worst(getattr(moments, name)[::3], getattr(moments, name)[1:3]) < 0.05, name
+
+
 @pytest.mark.long
 def test_mapped_parameters_fit_their_own_tables(float64):
     robots = [random_robot(seed) for seed in range(3)]
@@ -164,6 +178,22 @@ def test_inertia_is_positive_definite_and_bounds_its_coupling(float64, seed, ang
     M, _, P, *_ = inertia_along(params, [angle])
     assert float(M[0]) > 0
     assert float(M[0] * params.total_mass) > float(P[0] ** 2)
+
+
+def test_a_loaded_robot_has_the_masses_of_its_inertia_functions(float64):
+    """Twice loaded, on a payload of its own."""
+    own = default_params().replace(payload=jnp.asarray(0.5))
+    model, unit = model_of(own), default_model().unit_inertia()
+    for factor, payload in ((1.3, 2.0), (0.9, 1.0)):
+        model = load(model, unit, factor, payload)
+    params = loaded_params(model)
+    assert float(params.payload) == pytest.approx(0.9 * (1.3 * 0.5 + 2.0) + 1.0)
+    assert float(params.total_mass) == pytest.approx(float(model.total_mass), rel=1e-14)
+    inertia, moment = exact_along(params, ANGLES[::50])
+    angles = jnp.asarray(ANGLES[::50])
+    for found, want in ((table_along, inertia), (moments_along, moment)):
+        for a, b in zip(found(model, angles), want, strict=True):
+            assert worst(a, b) < 1e-10
 
 
 @pytest.mark.long

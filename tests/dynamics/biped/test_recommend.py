@@ -101,6 +101,13 @@ def test_the_slide_has_its_own_tolerance_where_one_is_given():
     assert tight.slide_error <= 1e-7 < loose.slide_error
 
 
+@pytest.mark.parametrize("scene", ["smooth", "stick-slip", "ice"])
+def test_one_environment_is_offered_the_tolerance_between_the_loosest_and_the_tightest(scene):
+    found = recommend(1e-5, scene)
+    assert found.setting.integrator == EventExact(rtol=1e-7, atol=1e-10)
+    assert found.cost < recommend(1e-8, scene).cost
+
+
 def test_a_promise_says_of_which_walks_how_many_and_what_it_leaves_out():
     found = recommend(1e-2)
     assert found.typical_error <= found.promised_error <= 1e-2

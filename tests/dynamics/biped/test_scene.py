@@ -1,5 +1,7 @@
 """What a scene contains does what it says; what it leaves out changes nothing."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedState, floor_position, simulate, step
+from stickslip.dynamics.biped.floor import patch_at
 from tests.dynamics.biped.helpers import (
     FINE,
     RECORDING,
@@ -99,6 +102,28 @@ def test_edges_are_found_backwards_too(float64):
     np.testing.assert_allclose(left.foot_position, 0.03, atol=1e-11)
 
 
+def test_a_floor_moved_by_whole_steps_is_met_as_many_steps_later(float64):
+    begin, edge = {"phase": 2.4, "crank_rate": 1.0, "foot_velocity": 0.5}, 0.02
+    walks = []
+    for steps in (0, 3, -2):
+        floor = Scene.patches([edge + steps * float(default_model().step_length)], [0.1, 0.02])
+        walks.append(go(floor, state_of(**begin, steps=steps), 0.2, 0.1, integrator=RECORDING))
+        assert [kind for _, kind, _ in walks[-1].events()] == ["patch"]
+    first, *others = (replace(walk.contacts, events=None) for walk in walks)
+    for other in others:
+        assert_same(first, other, 1e-9, 1e-9)
+    times = [walk.events()[0][0] for walk in walks]
+    assert times == pytest.approx([times[0]] * 3, rel=1e-11)
+
+
+def test_on_an_edge_the_patch_that_the_foot_moves_into_counts(float64):
+    floor = Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5]).floor
+    for edge in (0, 1):
+        at = jnp.asarray(floor.edges)[edge]
+        found = [int(patch_at(floor, at, jnp.asarray(way))) for way in (-1.0, 0.0, 1.0)]
+        assert found == [edge, edge + 1, edge + 1]
+
+
 def test_ice_begins_where_the_foot_lands_on_it(float64):
     """Steps are 0.24 m: the footholds at 0.24 m and 0.72 m are dry, that at 0.48 m is ice."""
     ice = Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])
@@ -119,7 +144,10 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
 
 
 def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
-    params, floor = default_params(), Scene.grip(outputs="state")
+    params, floor = (
+        default_params().replace(payload=jnp.asarray(0.0)),  # as what is loaded: one program
+        Scene.grip(outputs="state"),
+    )
     scene, loaded = (
         Scene.grip(outputs="state", payload=2.0),
         params.replace(payload=jnp.asarray(2.0)),

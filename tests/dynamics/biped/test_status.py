@@ -73,6 +73,16 @@ def test_longer_feet_do_not_topple(float64):
     assert int(move(state_of(), 2.0, model=model)[1].status) == Status.OK
 
 
+@pytest.mark.parametrize(("edge", "torque"), [("heel", 2.0), ("toe", -2.0)])
+def test_the_edge_towards_which_it_leans_is_what_counts(float64, edge, torque):
+    feet = dict.fromkeys(("heel", "toe"), jnp.asarray(0.5))
+    lean = float(at(np.pi / 2, torque=torque, model=default_model().replace(**feet)).zmp)
+    assert (lean < 0) == (edge == "heel")
+    for share, status in ((0.99, Status.TOPPLE), (1.01, Status.OK)):
+        model = default_model().replace(**feet | {edge: jnp.asarray(share * abs(lean))})
+        assert int(at(np.pi / 2, torque=torque, model=model).status) == status
+
+
 def test_topple_is_not_looked_at_where_outputs_leave_it_out(float64):
     scene = Scene.uniform(jnp.asarray(0.5), jnp.asarray(0.5), outputs="state")
     _, contact = step(default_model(), scene, state_of(), jnp.asarray(2.0), jnp.asarray(0.01))

@@ -145,12 +145,18 @@ def test_a_setting_prepares_a_track_once(float64):
         setting.prepared("bmp")
 
 
-def test_a_table_holds_the_whole_vehicle_at_both_ends(float64):
+@pytest.mark.parametrize(
+    "params",
+    [
+        pytest.param(UGVParams(), marks=pytest.mark.long),
+        UGVParams(body_length=4.0, leg_length=1.5, wheel_radius=1.2),
+    ],
+)
+def test_a_table_holds_the_whole_vehicle_at_both_ends(float64, params: UGVParams):
     track = Track.sinusoid(amplitude=0.1, wavelength=3.0)
-    for params in (UGVParams(), UGVParams(body_length=4.0, leg_length=1.5, wheel_radius=1.2)):
-        table = Setting(pieces=64).prepared(track, params)
-        x = np.array([track.start - reach(params), track.end + reach(params)])
-        np.testing.assert_allclose(table.height(x), track.height(x), atol=1e-9)
+    table = Setting(pieces=64).prepared(track, params)
+    x = np.array([track.start - reach(params), track.end + reach(params)])
+    np.testing.assert_allclose(table.height(x), track.height(x), atol=1e-9)
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from stickslip.dynamics.ugv.odometer import Odometer
+from stickslip.dynamics.ugv.odometer import NODES, WEIGHTS, Odometer
 from stickslip.dynamics.ugv.track import Track
 
 PLACES = np.asarray([0.0, 0.013, 1.1, 3.3, 4.17, 5.5, 7.99, 8.0])
@@ -40,8 +40,20 @@ def distances(odometer, x):
 def test_distance_is_the_arc_length(name, float64):
     track = Track.named(name)
     odometer = Odometer.along(track, 0.0, 8.0)
+    edges = odometer.edges + odometer.rests
+    some = np.flatnonzero((edges >= 0) & (edges <= 8))[::29]
+    exact = [reference(track, x) for x in edges[some]]
+    found = edges[some] + odometer.excess[some]
+    np.testing.assert_allclose(found, exact, rtol=1e-13, atol=2e-12, err_msg="what is stored")
     exact = [reference(track, x) for x in PLACES]
-    np.testing.assert_allclose(distances(odometer, jnp.asarray(PLACES)), exact, atol=2e-12)
+    found = distances(odometer, jnp.asarray(PLACES))
+    np.testing.assert_allclose(found, exact, rtol=1e-13, atol=2e-12, err_msg="what is asked")
+
+
+def test_the_rule_is_that_of_gauss_and_legendre():
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    np.testing.assert_allclose(NODES, nodes, rtol=4e-16)
+    np.testing.assert_allclose(WEIGHTS, weights, rtol=1e-15)
 
 
 def test_distance_along_a_straight_is_exact_anywhere(dtype):
@@ -83,6 +95,15 @@ def test_distance_grows_as_the_slope_says(float64):
         np.testing.assert_allclose(
             jax.jit(jax.vmap(differentiate(first)))(x), slope * second / rate, atol=1e-13
         )
+
+
+def test_the_excess_grows_alike_with_both_parts_of_a_place(float64):
+    """A vehicle is seen from a place near by, and moves in the second part alone."""
+    track = Track.sinusoid().astype(float64)
+    odometer, base, u = Odometer.along(track), jnp.asarray(2.0), jnp.asarray(0.3)
+    slopes = jax.grad(odometer.excess_at, (0, 1))(base, u)
+    slope = float(track.slope(base + u))
+    np.testing.assert_allclose(slopes, [np.hypot(1.0, slope) - 1] * 2, rtol=1e-12)
 
 
 def test_distance_follows_the_tracks_numbers_under_jit_vmap_and_grad(float64):

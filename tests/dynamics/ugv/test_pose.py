@@ -1,5 +1,8 @@
 """Where the vehicle stands: the pose's geometry, hollow ground, and what is refused."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -214,3 +217,29 @@ def test_without_jit_a_place_is_what_it_is_with_it(float64):
     np.testing.assert_array_equal(written.status, found.status)
     np.testing.assert_allclose(written.pitch, found.pitch, rtol=1e-12)
     np.testing.assert_allclose(heights, clearance(params, track, found, 8), rtol=1e-12)
+
+
+def test_the_clearance_is_that_of_the_body_and_of_what_the_wheels_leave_of_upright_legs(float64):
+    """By hand, and so its slope: the lowest of 8 points is a sixteenth above the leg's end."""
+    params = UGVParams()
+    radius, leg = params.wheel_radius, params.leg_length
+
+    def standing(at):
+        hinge, centre = jnp.array([at, radius + leg]), jnp.array([at, radius])
+        return hinge, SimpleNamespace(centre=centre)
+
+    (rear_hinge, rear), (front_hinge, front) = standing(1.0), standing(1.83)
+    placed = SimpleNamespace(
+        rear_hinge=rear_hinge, rear=rear, front_hinge=front_hinge, front=front, wheelbase=0.83
+    )
+
+    def found(radius):
+        larger = replace(params, wheel_radius=radius)
+        return clearance(larger, Track.flat().astype(float64), placed, 8)
+
+    bare = leg - radius
+    np.testing.assert_allclose(
+        found(params.wheel_radius), radius + leg - 15 / 16 * bare, rtol=1e-12
+    )
+    np.testing.assert_allclose(jax.grad(found)(params.wheel_radius), 15 / 16, rtol=1e-12)
+    np.testing.assert_allclose(found(2 * leg), radius + leg, rtol=1e-12)  # wheels hide the legs

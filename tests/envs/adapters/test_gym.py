@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 import pickle
 import warnings
 from typing import Any
@@ -14,7 +15,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction
 
 from stickslip.dynamics import Scene
-from stickslip.envs import BipedEnv, GymEnv, Randomisation
+from stickslip.envs import BipedEnv, GymEnv, Randomisation, forked
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
 
@@ -220,6 +221,16 @@ def test_asynchronous_copies_in_other_processes_work():
     obs, *_ = envs.step(np.zeros((2, 1), np.float32))
     assert envs.observation_space.contains(obs)
     envs.close()
+
+
+@pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
+def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
+    """As in a process that was forked after this one had made an environment."""
+    monkeypatch.setattr(forked, "_process", os.getpid() + 1)
+    with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
+        gymnasium.make(f"stickslip/{name}")
+    with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
+        gymnasium.make_vec(f"stickslip/{name}", num_envs=2)
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,15 @@ def test_seed_s_means_seeds_s_to_s_plus_n():
     assert firsts(toys(5), seed=20)[:3] == singles
 
 
+def test_every_bit_of_a_seed_counts():
+    seeds = [1, 1 + 2**32, 1 + 2**64, 1 + 2**200]
+    first = firsts(toys(4), seed=seeds)
+    assert len(set(first)) == len(seeds)
+    assert firsts(toys(4), seed=seeds) == first
+    assert firsts(toys(), seed=2**32 - 1)[0] == one_toy().reset(seed=2**32 - 1)[0][0]
+    assert firsts(toys(), seed=1)[0] == first[0]
+
+
 def test_none_in_a_list_of_seeds_goes_on_in_its_chain():
     env, other = toys(), toys()
     env.reset(seed=1)

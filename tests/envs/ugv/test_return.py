@@ -84,6 +84,31 @@ def test_the_reward_is_the_penalty_where_a_step_fails_and_more_than_any_drive_co
     assert whole.info["episode_cost"][-1] < float(params.failure_penalty)
 
 
+def test_a_first_step_that_fails_adds_nothing_to_a_worst_value_either():
+    env, params = task(criterion="peak_torque")
+    first = drive(env, params.replace(friction=0.0), actions(5))
+    assert first.terminated[0]
+    assert first.info["episode_cost"][0] == 0
+    assert first.reward[0] == -float(params.replace(friction=0.0).failure_penalty)
+
+
+def test_forces_are_seen_in_weights_and_torque_in_weight_times_radius():
+    env, params = task()
+    run = drive(env, params, actions(int(params.steps), scale=0.5))
+    at, vehicle = run.state.station, params.vehicle
+    weight = 9.81 * float(2 * vehicle.wheel_mass + 2 * vehicle.leg_mass + vehicle.body_mass)
+    torque = run.info["torque"] / (weight * float(vehicle.wheel_radius))
+    rear, front = (
+        (at.friction * normal - np.abs(force)) / weight
+        for normal, force in ((at.N_rear, at.F_rear), (at.N_front, at.F_front))
+    )
+    assert np.abs(torque).max() > 0.01
+    assert np.abs(rear - front).max() > 0.01
+    straight = [run.info["rear_angle"] - np.pi / 2, run.info["front_angle"] - np.pi / 2]
+    seen = [*straight, run.info["pitch"], torque, rear, front]
+    np.testing.assert_allclose(run.obs[:, [0, 1, 2, 5, 6, 7]], np.stack(seen, -1), atol=2e-6)
+
+
 def test_the_scale_multiplies_the_whole_reward():
     env, params = task()
     given = actions(5)

@@ -10,6 +10,7 @@ from stickslip.optim.posture.certificate import certify
 from stickslip.optim.posture.dp import best_paths
 from stickslip.optim.posture.layered_graph import build_graph
 from stickslip.optim.posture.posture_grid import build_grid
+from stickslip.optim.posture.rounding import below
 from tests.optim.posture.helpers import on_grid as solve
 from tests.optim.posture.helpers import over_bump, tiny
 
@@ -34,6 +35,15 @@ def test_costs_of_arriving_prove_the_value(name: str):
     proof = certify(grid, paths.values)
     assert value - 1e-9 * (1 + abs(value)) <= proof.bound <= value
     assert proof.missed <= 1e-9 * (1 + abs(value))
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_a_proved_bound_is_lowered_by_more_than_rounding(name: str):
+    problem = tiny(name)
+    for value in (-250.0, 0.0, 1e-3, 4e5):
+        assert below(problem, value) < value
+        assert value - below(problem, value) >= 4e-13 * abs(value)
+        assert value - below(problem, value) <= 1e-9 * (1 + abs(value))
 
 
 @pytest.mark.parametrize("name", ["wheel_energy", "peak_torque"])

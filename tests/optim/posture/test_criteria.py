@@ -22,6 +22,27 @@ def test_value_is_the_criterion_written_out_in_loops(name: str):
         np.testing.assert_allclose(problem.objective(x), plain, rtol=1e-12)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("wheel", ["rear", "front"])
+def test_the_worst_is_seen_at_either_wheel_and_either_way(wheel: str, way: float):
+    """Forces by hand: on a drive the other wheel, or the other way, may always be worse."""
+    other = {"rear": "front", "front": "rear"}[wheel]
+    forces = {
+        f"F_{wheel}": 300.0 * way,
+        f"N_{wheel}": 500.0,
+        f"F_{other}": 90.0,
+        f"N_{other}": 900.0,
+    }
+    nothing = dict.fromkeys(Station._fields, 0.0)
+    at = Station(**nothing | forces | {"torque": 7.0 * way, "friction": 0.5})
+    at = at.map(jnp.asarray)
+    worst = {name: float(jnp.max(CRITERIA[name].terms(at))) for name in WORST}
+    assert worst == pytest.approx(WORST)
+
+
+WORST = {"friction_demand": 0.6, "grip": 50.0, "normal_force": -500.0, "peak_torque": 7.0}
+
+
 @pytest.mark.parametrize("criterion", [*CRITERIA.values(), MIXED], ids=lambda one: one.name)
 def test_increments_along_a_drive_add_up_to_the_value(criterion: Criterion | Weighted):
     """What an environment that pays the increments pays in all."""

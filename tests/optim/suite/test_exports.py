@@ -56,6 +56,34 @@ def test_cma():
     assert record.best == pytest.approx(LEAST, abs=1e-2)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_cma_draws_of_its_seed_alone(seed):
+    cma = pytest.importorskip("cma")
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+
+    def run(seed):
+        it = toy().objective(budget=20)
+        return it.minimise(lambda o: cma.fmin2(**exports.as_cma(o, seed=seed))).best_x
+
+    assert np.array_equal(run(seed), run(seed))
+    assert not np.array_equal(run(seed), run(seed + 2))
+    assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002
+
+
+def test_differential_evolution_in_batches():
+    from scipy.optimize import differential_evolution
+
+    def run(**options):
+        it = toy().objective()
+        given = {"rng": 0, "maxiter": 3, "updating": "deferred", "polish": False, **options}
+        return it.minimise(lambda o: differential_evolution(**exports.as_scipy_global(o), **given))
+
+    many, one = run(vectorized=True), run()
+    assert many.batches == 4
+    assert many.values == one.values
+    assert many.best == pytest.approx(one.best, abs=1e-9)
+
+
 def test_nevergrad():
     ng = pytest.importorskip("nevergrad")
 

@@ -193,6 +193,58 @@ def test_the_bound_holds_whatever_the_solver_returns_as_duals(family):
     assert np.ptp(bounds) > 0
 
 
+HOLLOW = Family([0.0017, 0.402, 0.0017, 0.598], [-0.5, 0.002, 0.5, 0.0018])
+"""Wheels on opposite sides, in weights: pressed together they carry more."""
+ROLLED = Family([0.29331727, 1.2140408, 0.29331727, -0.46933707],
+                [-0.49968914, -0.03086062, 0.50031086, -0.01818379])  # fmt: skip
+"""Rolled over at equal torques; holds from a difference of -26 weights on."""
+
+
+def in_newtons(of: Family) -> Family:
+    return Family(PARAMS.weight * np.array(of.equal), np.array(of.per_newton))
+
+
+@pytest.mark.parametrize(
+    ("criterion", "of", "friction"),
+    [("normal_force", HOLLOW, None), ("grip", HOLLOW, 400.0), ("friction_demand", ROLLED, 0.8)],
+)
+def test_what_falls_without_end_has_no_best_split_and_a_motor_ends_it(criterion, of, friction):
+    found = TorqueSplit(criterion).solve(PARAMS, in_newtons(of), friction)
+    assert found.status is OptimStatus.FAILED
+    assert "max_torque" in found.message
+    assert found.lower_bound is None
+    assert np.all(np.isfinite([*found.forces, found.value]))
+    most = 100 * float(PARAMS.weight * PARAMS.wheel_radius)
+    limited = TorqueSplit(criterion, max_torque=most).solve(PARAMS, in_newtons(of), friction)
+    assert limited.lower_bound <= limited.value < found.value
+
+
+def test_the_least_demand_is_that_of_a_dense_scan_wherever_the_wheels_stand():
+    """On 40 pairs of slopes that nothing was tuned on, some with the weight beside the wheels."""
+    random, solver = np.random.default_rng(52), TorqueSplit("friction_demand")
+    d, proved = np.linspace(-40, 40, 400_001), 0
+    for _ in range(40):
+        rear, front = random.uniform(-1.2, 1.2, 2)
+        (cr, sr), (cf, sf) = ([np.cos(b), np.sin(b)] for b in (rear, front))
+        x, y, at = random.uniform(0.3, 2.0), random.uniform(-0.9, 0.9), random.uniform(-0.1, 1.1)
+        held = [[cr, -sr, cf, -sf], [sr, cr, sf, cf],
+                [0, 0, x * sf - y * cf, x * cf + y * sf], [-1, 0, 1, 0]]  # fmt: skip
+        equal, more = np.linalg.solve(held, np.array([[0, 1, at * x, 0], [0, 1, at * x, 1]]).T).T
+        per = more - equal
+        found = solver.solve(PARAMS, in_newtons(Family(equal, per)), None)
+        F, N = (np.outer(equal[i::2], 1 + 0 * d) + np.outer(per[i::2], d) for i in (0, 1))
+        N = np.where(np.min(N, 0) > 0, N, np.nan)
+        scanned = np.nanmin(np.append(np.max(np.abs(F) / N, 0), np.inf))
+        if found.status is OptimStatus.OPTIMAL:
+            assert found.lower_bound <= found.value <= scanned * (1 + 1e-12)
+            proved += 1
+        elif found.status is OptimStatus.INFEASIBLE:
+            assert scanned == np.inf
+        else:
+            assert "max_torque" in found.message
+    assert proved > 20
+
+
 def test_bad_values_are_refused_by_name(family):
     one = Family(family.equal[0], family.per_newton[0])
     for make, words in (

@@ -16,10 +16,13 @@ from stickslip.agents.training.learner import (
     widened,
 )
 from stickslip.agents.training.ppo.algorithm import (
+    VALUE_WEIGHT,
+    Batch,
     advantages,
     begin_learning,
     improve,
     log_probability,
+    loss_of,
     rollout,
 )
 from stickslip.agents.training.ppo.settings import Rates, Sizes
@@ -111,6 +114,30 @@ def test_an_action_is_drawn_with_the_probability_that_learning_uses():
     np.testing.assert_allclose(log_probability(draws, mean, noise), exact, atol=1e-4)
 
 
+def test_the_loss_is_the_clipped_surrogate_and_the_square_of_the_values_error():
+    """Of samples on both sides of both limits, judged good and bad (Schulman et al. 2017)."""
+    rng, noise, limit = np.random.default_rng(0), jnp.float32(0.3), 0.2
+    learner = begin_learning(1, 1, SIZES, jax.random.key(1))
+    obs, action = jnp.asarray(rng.normal(size=(2, 60, 1)), jnp.float32)
+    mean = network(learner.actor, learner.seen).unlimited(obs)
+    said = np.asarray(network(learner.critic, learner.seen).unlimited(obs)[:, 0], float)
+    ratio, gain = rng.uniform(0.5, 1.6, 60), rng.normal(size=60)
+    earned = rng.normal(size=60)
+    before = log_probability(action, mean, noise) - jnp.asarray(np.log(ratio), jnp.float32)
+    given = (jnp.asarray(of, jnp.float32) for of in (gain, earned))
+    batch = Batch(obs, action, before, *given)
+    loss, about = loss_of((learner.actor, learner.critic), learner.seen, batch, noise, limit)
+    good = (gain - gain.mean()) / gain.std()
+    # what is better counts up to the upper limit, what is worse from the lower one on
+    counted = np.where(good > 0, np.minimum(ratio, 1 + limit), np.maximum(ratio, 1 - limit))
+    policy, error = -np.mean(counted * good), np.mean((said - earned) ** 2)
+    assert float(about["policy_loss"]) == pytest.approx(policy, rel=1e-4, abs=1e-5)
+    assert float(about["value_loss"]) == pytest.approx(error, rel=1e-5)
+    assert float(loss) == pytest.approx(policy + VALUE_WEIGHT * error, rel=1e-4, abs=1e-5)
+    outside = np.mean(np.abs(ratio - 1) > limit)
+    assert float(about["clip_fraction"]) == pytest.approx(outside, abs=1e-6)
+
+
 def test_moments_are_those_of_everything_seen():
     random = np.random.default_rng(2)
     parts = [random.normal(3.0, [1.0, 50.0], (size, 2)).astype(np.float32) for size in (5, 300, 40)]
@@ -143,6 +170,7 @@ def test_without_a_learning_rate_nothing_changes_but_what_was_seen(found):
     [
         ({"batch_size": 100}, "batch_size = 100 is not accepted; accepted: a divisor of num_envs"),
         ({"epochs": 0}, "epochs = 0"),
+        ({"hidden": 10**7}, "hidden = 10000000; accepted: an integer >= 1, <= 4096"),
         ({"rollout_steps": 1}, "rollout_steps = 1"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 
 from stickslip.agents import register
 from stickslip.agents.registry import unregister
+from stickslip.agents.reports.population import population_view
 from stickslip.agents.training.ppo import Population, Rates, Sizes, settings_of, train_population
 from stickslip.agents.training.ppo.trainer import PPOTrainer
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
@@ -38,6 +39,22 @@ def assert_close(one: Population, first: int, other: Population, second: int, at
 @pytest.fixture(scope="module")
 def three() -> Population:
     return trained([4, 9, 4])
+
+
+def test_a_population_shows_what_its_members_earn(three):
+    page = three.view().page
+    first = page.curves[0]
+    assert first.panel.title == "return of training episodes"
+    assert [line.name for line in first.panel.lines] == ["member 0", "member 1", "member 2"]
+    np.testing.assert_array_equal(first.panel.lines[1].values, three.losses["return"][1])
+    assert first.x[-1] == STEPS
+    assert len(page.curves) == len(three.losses)
+    many = {"return": np.array([[1.0, i] for i in range(9)]), "loss": np.zeros((9, 2))}
+    view = population_view(many, 9, 20)
+    lines = {line.name: line.values[-1] for line in view.page.curves[0].panel.lines}
+    assert lines == {"greatest": 8.0, "median": 4.0, "least": 0.0}
+    assert [row[0] for row in view.page.tables[0][1].rows][:2] == [8, 7]
+    assert "member 2" in three._repr_html_()
 
 
 def test_a_member_is_the_trainers_own_run_of_its_seed(three):
@@ -97,7 +114,8 @@ def test_it_tells_how_far_it_is():
         ({"seeds": [-1]}, "seed = -1"),
         ({"rates": Rates(noise=[0.1, 0.2, 0.3])}, r"shape \(3,\) with 2 seeds"),
         ({"rates": Rates(clip_range=0.0)}, "clip_range = 0.0"),
-        ({"sizes": Sizes(2**30, 2**10, 2**10)}, "num_envs = 1073741824"),
+        ({"sizes": Sizes(2**16, 2**20, 2**10)}, "num_envs = 65536, .* samples"),
+        ({"sizes": replace(SIZES, hidden=4096, layers=8), "seeds": [0] * 64}, "hidden = 4096, lay"),
     ],
 )
 def test_nonsense_is_refused(given, words):

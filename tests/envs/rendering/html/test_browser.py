@@ -9,10 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
+from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
 from stickslip.envs.rendering.html.document import page_text
-from tests.envs.rendering.html.pages import page, walked
+from tests.envs.rendering.html.pages import finer, page, walked
 from tests.envs.rendering.html.test_document import evil_page
 
 if TYPE_CHECKING:
@@ -22,6 +24,18 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PIXELS = """
 const canvas = document.querySelectorAll("canvas.picture")[arguments[0]];
 return canvas.toDataURL();
+"""
+
+BLUE = """
+return [...document.querySelectorAll("#curves canvas")].map((canvas) => {
+  const all = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let count = 0;
+  for (let i = 0; i < all.length; i += 4) {
+    const [red, green, blue] = all.slice(i, i + 3);
+    count += red < 40 && green > 80 && green < 150 && blue > 140;
+  }
+  return count;
+});
 """
 
 BAND = """
@@ -155,10 +169,39 @@ def test_scrubbing_to_the_slide_shows_it(opened: Callable[..., Chrome], two: str
         "const one = document.querySelector('input[type=range]'); one.value = arguments[0];"
         "one.dispatchEvent(new Event('input')); return document.querySelector('.badge').textContent"
     )
-    assert browser.execute_script(scrub, 1.0) == "HOLDS"
-    assert browser.execute_script(scrub, 2.5) == "SLIPS"
+    assert browser.execute_script(scrub, 1.0) == "STICK"
+    assert browser.execute_script(scrub, 2.5) == "SLIP"
     text = browser.execute_script("return document.querySelector('.time').textContent")
     assert text == "2.50 s of 10.00 s"
+
+
+def test_a_curve_of_one_evaluation_shows_it(opened: Callable[..., Chrome]):
+    one = Panel("return", "-", (Line("return", np.array([2.5])),))
+    curves = (Curve("steps", np.array([4096.0]), one), page("x").curves[0])
+    browser = opened(page_text(Page("Trained", episodes=(walked(),), curves=curves, over="Learnt")))
+    assert all(count > 10 for count in browser.execute_script(BLUE))
+    heading = "return document.querySelector('#curves h2').textContent"
+    assert browser.execute_script(heading) == "Learnt"
+    assert browser.get_log("browser") == []
+
+
+def test_a_wheel_grips_where_a_foot_sticks(opened: Callable[..., Chrome]):
+    wheel = replace(walked("wheel"), states=("GRIP", "SLIP"))
+    browser = opened(page_text(Page("Both", episodes=(walked("foot"), wheel))))
+    badges = "return [...document.querySelectorAll('.badge')].map((one) => one.textContent)"
+    assert browser.execute_script(badges) == ["STICK", "GRIP"]
+
+
+def test_a_thinned_episode_plays_to_its_end_and_says_so(opened: Callable[..., Chrome]):
+    browser = opened(page_text(Page("Fine", episodes=(finer(walked(), 20),))))
+    press(browser, "End")
+    assert time_of(browser) == pytest.approx(10.0, abs=0.02)
+    facts = browser.execute_script("return document.querySelector('.card .facts').textContent")
+    assert "of 10,020 samples" in facts
+    assert (
+        browser.execute_script("return document.querySelector('.badge').textContent") == "TOPPLED"
+    )
+    assert browser.get_log("browser") == []
 
 
 def test_an_event_is_a_way_to_its_moment(opened: Callable[..., Chrome], two: str):
