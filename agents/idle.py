@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 MOST = 10**4
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Idle(Memoryless):
     """Every action is 0: no torque, or legs held. width: numbers in an action (static)."""

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.setting import Setting
     from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
     from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+    from stickslip.dynamics.pytrees import register_pytree
     from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
     from stickslip.dynamics.status import EventKind, Status
 else:
@@ -17,6 +18,7 @@ else:
             "biped.setting": ("Setting",),
             "biped.settings": ("PRESETS", "Recommendation", "recommend"),
             "biped.walk_check": ("WalkCheck", "check_walk"),
+            "pytrees": ("register_pytree",),
             "scene": ("Grip", "Patches", "Scene", "Smoothed", "Uniform"),
             "status": ("EventKind", "Status"),
         },
@@ -36,4 +38,5 @@ __all__ = [
     "WalkCheck",
     "check_walk",
     "recommend",
+    "register_pytree",
 ]

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, TypedDict, Unpack, get_args
 
-import jax
 import numpy as np
 
 from stickslip.dynamics.brief import differing, joined, short_repr
@@ -25,18 +24,19 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast, require_numeric
+from stickslip.dynamics.pytrees import register_pytree
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Grip:
     """A floor on which the foot never slips; no slip equation is compiled."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Uniform:
     """The same dry friction everywhere: coefficients [-], mu_kinetic <= mu_static."""
@@ -47,7 +47,7 @@ class Uniform:
     __repr__ = short_repr
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Patches:
     """Friction that changes with floor position.
@@ -63,7 +63,7 @@ class Patches:
     __repr__ = short_repr
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Smoothed:
     """Friction that grows with the sliding speed, f = -mu_kinetic N tanh(v / slip_speed) [-, m/s].
@@ -93,7 +93,7 @@ class SceneOptions(TypedDict, total=False):
     outputs: str
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Scene:
     """A floor, how far to walk, what to carry and what to compute.

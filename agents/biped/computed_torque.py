@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,6 +14,7 @@ from stickslip.agents.biped.secant import after_a_period, secant
 from stickslip.dynamics.biped import SUPPORT_END, BipedModel
 from stickslip.dynamics.biped.contact import Motion, sticking
 from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Schedule(NamedTuple):
     """Exchanges when this was noted down."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class ComputedTorque:
     """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import jax
 import numpy as np
 
 from stickslip.agents.biped.action import action_of
@@ -16,6 +15,7 @@ from stickslip.agents.biped.speed_pi import CrankSpeedPI
 from stickslip.agents.biped.stop_at_mark import StopAtMark
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.checks import require_choice, require_known, require_number
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 BipedController: TypeAlias = "Controller[Any, BipedEnvState, BipedEnvParams]"
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class ConstantTorque(Memoryless):
     """The same torque whatever happens (the chapter's Figs. 13 and 14).

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -17,6 +16,7 @@ from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.biped import SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class GaitTable(NamedTuple):
         return a_slow + share * (a_fast - a_slow), b_slow + share * (b_fast - b_slow)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class OptimalGait(Memoryless):
     """Follow a gait found by `stickslip.optim.GaitProblem`, from any state.

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.agents.biped.action import action_of
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.draw import drawn_robot
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class PIMemory(NamedTuple):
     """Its integral part [N m]."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class CrankSpeedPI:
     """Hold the crank at the commanded rate, as a servo drive would: constant crank speed.

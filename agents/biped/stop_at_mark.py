@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.optimal_gait import OptimalGait
 from stickslip.agents.biped.speed_pi import CrankSpeedPI, PIMemory
 from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class StopAtMark:
     """Follow a gait until it is time to brake, then a crank-rate servo down to a stand at the mark.

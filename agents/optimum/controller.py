@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Generic
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.optimum.state_map import EnvProcess, StateMap
 from stickslip.agents.protocol import Memoryless, Params, State
 from stickslip.dynamics.checks import is_concrete, require_kind, require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.optim.dynamic_programming.grid import Grid
 from stickslip.optim.dynamic_programming.lookahead import Ahead, Found, look_ahead
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class ValuePolicy(Memoryless, Generic[State, Params]):
     """The action that earns most in the steps that are looked ahead, the value at their end added.

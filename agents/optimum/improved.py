@@ -10,6 +10,7 @@ import jax.numpy as jnp
 
 from stickslip.agents.protocol import Controller, Memory, Params, State
 from stickslip.dynamics.checks import require_integer, require_kind
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ MOST = 10**4
 """Actions that may be tried, and steps looked ahead."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Improved(Generic[Memory, State, Params]):
     """At every step try some actions, follow `base` for `horizon` steps after each, take the best.

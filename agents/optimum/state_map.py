@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 import jax
 
 from stickslip.agents.protocol import Params, Params_contra, State
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.optim.dynamic_programming.grid import Grid, Place
 from stickslip.optim.dynamic_programming.process import Outcome
@@ -52,7 +53,7 @@ class StateMap(Protocol[State_of_map, Params_contra]):
         ...
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class EnvProcess(Generic[State, Params]):
     """An environment's own step as a Process."""

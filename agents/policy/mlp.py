@@ -17,6 +17,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_number,
 )
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -29,7 +30,7 @@ FARTHEST = 1e6
 MOST = float(np.finfo(np.float32).max) / 2
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class MLPPolicy(Memoryless):
     """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import require_integer, require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.ugv.env import UGVEnv
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def towards(
     return jnp.clip((jnp.asarray(target, angles.dtype) - angles) / step, -1.0, 1.0)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class FollowPath(Memoryless):
     """Play back a path: the legs' angles at every waypoint, the first included.
@@ -65,7 +66,7 @@ class FollowPath(Memoryless):
         return memory, towards(jnp.asarray(self.angles)[at], env_state, env_params)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class FixedPosture:
     """Go to one posture as fast as the legs turn, and keep it: the best on the very track.
@@ -116,7 +117,7 @@ class FixedPosture:
         return end.totals.reward - late
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class LevelBody(Memoryless):
     """Keep the body level: the leg on the low side straightens, the other one spreads.

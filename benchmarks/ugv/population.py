@@ -15,6 +15,7 @@ import jax
 import numpy as np
 from scipy import interpolate
 
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.dynamics.ugv.near import in_two
 from stickslip.dynamics.ugv.roughness import Waves
@@ -38,7 +39,7 @@ AS_FUNCTION = {"closed function": "closed", "waves function": "waves"}
 CLASSES = ("closed", "waves", "spline", *AS_FUNCTION)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Together(Closed):
     """A sum of shapes, raised by a height [m]: one program for all closed forms."""
@@ -54,7 +55,7 @@ class Together(Closed):
         return (self.height + 0 * y, y), dy, d2y
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Known:
     """A ground known by its heights at places in the world, as a user's function is."""

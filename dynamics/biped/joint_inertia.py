@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.body_equations import (
@@ -25,6 +24,7 @@ from stickslip.dynamics.biped.joint_solvers import (
 )
 from stickslip.dynamics.biped.link_motion import link_motion, require_difference_step
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -53,7 +53,7 @@ class DifferencedInertia(NamedTuple):
     Y_crank: Float[Array, ""]
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class JointInertia:
     """Inertia functions by solving the body equations for unit motions at every call.

@@ -28,11 +28,11 @@ from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.derived import (
     holds_numbers,
     rebuilt,
-    register_derived,
     settle,
 )
 from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
 from stickslip.dynamics.once import run_once
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 Asked = TypeVar("Asked")
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Load:
     """Other masses for a robot that is prepared; see `load`. payload: [kg], None for none."""
@@ -60,7 +60,7 @@ class Load:
     __repr__ = short_repr
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class BipedModel:
     """What a step needs of a robot. Build it once with `prepare` and step with it many times.
@@ -213,7 +213,7 @@ def _derive_one(spec: Fidelity, params: BipedParams) -> Derived:
     )
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class LoadedInertia:
     """Inertia functions of a robot with other masses; they are linear in the masses.

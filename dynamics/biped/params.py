@@ -20,7 +20,6 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.derived import register_derived
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,
@@ -29,6 +28,7 @@ from stickslip.dynamics.numeric import (
     require_broadcast,
     require_numeric,
 )
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +75,7 @@ NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class BipedParams:
     """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.

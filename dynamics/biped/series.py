@@ -22,6 +22,7 @@ from stickslip.dynamics.biped.inertia import (
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -40,7 +41,7 @@ class Chebyshev:
         require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class SeriesInertia:
     """Chebyshev coefficients of values and slopes, by rising degree; slopes by the crank angle."""

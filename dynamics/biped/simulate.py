@@ -42,6 +42,7 @@ from stickslip.dynamics.numeric import (
     require_numeric,
     require_one,
 )
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import EventKind, Status
 from stickslip.dynamics.transfers import moves_numbers
@@ -56,7 +57,7 @@ DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Trajectory:
     """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class BipedState:
     """Where a walk is: `steps` counts exchanges of support, phase and foot_position are the rest.
@@ -98,7 +98,7 @@ def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float
     return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Contact:
     """The foot on the ground at the end of a step, and what happened during it.
@@ -126,7 +126,7 @@ class Contact:
     events: Events | None
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Events:
     """Switching instants within one step, in order; entries past the last have kind NONE."""

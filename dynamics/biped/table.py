@@ -25,6 +25,7 @@ from stickslip.dynamics.biped.inertia import (
 )
 from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -49,7 +50,7 @@ class Table:
             require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class ExactInertia:
     """The reference: exact functions of the crank angle, from the linkage at every call."""
@@ -65,7 +66,7 @@ class ExactInertia:
         return ground_moment(self.params, theta)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class TableInertia:
     """Coefficients by rising power of the position in [-1, 1] within a piece."""

@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.shapes import Profile, Shape, Values
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Near:
     """A ground with distances u forwards from `base` [m] and heights above the ground there [m].

@@ -21,9 +21,10 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import Numeric, float_type, same_rank
 from stickslip.dynamics.once import as_one_program, run_once
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.shapes import as_floats
 from stickslip.dynamics.ugv.spline import Spline
@@ -49,7 +50,7 @@ BYTES_A_CELL = 200
 """While it is made, about."""
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class Odometer:
     """Arc length S(x) = integral of sqrt(1 + f'^2) from the start [m].

@@ -17,8 +17,9 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import register_derived, settle
+from stickslip.dynamics.derived import settle
 from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -30,7 +31,7 @@ NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 MASSES = ("wheel_mass", "body_mass", "leg_mass")
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class UGVParams:
     """The half vehicle of the chapter's Fig. 20, SI units; masses of one side.

@@ -27,6 +27,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import Numeric, float_type, same_rank
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.spline import Spline, hermite_table
 
@@ -64,7 +65,7 @@ def band_variance(roughness: Numeric, band: tuple[float, float] = BAND) -> Numer
     return roughness * REFERENCE_FREQUENCY**2 * (1 / low - 1 / high)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Waves(Closed):
     """Sum of cosines, y = sum_i amplitude_i cos(2 pi n_i x + phase_i); exact but slow."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Numeric, float_type
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -72,7 +73,7 @@ def require_numbers(shape: Shape) -> None:
             require_number(name, getattr(shape, name), low=-np.inf, accepted="a finite number")
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Flat(Closed):
     """Level ground, y = 0."""
@@ -84,7 +85,7 @@ class Flat(Closed):
         return (zero,), zero, zero
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Incline(Closed):
     """One endless straight, y = slope x. slope = tan(angle) [-]."""
@@ -98,7 +99,7 @@ class Incline(Closed):
         return (m * base, m * u), m + zero, m * zero
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Bump(Closed):
     """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
@@ -117,7 +118,7 @@ class Bump(Closed):
         return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Sinusoid(Closed):
     """y = amplitude sin(2 pi x / wavelength); both in [m]."""
@@ -136,7 +137,7 @@ class Sinusoid(Closed):
         return (y,), a * k * jnp.cos(angle), -k * k * y
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Ramp(Closed):
     """A straight of one slope between two levels, y = 0 before it.
@@ -165,7 +166,7 @@ class Ramp(Closed):
         return (y,), dy, d2y
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Step(Closed):
     """A smoothed step from y = 0 up to y = height [m].
@@ -190,7 +191,7 @@ class Step(Closed):
         return (h * y,), h * dy, h * d2y
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Ditch(Closed):
     """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
@@ -217,7 +218,7 @@ class Ditch(Closed):
         return (y,), dy, d2y
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Function:
     """A profile given as a function, scalar to scalar, in jax.numpy; static, so it must hash.

@@ -19,6 +19,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.near import in_two, locate
 from stickslip.dynamics.ugv.shapes import Closed, as_floats
 
@@ -36,7 +37,7 @@ BYTES_A_PIECE = 400
 """Of a table, while it is made, about."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Spline(Closed):
     """Polynomials by rising power of the distance from the knot at their left.

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Number, Numbers
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Surface:
     """The friction coefficient along the ground, in parts of the one that a problem has.

@@ -23,6 +23,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.numeric import Number, Numbers, Numeric
 from stickslip.dynamics.once import as_one_program
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.dynamics.ugv.near import Near, seen_from
 from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
@@ -55,7 +56,7 @@ def _profile(shape: Shape, x: Number) -> Profile:
     return shape.profile(x)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Track:
     """A ground profile, x forwards and y up [m].

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -26,13 +25,14 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
     require_broadcast,
     require_numeric,
 )
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.envs.functional import defaults_of
 from stickslip.envs.ranges import Range, require_range
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Randomisation:
     """What a reset draws, each uniformly from (low, high), or None to leave it as it is.
@@ -86,7 +86,7 @@ class Randomisation:
         return self
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class BipedEnvParams:
     """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
-
 from stickslip.dynamics.biped import BipedState
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.draw import Drawn
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ class Totals(NamedTuple):
         }
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class BipedEnvState:
     """Where an episode is. over: it has ended. mode: 0 sticks, +1 / -1 slides."""

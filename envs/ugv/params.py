@@ -16,7 +16,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import holds_numbers, register_derived, settle
+from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
@@ -24,6 +24,7 @@ from stickslip.dynamics.numeric import (
     require_numeric,
     require_one,
 )
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.functional import defaults_of
 from stickslip.envs.ugv.covering import cast, covering, odometer_over
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.criteria import Criterion
 
 
-@register_derived
+@register_pytree
 @dataclass(frozen=True)
 class UGVEnvParams:
     """Parameters of UGVEnv, a pytree to vmap over. Build it with `UGVEnv.make_params`.

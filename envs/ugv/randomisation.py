@@ -18,6 +18,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.dynamics.ugv.roughness import rough_waves
@@ -43,7 +44,7 @@ BYTES = 256
 """About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class RandomTrack:
     """Ground drawn anew for every episode: a bump, roughness, or both.
@@ -146,7 +147,7 @@ class RandomTrack:
         return Surface(*pairs(edges, factors, RAMP))
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class UGVRandomisation:
     """What a reset draws; what is None stays as it is and is not compiled in.

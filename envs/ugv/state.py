@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
-
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.ugv.draw import UGVDrawn
 from stickslip.optim.posture.station import Station
 
@@ -50,7 +49,7 @@ class UGVTotals(NamedTuple):
         )
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class UGVEnvState:
     """Where an episode is. station, attitude: the last ones inside the model. over: it has ended.

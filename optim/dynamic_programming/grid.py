@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -23,6 +22,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,7 +35,7 @@ MOST_RANK = 6
 """Coordinates of a sheet; a cell of it has 2^6 corners."""
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Axis:
     """Nodes along one coordinate, ascending. Other nodes compile nothing, another count does.
@@ -121,7 +121,7 @@ class Place(NamedTuple):
     coordinates: Float[Array, " rank"]
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Sheet:
     """A box of coordinates with nodes along each axis."""
@@ -165,7 +165,7 @@ class Sheet:
         return np.stack([one.ravel() for one in along], 1)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Grid:
     """Sheets, whose nodes are numbered one after the other."""

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_integer
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from stickslip.optim.dynamic_programming.process import Process, State
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Ahead:
     """A beam search: all actions in each of `depth` steps, after each the `beam` best ways kept.

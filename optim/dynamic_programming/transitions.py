@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, require_number
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.dynamic_programming.grid import Grid, Place
 from stickslip.optim.progress import Bar
 
@@ -56,7 +57,7 @@ class Blocks(Protocol):
         ...
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Transitions:
     """Of every node under every action, in blocks of nodes; the last block is filled up.

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.gait import Gait
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class GaitLaw:
     """theta [n, K+1] rad, a [n, K+1] rad/s^2, b [n, K+1] rad^2/s^2 as in Gait."""

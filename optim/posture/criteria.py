@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_number, shown
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optim.posture.station import Station, turned
 
@@ -50,7 +51,7 @@ class Criterion:
         return self.kind == "sum"
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Weighted:
     """A weighted sum of criteria: ((criterion or its name, weight >= 0), ...).

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Posture:
     """A posture problem as a pytree of numbers: problems of one structure share compiled programs.

@@ -13,6 +13,7 @@ from stickslip.agents.protocol import Memoryless
 from stickslip.agents.training.configuration import group
 from stickslip.agents.training.groups import PPOSettings, shared
 from stickslip.agents.training.standard import StandardConfig
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import FunctionalEnv
 
 
@@ -26,7 +27,7 @@ class MassState(NamedTuple):
     total: jax.Array
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class MassParams:
     """In SI units; the patch is from 0.4 m to 0.6 m."""
@@ -99,7 +100,7 @@ class MassRenderer:
         return page
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Pull(Memoryless):
     """Pull towards x = 1, the harder the farther."""

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import importlib
-import pkgutil
 from dataclasses import fields, replace
 from typing import Any
 
@@ -20,6 +17,7 @@ from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv, UGVEnvParams
 from stickslip.envs.biped.draw import drawn_robot
 from stickslip.envs.ugv.randomisation import UGVRandomisation
+from tests.dataclasses_found import dataclasses_of_the_package
 from tests.envs.helpers import task
 
 OWN = 8.4661588
@@ -192,20 +190,6 @@ def test_an_adapter_cannot_be_given_other_parameters_than_it_was_compiled_with()
         assert adapter.params is params
         with pytest.raises(AttributeError):
             adapter.params = params.replace(time_limit=1.0)
-
-
-def dataclasses_of_the_package() -> set[type]:
-    members: list[Any] = []
-    for part in ("dynamics", "optim", "envs", "agents"):
-        package = importlib.import_module(f"stickslip.{part}")
-        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-            try:
-                members += vars(importlib.import_module(module.name)).values()
-            except ModuleNotFoundError as error:  # of an extra that is not installed
-                if (error.name or "stickslip").startswith("stickslip"):
-                    raise
-    kinds = {one for one in members if isinstance(one, type) and dataclasses.is_dataclass(one)}
-    return {kind for kind in kinds if kind.__module__.startswith("stickslip.")}
 
 
 def test_every_dataclass_of_the_package_is_known_to_derive_or_to_hold_what_it_was_given():

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number, require_integer
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -61,7 +61,7 @@ class Now(NamedTuple):
     noise: Float[Array, ""]
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Rates:
     """Numbers, which compile nothing again: each may be an array of a population's [members].

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import jax
-
 from stickslip.agents.training.ppo.settings import Rates, Sizes
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -26,7 +25,7 @@ class ShortSizes(Sizes):
     epochs: int = 4
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class ShortRates(Rates):
     """Numbers, as PPO's: `gae_lambda` is that of the critic's TD(lambda), `clip_range` is not used.

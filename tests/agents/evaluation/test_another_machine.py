@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-import jax
 import jax.numpy as jnp
 import pytest
 
 from stickslip.agents import CrankSpeedPI, LevelBody, Optimum, evaluate, rollout, show
 from stickslip.agents.protocol import Memoryless
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import BipedEnv, UGVEnv
 
 UGV = r"CrankSpeedPI reads 'biped' of a UGVEnvState, which has none; accepted: .* for UGVEnv"
@@ -46,7 +46,7 @@ def test_the_ugvs_player_does_not_walk(biped, player, message):
         show(env, player, params)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Mistaken(Memoryless):
     """A user's controller that reads what an array does not have."""

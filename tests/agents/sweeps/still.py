@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-import jax
-
+from stickslip.dynamics.pytrees import register_pytree
 from tests.agents.mass import MassEnv, MassParams
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class StillParams(MassParams):
     """Says so."""

@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import GymEnv, GymVectorEnv
 from tests.envs.helpers import CompileCount
 from tests.envs.toy import Toy
@@ -21,7 +22,7 @@ COUNT = 4
 STEPS = 40
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class PushedParams:
     """start: where every episode begins, or None to draw it. wind: a push of its own, or None."""

@@ -6,10 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.dynamic_programming import Axis, Grid, Outcome, Sheet
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Chain:
     """Places 0 to 5 on a line; one step left or right, or none. The right end pays and ends, the
@@ -38,7 +39,7 @@ class Chain:
         return Outcome(after, reward.astype(state.dtype), ended)
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Cycle:
     """Six places in a ring. A step goes on, and pays what stands there, or stays, and pays 0.5."""
@@ -65,7 +66,7 @@ class Cycle:
         return Outcome(state + action[0], reward, jnp.zeros((), bool))
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class DoubleIntegrator:
     """x' = x + h v, v' = v + h u; reward -h (x^2 + v^2 + u^2 / 4)."""
@@ -102,7 +103,7 @@ class DoubleIntegrator:
         return S
 
 
-@jax.tree_util.register_dataclass
+@register_pytree
 @dataclass(frozen=True)
 class Balance:
     """A pole without swing: x' = 1.5 x + u / 4, |u| <= 1. It earns 1 + x', so leaning to the right

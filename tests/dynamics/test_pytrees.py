@@ -1,0 +1,87 @@
+"""Pytrees of two classes have two structures: programs are kept and found by them."""
+
+from dataclasses import dataclass, field, fields
+from itertools import combinations
+from pathlib import Path
+
+import jax
+import pytest
+
+from stickslip.dynamics import register_pytree
+from tests.dataclasses_found import dataclasses_of_the_package
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = (
+    "agents",
+    "benchmarks",
+    "docs",
+    "documentation",
+    "dynamics",
+    "envs",
+    "notebooks",
+    "optim",
+)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Parted:
+    """A part that is structure, and one that follows from another."""
+
+    kind: str = field(metadata={"static": True})
+    number: float
+    twice: float = field(init=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "twice", 2 * self.number)
+
+
+def blank(kind: type):
+    """An instance with the same in every field, and whether it is a pytree's node."""
+    made = object.__new__(kind)
+    for one in fields(kind):
+        object.__setattr__(made, one.name, () if one.metadata.get("static") else 0.0)
+    return made, not jax.tree_util.all_leaves([made])
+
+
+def test_no_two_classes_of_the_package_have_one_structure():
+    kinds = sorted(dataclasses_of_the_package(), key=lambda one: (one.__module__, one.__name__))
+    nodes = [made for made, is_node in map(blank, kinds) if is_node]
+    assert len(nodes) > 50
+    alike = [
+        (type(a).__name__, type(b).__name__)
+        for a, b in combinations(nodes, 2)
+        if jax.tree.structure(a) == jax.tree.structure(b)
+    ]
+    assert alike == []
+
+
+def test_structures_tell_static_fields_and_name_paths():
+    tree = Parted("a", 1.0)
+    leaves, structure = jax.tree.flatten(tree)
+    assert leaves == [1.0, 2.0]
+    assert structure == jax.tree.structure(Parted("a", 5.0)) != jax.tree.structure(Parted("b", 1.0))
+    assert hash(structure) == hash(jax.tree.structure(Parted("a", 5.0)))
+    paths = [jax.tree_util.keystr(path) for path, _ in jax.tree_util.tree_leaves_with_path(tree)]
+    assert paths == [".number", ".twice"]
+
+
+def test_trees_are_put_together_without_the_constructor():
+    axes = jax.tree.map(lambda _: "an axis", Parted("a", 1.0))
+    assert (axes.kind, axes.number, axes.twice) == ("a", "an axis", "an axis")
+    assert jax.tree.unflatten(*jax.tree.flatten(Parted("a", 3.0))[::-1]) == Parted("a", 3.0)
+
+
+@pytest.mark.parametrize("given", [3, int, Parted("a", 1.0)], ids=repr)
+def test_what_is_no_dataclass_is_refused(given):
+    with pytest.raises(TypeError, match="accepted: a class made by @dataclass"):
+        register_pytree(given)
+
+
+def test_nothing_is_registered_by_jaxs_own_decorator():
+    """Its structures compare equal for two classes of as many fields."""
+    files = [one for name in FOLDERS for one in (ROOT / name).rglob("*") if one.is_file()]
+    told = [one for one in files if one.suffix in (".py", ".md", ".ipynb", ".js")]
+    assert len(told) > 500
+    using = [one for one in told if "@jax.tree_util.register_" in one.read_text(encoding="utf-8")]
+    assert using == []
