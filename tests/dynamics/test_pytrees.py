@@ -12,7 +12,6 @@ from tests.dataclasses_found import dataclasses_of_the_package
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (
-OTHER = "@jax.tree_util." + register_pytree.__name__.replace("pytree", "dataclass")
     "agents",
     "benchmarks",
     "docs",
@@ -22,6 +21,7 @@ OTHER = "@jax.tree_util." + register_pytree.__name__.replace("pytree", "dataclas
     "notebooks",
     "optim",
 )
+OTHER = "@jax.tree_util." + register_pytree.__name__.replace("pytree", "dataclass")
 
 
 @register_pytree
@@ -84,9 +84,5 @@ def test_nothing_is_registered_by_jaxs_own_decorator():
     files = [one for name in FOLDERS for one in (ROOT / name).rglob("*") if one.is_file()]
     told = [one for one in files if one.suffix in (".py", ".md", ".ipynb", ".js")]
     assert len(told) > 500
-    using = [
-        one
-        for one in told
-        if OTHER in one.read_text(encoding="utf-8")
-    ]
+    using = [one for one in told if OTHER in one.read_text(encoding="utf-8")]
     assert using == []
