@@ -54,8 +54,7 @@ class MassEnv(FunctionalEnv[MassState, MassParams]):
 
     def reset_env(self, key, params):
         place = jax.random.uniform(key, (), minval=-0.2, maxval=0.2)
-        zero, none = jnp.zeros_like(place), jnp.zeros((), jnp.int32)
-        state = MassState(place, zero, none, jnp.zeros((), bool), zero)
+        state = MassState(place, 0 * place, jnp.int32(0), jnp.bool_(False), 0 * place)
         return self._observe(state), state
 
     def step_env(self, state, action, params):
