@@ -34,7 +34,8 @@ def admissible(
         """Not positive where a motion is allowed: friction both ways, toe, heel."""
         f, N = motion.friction_force, motion.normal_force
         at = robot.inertia.moment_at(biped.phase)
-        moment = ankle_moment(robot, at, biped.crank_rate, motion)
+        alpha, a1 = motion.crank_acceleration, motion.foot_acceleration
+        moment = ankle_moment(robot, at, biped.crank_rate, alpha, a1)
         toe, heel = footing * robot.toe * N, footing * robot.heel * N
         cone = friction * N
         return jnp.stack([f - cone, -f - cone, moment - toe, -moment - heel])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.agents.sweeps.swept import Swept
+from stickslip.agents.sweeps.words import Told
 from stickslip.dynamics.biped.params import LENGTHS
 from stickslip.dynamics.scene import Grip, Smoothed, Uniform
 from stickslip.envs.biped.params import NUMBERS
@@ -59,7 +60,7 @@ class BipedSwept(Swept):
         "energy": "J",
         "weight": "N",
     }
-    slip: ClassVar[tuple[str, str] | None] = ("slid", "walked")
+    told: ClassVar[Told] = Told(slip=("slid", "walked"), fails="falls", failures="falls")
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {"mu": FRICTION}
     structure: ClassVar[Mapping[str, str]] = {
         "scene": f"--scene NAME, {ANOTHER}",

@@ -64,8 +64,8 @@ def report_sweep(
     tell: told of the summary in words; say: of what goes on.
     """
     plan = replace(plan, layout=read_about(path).layout)
-    found, slip = sweep_arrays(path, summaries=True), plan.machine.swept().slip
-    text = in_words(found, slip)
+    found, told = sweep_arrays(path, summaries=True), plan.machine.swept().told
+    text = in_words(found, told)
     tell(text)
     files = [write_whole(path / "summary.txt", text)]
     if not pictures:
@@ -73,7 +73,7 @@ def report_sweep(
 
     def drawn_and_shown() -> list[Path]:
         say("drawing")
-        drawn = write_pictures(found, path, slip) if find_spec("matplotlib") else []
+        drawn = write_pictures(found, path, told) if find_spec("matplotlib") else []
         page = write_report(plan, path, found, text, drawn, episodes=episodes, say=say)
         return [*drawn, page]
 
@@ -214,7 +214,7 @@ def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
     policies = [shown_name(str(name)) for name in found.coordinates["policy"][:MOST_POLICIES]]
     several = len(found.coordinates["task"]) > 1
     for at, task in enumerate(found.coordinates["task"]):
-        for title, unit, values in measured(found, at, plan.machine.swept().slip):
+        for title, unit, values in measured(found, at, plan.machine.swept().told):
             each = [along_axes(one, dims, found) for one in values[: len(policies)]]
             for axis, (x, *_) in (each[0] if each else {}).items():
                 if len(x) < 2:
@@ -235,7 +235,7 @@ def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
 
 
 def _summary(plan: Plan, found: SweepArrays) -> Table:
-    table = summary_table(found, plan.machine.swept().slip)
+    table = summary_table(found, plan.machine.swept().told)
     rows = [
         [
             _figures(cell)

@@ -76,7 +76,7 @@ def sweep_command(given: Options) -> Content | None:
     print("Written: " + ", ".join(map(str, told.files)))
     print(f'Read it: stickslip.agents.read_sweep("{path}")')
     about = {"directory": str(path), "words": told.text, "files": list(map(str, told.files))}
-    return Content({"summary": summary_table(told.found, machine.swept().slip)}, about)
+    return Content({"summary": summary_table(told.found, machine.swept().told)}, about)
 
 
 def size_in_words(plan: Plan) -> str:

@@ -13,7 +13,7 @@ from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.directory import read_about
 from stickslip.agents.sweeps.reading import SweepArrays, sweep_arrays
 from stickslip.agents.sweeps.regions import where
-from stickslip.agents.sweeps.words import APART, slip_of, summary_table
+from stickslip.agents.sweeps.words import APART, PLAINLY, Told, slip_of, summary_table
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
@@ -50,13 +50,13 @@ def compare_command(given: Options) -> Content:
     if out is not None and out.exists() and not given["overwrite"]:
         raise ValueError(f"{out} exists; accepted: a new path, or --overwrite to replace it")
     both = common(*(sweep_arrays(name, summaries=True) for name in names))
-    slip = machine_by_name(machines.pop()).swept().slip
-    print(compare_in_words(both, slip, names))
+    told = machine_by_name(machines.pop()).swept().told
+    print(compare_in_words(both, told, names))
     if out is not None:
-        print(f"Written: {write_whole(out, compare_table(both).csv())}")
+        print(f"Written: {write_whole(out, compare_table(both, told).csv())}")
     about = {"A": names[0], "B": names[1], "renamed": both.renamed}
     files = [] if out is None else [str(out)]
-    return Content({"differences": summary_of(both, slip)}, about | {"files": files})
+    return Content({"differences": summary_of(both, told)}, about | {"files": files})
 
 
 def common(one: SweepArrays, other: SweepArrays) -> Common:
@@ -86,9 +86,7 @@ def common(one: SweepArrays, other: SweepArrays) -> Common:
     return Common(_picked(one, picked[0]), _picked(other, picked[1]), renamed)
 
 
-def compare_in_words(
-    both: Common, slip: tuple[str, str] | None, names: tuple[str, str] = ("first", "second")
-) -> str:
+def compare_in_words(both: Common, told: Told, names: tuple[str, str] = ("first", "second")) -> str:
     """How the second differs from the first, task by task and policy by policy."""
     one = both.one
     points = int(np.prod(one["episodes"].shape[2:]))
@@ -97,14 +95,14 @@ def compare_in_words(
     for at, task in enumerate(one.coordinates["task"]):
         lines.append(f"{task}:")
         for which, policy in enumerate(one.coordinates["policy"]):
-            lines += [f"  {policy}:", *_policy(both, at, which, slip)]
+            lines += [f"  {policy}:", *_policy(both, at, which, told)]
     return "\n".join(lines)
 
 
-def summary_of(both: Common, slip: tuple[str, str] | None) -> Table:
+def summary_of(both: Common, told: Told) -> Table:
     """A row for each task and policy: shares of its points where either earns more, told apart;
     then of either sweep what `summary_table` says."""
-    parts = [summary_table(one, slip) for one in both[:2]]
+    parts = [summary_table(one, told) for one in both[:2]]
     own = ("task", "policy", "points")
     heads = [Column(name, words=name != "points") for name in own]
     heads += [Column("A_earns_more"), Column("B_earns_more"), Column("not_told_apart")]
@@ -123,8 +121,8 @@ def summary_of(both: Common, slip: tuple[str, str] | None) -> Table:
     return Table(heads, rows)
 
 
-def compare_table(both: Common) -> Table:
-    """A row for each common point: its axes, and of either sweep return and falls."""
+def compare_table(both: Common, told: Told = PLAINLY) -> Table:
+    """A row for each common point: its axes, and of either sweep return and failures."""
     one, other = both.one, both.other
     count = one["episodes"].size
     columns: dict[str, list[str] | list[float]] = {}
@@ -136,13 +134,15 @@ def compare_table(both: Common) -> Table:
         columns[name] = drawn.tolist()
     for label, found in (("A", one), ("B", other)):
         columns[f"return {label}"] = found["reward_mean"].reshape(count).tolist()
-        columns[f"falls {label}"] = (found["falls"] / found["episodes"]).reshape(count).tolist()
+        columns[f"{told.failures} {label}"] = (
+            (found["falls"] / found["episodes"]).reshape(count).tolist()
+        )
     units = [one.units.get(name, "-") for name in columns]
     heads = [Column(name, unit) for name, unit in zip(columns, units, strict=True)]
     return Table(heads, list(zip(*columns.values(), strict=True)))
 
 
-def _policy(both: Common, at: int, which: int, slip: tuple[str, str] | None) -> Iterator[str]:
+def _policy(both: Common, at: int, which: int, told: Told) -> Iterator[str]:
     means = [one["reward_mean"][at, which] for one in both[:2]]
     change, apart = _change(both, at, which)
     dims = both.one.dims[2:]
@@ -157,13 +157,13 @@ def _policy(both: Common, at: int, which: int, slip: tuple[str, str] | None) -> 
             )
     if not apart.all():
         yield f"    not told apart at {100 * (~apart).mean():.0f} % of the points"
-    falls = [(one["falls"] / one["episodes"])[at, which] for one in both[:2]]
-    words = f"    falls {100 * falls[0].mean():.2g} % in A, {100 * falls[1].mean():.2g} % in B"
-    for name, more in (("B", falls[1] - falls[0]), ("A", falls[0] - falls[1])):
+    a, b = ((one["falls"] / one["episodes"])[at, which] for one in both[:2])
+    words = f"    {told.failures} {100 * a.mean():.2g} % in A, {100 * b.mean():.2g} % in B"
+    for name, more in (("B", b - a), ("A", a - b)):
         if more.max() > 0 and (place := where(np.maximum(more, 0), dims, both.one)):
             words += f"; more in {name} where {place}"
     yield words
-    slips = [slip_of(one, slip) for one in both[:2]]
+    slips = [slip_of(one, told.slip) for one in both[:2]]
     if slips[0] is not None and slips[1] is not None:
         worst = [_worst(one[at, which]) for one in slips if one is not None]
         yield f"    slides at worst {worst[0]} in A, {worst[1]} in B"

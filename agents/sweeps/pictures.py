@@ -10,7 +10,7 @@ from stickslip.agents.pictures.sheet import save_sheet
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.play import ENDINGS
-from stickslip.agents.sweeps.words import APART, measured
+from stickslip.agents.sweeps.words import APART, Told, measured
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 
@@ -62,7 +62,7 @@ def view_of(found: SweepArrays) -> View | None:
     return None
 
 
-def write_pictures(found: SweepArrays, path: Path, slip: tuple[str, str] | None) -> list[Path]:
+def write_pictures(found: SweepArrays, path: Path, told: Told) -> list[Path]:
     """sweep.png and, where episodes failed, endings.png of a sweep's summaries, for several tasks
     each with its number; the paths. Nothing is drawn where nothing varies."""
     view, written = view_of(found), []
@@ -70,16 +70,14 @@ def write_pictures(found: SweepArrays, path: Path, slip: tuple[str, str] | None)
         return []
     for at, task in enumerate(found.coordinates["task"]):
         number = f"-{at + 1}" if len(found.coordinates["task"]) > 1 else ""
-        written.append(_measures(found, at, task, view, slip, path / f"sweep{number}.png"))
+        written.append(_measures(found, at, task, view, told, path / f"sweep{number}.png"))
         if _has_endings(found, at):
             written.append(_endings(found, at, task, view, path / f"endings{number}.png"))
     return written
 
 
-def _measures(
-    found: SweepArrays, at: int, task: str, view: View, slip: tuple[str, str] | None, path: Path
-) -> Path:
-    shown = _quantities(found, at, view, slip)
+def _measures(found: SweepArrays, at: int, task: str, view: View, told: Told, path: Path) -> Path:
+    shown = _quantities(found, at, view, told)
     policies = found.coordinates["policy"][:MOST_POLICIES]
     columns = 1 if len(view.names) == 1 else len(policies)
     size = (max(5.5, 1.2 + 3.7 * columns) if columns > 1 else 7.5, 0.7 + 2.7 * len(shown))
@@ -107,10 +105,8 @@ def _measures(
     return save_sheet(figure, path)
 
 
-def _quantities(
-    found: SweepArrays, at: int, view: View, slip: tuple[str, str] | None
-) -> list[Shown]:
-    """Return, falls and slip, averaged over what is not drawn."""
+def _quantities(found: SweepArrays, at: int, view: View, told: Told) -> list[Shown]:
+    """Return, failures and slip, averaged over what is not drawn."""
     places = tuple(1 + found.dims[2:].index(dim) for dim in view.over)
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -121,9 +117,9 @@ def _quantities(
     count = found["episodes"][at]
     points = count.size / mean(count).size
     spread = np.sqrt(mean(found["reward_std"][at] ** 2 / count) / points)
-    falls = mean(found["falls"][at] / count)
-    noise = np.sqrt(falls * (1 - falls) / (mean(count) * points))
-    halves = {"mean return": APART * spread, "falls": 100 * APART * noise}
+    failed = mean(found["falls"][at] / count)
+    noise = np.sqrt(failed * (1 - failed) / (mean(count) * points))
+    halves = {"mean return": APART * spread, told.failures: 100 * APART * noise}
     return [
         Shown(
             title if unit == "-" else f"{title} [{unit}]",
@@ -131,7 +127,7 @@ def _quantities(
             halves.get(title),
             title != "mean return",
         )
-        for title, unit, values in measured(found, at, slip)
+        for title, unit, values in measured(found, at, told)
     ]
 
 

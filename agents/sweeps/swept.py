@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.sweeps.fields import Way, number_at, numbers_in, with_number
+from stickslip.agents.sweeps.words import Told
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.numeric import float_type
 
@@ -33,9 +34,9 @@ class Swept:
     """What is written of an episode, of what the machine's measures keep, and its unit."""
     finished: ClassVar[tuple[str, ...]] = ()
     """Those of `kept` that are of a whole episode: summaries are over the episodes that did not
-    fall, NaN where all did."""
-    slip: ClassVar[tuple[str, str] | None] = None
-    """Two of `kept`: what slid, and over which way, where that is something to tell."""
+    fail, NaN where all did."""
+    told: ClassVar[Told] = Told()
+    """How sweeps are told of; what slid and the way are two of `kept`."""
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Names that set several fields at once."""
     structure: ClassVar[Mapping[str, str]] = {}

@@ -1,8 +1,8 @@
-"""A sweep in words: where it falls, where it slips, which policy is best where."""
+"""A sweep in words: where it fails, where it slips, which policy is best where."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,21 +24,35 @@ NO_WAY = 0.1
 """Mean way below which nothing is said per metre [m]."""
 
 
-def in_words(found: SweepArrays, slip: tuple[str, str] | None = None) -> str:
-    """What a sweep's summaries say. slip: names of what slid and of the way, if there are any."""
+class Told(NamedTuple):
+    """How a machine's sweeps are told of."""
+
+    slip: tuple[str, str] | None = None
+    """Names of what slid, and of the way, where that is something to tell."""
+    fails: str = "fails"
+    """What an episode does that ends outside the model."""
+    failures: str = "failures"
+    """Such ends."""
+
+
+PLAINLY = Told()
+
+
+def in_words(found: SweepArrays, told: Told = PLAINLY) -> str:
+    """What a sweep's summaries say."""
     lines: list[str] = []
     for at, task in enumerate(found.coordinates["task"]):
-        lines += [f"{task}:", *_task(found, at, slip)]
+        lines += [f"{task}:", *_task(found, at, told)]
     return "\n".join(lines) + "\n"
 
 
-def summary_table(found: SweepArrays, slip: tuple[str, str] | None = None) -> Table:
+def summary_table(found: SweepArrays, told: Told = PLAINLY) -> Table:
     """The same in numbers: a row a task and policy, over all its points; see `in_words`."""
-    slips = slip_of(found, slip)
+    slips = slip_of(found, told.slip)
     heads = [Column(name, words=True) for name in ("task", "policy")]
     heads += [Column("points"), Column("episodes")]
     heads += [Column("return_mean"), Column("return_least"), Column("return_most")]
-    heads += [Column("falls"), Column("best_told_apart")]
+    heads += [Column(told.failures), Column("best_told_apart")]
     heads += [] if slips is None else [Column("slip_worst", "m/m")]
     rows = []
     for at, task in enumerate(found.coordinates["task"]):
@@ -65,16 +79,14 @@ def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | No
         return np.where(np.abs(way) >= NO_WAY, slid / np.abs(way), np.nan)
 
 
-def measured(
-    found: SweepArrays, at: int, slip: tuple[str, str] | None
-) -> list[tuple[str, str, np.ndarray]]:
+def measured(found: SweepArrays, at: int, told: Told) -> list[tuple[str, str, np.ndarray]]:
     """What is told of a task: title, unit and value at every point [policies, ...]; the sliding
     where there is any way."""
     shown = [
         ("mean return", "-", found["reward_mean"][at]),
-        ("falls", "%", 100 * found["falls"][at] / found["episodes"][at]),
+        (told.failures, "%", 100 * found["falls"][at] / found["episodes"][at]),
     ]
-    if (slips := slip_of(found, slip)) is not None and np.isfinite(slips[at]).any():
+    if (slips := slip_of(found, told.slip)) is not None and np.isfinite(slips[at]).any():
         shown.append(("distance slid", "m/m", slips[at]))
     return shown
 
@@ -91,30 +103,29 @@ def best_of(found: SweepArrays, at: int) -> tuple[np.ndarray, np.ndarray]:
     return first[0], (lead > APART * spread)[0]
 
 
-def _task(found: SweepArrays, at: int, slip: tuple[str, str] | None) -> Iterator[str]:
+def _task(found: SweepArrays, at: int, told: Told) -> Iterator[str]:
     policies, dims = found.coordinates["policy"], found.dims[2:]
-    falls = found["falls"][at] / found["episodes"][at]
-    slips = slip_of(found, slip)
+    failed = found["falls"][at] / found["episodes"][at]
+    slips = slip_of(found, told.slip)
     names = [shown_name(str(policy)) for policy in policies]
     width = max(map(len, names))
     for which, policy in enumerate(names):
         head = f"  {policy:<{width}}  "
         mean = found["reward_mean"][at, which].mean()
-        yield f"{head}mean return {mean:.3g}; {_falls(found, at, which, falls[which], dims)}"
+        ends = _failures(found, at, which, failed[which], told.fails)
+        yield f"{head}mean return {mean:.3g}; {ends}"
         if slips is not None:
             yield f"  {'':<{width}}  {_slips(found, slips[at, which], dims)}"
     if len(policies) > 1:
         yield from _best(found, at, dims)
 
 
-def _falls(
-    found: SweepArrays, at: int, which: int, falls: np.ndarray, dims: tuple[str, ...]
-) -> str:
-    share = float(falls.mean())
+def _failures(found: SweepArrays, at: int, which: int, failed: np.ndarray, fails: str) -> str:
+    share = float(failed.mean())
     if share == 0:
-        return "never falls"
-    text = f"falls in {100 * share:.2g} % of the episodes"
-    if place := where(falls, dims, found):
+        return f"never {fails}"
+    text = f"{fails} in {100 * share:.2g} % of the episodes"
+    if place := where(failed, found.dims[2:], found):
         text += f", most where {place}"
     counts = {name: int(found[name][at, which].sum()) for name in ENDINGS if name in found.arrays}
     ends = {

@@ -146,11 +146,15 @@ def mode_of(
 
 
 def ankle_moment(
-    model: BipedModel, moment: GroundMoment, crank_rate: Float[Array, ""], motion: Motion
+    robot: BipedModel | BipedParams,
+    moment: GroundMoment,
+    crank_rate: Float[Array, ""],
+    crank_acceleration: Float[Array, ""],
+    foot_acceleration: Float[Array, ""],
 ) -> Float[Array, ""]:
     """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
-    turning = moment.L * motion.crank_acceleration + moment.dL * crank_rate**2
-    return turning + model.gravity * moment.X - motion.foot_acceleration * moment.Y
+    turning = moment.L * crank_acceleration + moment.dL * crank_rate**2
+    return turning + robot.gravity * moment.X - foot_acceleration * moment.Y
 
 
 def zero_moment_point(

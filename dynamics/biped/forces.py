@@ -119,14 +119,13 @@ def inverse_dynamics(
     theta, crank_rate, alpha, speed, a1 = _floats(
         params, theta, crank_rate, crank_acceleration, foot_velocity, foot_acceleration
     )
-    inertia, (L, dL, X, height) = inertia_and_moment(params, theta)
+    inertia, at = inertia_and_moment(params, theta)
     torque = motor_torque(params, inertia, crank_rate, alpha, a1)
     friction, normal = ground_force(params, inertia, crank_rate, alpha, a1)
-    moment = L * alpha + dL * crank_rate**2 + params.gravity * X - a1 * height
+    zmp = zero_moment_point(ankle_moment(params, at, crank_rate, alpha, a1), normal)
     joints = None
     if outputs == "joints":
         joints = JointInertia(params).joint_forces(theta, crank_rate, alpha, a1)
-    zmp = zero_moment_point(moment, normal)
     closes = closing_margin(params, theta) >= 0
     numbers = (theta, crank_rate, alpha, speed, a1, torque, friction, normal, zmp, joints)
     status = jnp.where(closes, Status.OK, Status.NO_SOLUTION)
@@ -212,10 +211,11 @@ def at_instant(
         motion = problem.motion(friction, mode, inertia, crank_rate, foot_velocity)
         onset = (foot_velocity == 0) & (mode != 0)
     zmp, joints = None, None
-    if outputs != "state":
-        moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate, motion)
-        zmp = zero_moment_point(moment, motion.normal_force)
     accelerations = motion.crank_acceleration, motion.foot_acceleration
+    if outputs != "state":
+        at = model.inertia.moment_at(theta)
+        moment = ankle_moment(model, at, crank_rate, *accelerations)
+        zmp = zero_moment_point(moment, motion.normal_force)
     if outputs == "joints":
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
     numbers = (theta, crank_rate, foot_velocity, problem.drive, friction)

@@ -3,7 +3,9 @@
 Sums, products, quotients and roots are those of IEEE 754, off by half a unit in the last place,
 and are widened by a whole one. NumPy's sine, cosine, exponential and arctangent are taken to be off
 by at most ULPS units in the last place (they claim 4 or fewer), and are widened by that: the one
-assumption. Division by an interval that holds 0, and roots of numbers below 0, give [-inf, inf].
+assumption. Division by an interval that holds 0, and roots of numbers below 0, give [-inf, inf]; so
+does what has no value, such as the difference of two infinite ends: an end is never NaN unless it
+was given so.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ ULPS = 8
 """By how many units in the last place an elementary function of NumPy may be off."""
 EPS = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
+_unbounded = np.errstate(over="ignore", invalid="ignore")
+"""Around operations whose infinite results, and lack of any, are meant."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +48,14 @@ class Interval:
         return np.shape(self.lo)
 
     @property
+    @_unbounded
     def middle(self) -> Array:
-        """A number inside."""
-        return self.lo / 2 + self.hi / 2
+        """A number inside; infinite where an end is, 0 where both are, to both sides."""
+        found = self.lo / 2 + self.hi / 2
+        return np.where(np.isnan(found) & (self.lo < self.hi), 0.0, found)
 
     @property
+    @_unbounded
     def radius(self) -> Array:
         """No number inside is farther from `middle`."""
         m = self.middle
@@ -78,12 +85,14 @@ class Interval:
     def __neg__(self) -> Interval:
         return Interval(-self.hi, -self.lo)
 
+    @_unbounded
     def __add__(self, other: Other) -> Interval:
         o = interval(other)
         return Interval(_down(self.lo + o.lo), _up(self.hi + o.hi))
 
     __radd__ = __add__
 
+    @_unbounded
     def __sub__(self, other: Other) -> Interval:
         o = interval(other)
         return Interval(_down(self.lo - o.hi), _up(self.hi - o.lo))
@@ -91,6 +100,7 @@ class Interval:
     def __rsub__(self, other: Other) -> Interval:
         return interval(other) - self
 
+    @_unbounded
     def __mul__(self, other: Other) -> Interval:
         if isinstance(other, float | int):
             a, b = self.lo * other, self.hi * other
@@ -109,6 +119,7 @@ class Interval:
     def __rtruediv__(self, other: Other) -> Interval:
         return interval(other) * self.reciprocal()
 
+    @_unbounded
     def reciprocal(self) -> Interval:
         """1 / x."""
         zero = (self.lo <= 0) & (self.hi >= 0)
@@ -116,6 +127,7 @@ class Interval:
         found = _down(1 / hi), _up(1 / lo)
         return Interval(np.where(zero, -np.inf, found[0]), np.where(zero, np.inf, found[1]))
 
+    @_unbounded
     def square(self) -> Interval:
         """x^2, never below 0."""
         low, high = self.least_size, self.size
@@ -128,6 +140,7 @@ class Interval:
         high = _up(np.sqrt(np.maximum(self.hi, 0.0)))
         return Interval(np.where(bad, -np.inf, low), np.where(bad, np.inf, high))
 
+    @_unbounded
     def exp(self) -> Interval:
         """e^x."""
         low, high = (_off(np.exp(v)) for v in (self.lo, self.hi))
@@ -137,6 +150,7 @@ class Interval:
         """In (-pi/2, pi/2)."""
         return Interval(_off(np.arctan(self.lo)).lo, _off(np.arctan(self.hi)).hi)
 
+    @_unbounded
     def cos(self) -> Interval:
         """The turning points are looked for in whole turns, with room for their rounding."""
         low, high = (_off(np.cos(v)) for v in (self.lo, self.hi))
@@ -147,6 +161,7 @@ class Interval:
             np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
         )
 
+    @_unbounded
     def sin(self) -> Interval:
         """See cos."""
         low, high = (_off(np.sin(v)) for v in (self.lo, self.hi))
@@ -193,12 +208,14 @@ def _passes(x: Interval, turn: float) -> Bool[np.ndarray, "..."]:
 def _off(value: Array) -> Interval:
     """What an elementary function that returned this may have meant."""
     by = ULPS * EPS * np.abs(value) + TINY
-    return Interval(value - by, value + by)
+    return Interval(np.fmax(value - by, -np.inf), np.fmin(value + by, np.inf))
 
 
 def _down(value: Array) -> Array:
-    return np.nextafter(value, -np.inf)
+    """The next number below; -inf for what is none."""
+    return np.nextafter(np.fmax(value, -np.inf), -np.inf)
 
 
 def _up(value: Array) -> Array:
-    return np.nextafter(value, np.inf)
+    """The next number above; inf for what is none."""
+    return np.nextafter(np.fmin(value, np.inf), np.inf)

@@ -16,7 +16,7 @@ from stickslip.optim.posture.impossible import judged
 from stickslip.optim.posture.polish import polishable
 from stickslip.optim.posture.posture_grid import PostureGrid, build_grid, offsets
 from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.rounding import below, closes
 from stickslip.optim.posture.station import Station
 from stickslip.optim.result import OptimStatus
 
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 AGREEMENT = 1e-8
-"""Relative difference of the recursion's value and the objective above which it is no proof."""
+"""Relative difference of the recursion's value and the objective, or the proved bound, above which
+it is no proof."""
 OVER_GRID = "proved: the best of all paths over the grid, not of all drives"
 
 
@@ -57,10 +58,11 @@ def solve_dp(
 
     Given start and end angles are nodes of their own, on the grid or not. The lower bound is what
     the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
-    rounding of the stations (rounding.py): no path over the grid is better. It bounds no path off
-    the grid; for one of every drive see `solve(problem, "branch")`. Where no path is found,
-    INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose leave it
-    open (impossible.py). evaluations: stations.
+    rounding of the stations (rounding.py): no path over the grid is better. OPTIMAL where it is
+    within 1e-8 of the value, or within 1e-12 of what the vehicle's weight would give. It bounds no
+    path off the grid; for one of every drive see `solve(problem, "branch")`. Where no path is
+    found, INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose
+    leave it open (impossible.py). evaluations: stations.
     details: grid, rate_used (the share of the leg rate that each leg can use on it),
     certificate (edges looked at, and by how much one misses its inequality at worst).
     """
@@ -80,7 +82,7 @@ def solve_dp(
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
     proof = certify(grid, paths.values)
-    closed = value - proof.bound <= AGREEMENT * (1 + abs(value))
+    closed = closes(problem, value, proof.bound, AGREEMENT)
     details = grid.details | {"certificate": {"edges": proof.edges, "missed": proof.missed}}
     result = result_at(
         problem,
@@ -91,7 +93,7 @@ def solve_dp(
         details=details,
         **common,
     )
-    return agreed(result, value)
+    return agreed(problem, result, value)
 
 
 def require_one_kind(criterion: Criterion | Weighted) -> None:
@@ -104,9 +106,10 @@ def require_one_kind(criterion: Criterion | Weighted) -> None:
         )
 
 
-def agreed(result: PostureResult, value: float) -> PostureResult:
+def agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
     """The result, INACCURATE and without its bound where the objective is not `value`."""
-    if abs(result.value - value) <= AGREEMENT * (1 + abs(value)):
+    low, high = sorted((value, result.value))
+    if closes(problem, high, low, AGREEMENT):
         return result
     fields = vars(result) | {
         "status": OptimStatus.INACCURATE,

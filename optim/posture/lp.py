@@ -20,7 +20,7 @@ from stickslip.optim.posture.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture.polish import polishable
 from stickslip.optim.posture.posture_grid import build_grid
 from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.rounding import below, closes
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
@@ -66,7 +66,8 @@ def solve_lp(
     one edge of each step is on it, so y_end - y_start + sum over steps of the least reduced cost
     there is below every path's cost whatever y is: that is computed in NumPy from y alone and is
     the lower bound, less what rounding may do to the stations (rounding.py), the solver trusted in
-    nothing. Where there is no path: as in dp.
+    nothing. OPTIMAL where it is within 1e-6 of the value, or within 1e-12 of what the vehicle's
+    weight would give. Where there is no path: as in dp.
 
     Worst-station criteria: v is dp's value, and a station costs 1 where its cost is v or more and
     K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
@@ -159,7 +160,7 @@ def _result(
     x = angles_at(grid, chosen)
     value = problem.objective(x.reshape(-1))
     status, message = flow.status, grid.stuck or flow.message
-    if bound is None or value - bound > GAP * (1 + abs(value)):
+    if not closes(problem, value, bound, GAP):
         status = OptimStatus.INACCURATE if status is OptimStatus.OPTIMAL else status
         message = f"{flow.message}; value {value!r}, proved bound {bound!r}"
     elif spread > WHOLE:

@@ -21,6 +21,26 @@ RELATIVE = 5e-13
 """Of the value."""
 ROUNDINGS = 4 * float(np.finfo(float).eps)
 """Of what the vehicle's weight would give."""
+NOTHING = 1e-12
+"""Of what the vehicle's weight would give: a difference that is none."""
+
+
+def closes(problem: PostureProblem, value: float, bound: float | None, relative: float) -> bool:
+    """Whether a bound leaves at most `relative` of the value open, or next to nothing of what the
+    vehicle's weight would give: a value near 0 is no smaller unit."""
+    if bound is None:
+        return False
+    return value - bound <= relative * abs(value) + NOTHING * natural(problem, problem.criterion)
+
+
+def natural(problem: PostureProblem, criterion: Criterion | Weighted) -> float:
+    """What the vehicle's weight would give, in the criterion's unit."""
+    if isinstance(criterion, Weighted):
+        return sum(float(weight) * natural(problem, one) for one, weight in criterion.parts)
+    weight, length = float(problem.params.weight), float(problem.x[-1] - problem.x[0])
+    torque = weight * float(problem.params.wheel_radius)
+    of = {"J": weight * length, "N m": torque, "N^2 m": torque**2 / length, "N": weight}
+    return of.get(criterion.unit, 1.0)
 
 
 def below(problem: PostureProblem, value: float, criterion: Criterion | Weighted | None = None):
@@ -33,15 +53,14 @@ def slack(problem: PostureProblem, value: float, criterion: Criterion | Weighted
     if isinstance(criterion, Weighted):
         parts = ((one, float(weight)) for one, weight in criterion.parts)
         return sum(w * slack(problem, abs(value) / w, one) for one, w in parts if w > 0)
-    weight, radius = float(problem.params.weight), float(problem.params.wheel_radius)
-    length, torque = float(problem.x[-1] - problem.x[0]), ROUNDINGS * weight * radius
-    least_step = float(np.min(np.diff(problem.x)))
-    absolute = {
-        "J": ROUNDINGS * weight * length,
-        "N m": torque,
+    absolute = ROUNDINGS * natural(problem, criterion)
+    if criterion.unit == "N^2 m":
         # Of a sum of (dM)^2 / dx, each M being off by `torque`, by Cauchy and Schwarz.
-        "N^2 m": (2 * np.sqrt(abs(value) * length) + torque * length / least_step)
-        * torque / least_step,
-        "N": ROUNDINGS * weight,
-    }.get(criterion.unit, ROUNDINGS * (1 + value * value))  # fmt: skip
+        torque = ROUNDINGS * float(problem.params.weight) * float(problem.params.wheel_radius)
+        length = float(problem.x[-1] - problem.x[0])
+        least_step = float(np.min(np.diff(problem.x)))
+        rest = torque * length / least_step
+        absolute = (2 * np.sqrt(abs(value) * length) + rest) * torque / least_step
+    elif criterion.unit == "-":
+        absolute *= 1 + value * value
     return RELATIVE * abs(value) + float(absolute)

@@ -41,6 +41,6 @@ STATUS = {
     "OVERLOAD": "a wheel needs more torque than its motor gives",
 }
 """What each Status says of what was simulated."""
-FALLS = ("TOPPLE", "LIFT_OFF", "ROLLOVER")
+FALLS = ("TOPPLE", "LIFT_OFF")
 WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
 """Statuses of a walk that came to the end of what was asked."""

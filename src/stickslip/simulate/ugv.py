@@ -20,7 +20,7 @@ from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
 from stickslip.simulate.biped import picture_path, print_summary
 from stickslip.simulate.files import table_path, write_table
-from stickslip.simulate.names import FALLS, STATUS
+from stickslip.simulate.names import STATUS
 from stickslip.simulate.posture import read_posture
 
 if TYPE_CHECKING:
@@ -113,8 +113,8 @@ def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
 
 
 def drive_summary(problem: PostureProblem, at: Station) -> Table:
-    """One row. status: the first one that is not OK. slips, falls: waypoints at which a wheel slips
-    or the vehicle rolls over."""
+    """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
+    wheel slips or the vehicle rolls over."""
     codes = np.asarray(at.status)
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
@@ -127,7 +127,7 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
         Column("waypoints"): len(problem.x),
         Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
         Column("slips"): counts["WHEEL_SLIP"],
-        Column("falls"): sum(counts[name] for name in FALLS),
+        Column("rollovers"): counts["ROLLOVER"],
         Column("least_grip_margin", "N"): float(np.min(at.grip)),
         Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
         Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),

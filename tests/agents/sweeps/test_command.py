@@ -66,7 +66,7 @@ def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     (row,) = told["differences"]
     assert (row["points"], row["not_told_apart"], row["episodes_A"]) == (2, 1.0, 6)
-    assert (told["A"], told["units"]["differences"]["falls_B"]) == ("a", "-")
+    assert (told["A"], told["units"]["differences"]["failures_B"]) == ("a", "-")
     assert main(["compare", "a", "b", "--out", "both.csv"]) == OK
     shown = capsys.readouterr().out
     assert "2 points that both have" in shown

@@ -9,11 +9,11 @@ from stickslip.agents import SweepArrays
 from stickslip.agents.sweeps.compare import common, compare_in_words, compare_table
 from stickslip.agents.sweeps.pictures import view_of, write_pictures
 from stickslip.agents.sweeps.regions import where
-from stickslip.agents.sweeps.words import in_words
+from stickslip.agents.sweeps.words import PLAINLY, Told, in_words, summary_table
 
 MU = np.array([0.02, 0.04, 0.06, 0.1, 0.2])
 LOAD = np.array([0.0, 5.0, 10.0])
-SLIP = ("slid", "walked")
+FALLS = Told(slip=("slid", "walked"), fails="falls", failures="falls")
 
 
 def made(returns: np.ndarray, falls: np.ndarray, slid: np.ndarray, who=("a", "b")) -> SweepArrays:
@@ -46,7 +46,7 @@ def example() -> SweepArrays:
 
 
 def test_words_say_where_it_falls_and_slips_and_who_is_best():
-    text = " ".join(in_words(example(), SLIP).split())
+    text = " ".join(in_words(example(), FALLS).split())
     assert "falls in 21 % of the episodes, most where mu up to 0.04, payload from 5 kg on" in text
     assert "; 100 % of them topple" in text
     assert "b mean return 4.2; never falls" in text
@@ -55,6 +55,14 @@ def test_words_say_where_it_falls_and_slips_and_who_is_best():
     assert "best by return: a at 40 % of the points, most where mu from 0.1 on" in text
     assert "best by return: b at 40 % of the points, most where mu up to 0.04" in text
     assert "no best told from the next at 20 % of the points" in text
+
+
+def test_a_drive_that_ends_early_fails_and_does_not_fall():
+    text, table = in_words(example()), summary_table(example())
+    assert "a  mean return 2.2; fails in 21 % of the episodes" in text
+    assert "never fails" in text
+    assert "fall" not in text
+    assert "failures" in [column.name for column in table.columns]
 
 
 def test_a_region_in_the_middle_and_one_nowhere():
@@ -109,7 +117,7 @@ def one_axis() -> SweepArrays:
     ],
 )
 def test_pictures_are_drawn_of_grids_lines_and_samples(tmp_path: Path, found, files):
-    written = write_pictures(found, tmp_path, SLIP)
+    written = write_pictures(found, tmp_path, FALLS)
     assert [one.name for one in written] == files
     assert all(one.read_bytes()[:4] == b"\x89PNG" for one in written)
 
@@ -119,7 +127,7 @@ def test_nothing_is_drawn_where_nothing_varies(tmp_path: Path):
     arrays = {name: value[:, :, 0] for name, value in found.arrays.items()}
     single = SweepArrays(("task", "policy"), found.coordinates, arrays, {})
     assert view_of(single) is None
-    assert write_pictures(single, tmp_path, None) == []
+    assert write_pictures(single, tmp_path, PLAINLY) == []
     assert "mean return" in in_words(single)
 
 
@@ -131,11 +139,11 @@ def test_two_sweeps_are_compared_where_both_have_points():
     arrays = {name: value[:, :, 1:] for name, value in other.arrays.items()}
     fewer = SweepArrays(other.dims, other.coordinates | {"mu": MU[1:]}, arrays, other.units)
     both = common(one, fewer)
-    text = compare_in_words(both, SLIP)
+    text = compare_in_words(both, FALLS)
     assert "12 points that both have" in text
     assert "B earns more at 25 % of the points, most where mu = 0.2; by 3 at most" in text
     assert text.count("not told apart at 100 % of the points") == 1
-    table = compare_table(both)
+    table = compare_table(both, FALLS)
     assert len(table.rows) == 24
     assert [column.title for column in table.columns][:4] == [
         "task",
@@ -165,6 +173,6 @@ def test_one_policy_in_each_is_compared_whatever_it_is_called():
     a, b = (
         made(shape * k, shape.astype(int), shape, who=(who,)) for k, who in ((1, "x"), (3, "y"))
     )
-    text = compare_in_words(common(a, b), None)
+    text = compare_in_words(common(a, b), PLAINLY)
     assert "policy: x in A, y in B" in text
     assert "B earns more at 100 % of the points" in text

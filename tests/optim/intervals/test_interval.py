@@ -68,6 +68,27 @@ def test_what_has_no_value_is_everything():
     assert interval_of(-1.0, 4.0).sqrt().lo == -np.inf
 
 
+ENDS = st.one_of(NUMBERS, st.sampled_from([-np.inf, np.inf, -1e308, 1e308, 1e-308, 0.0]))
+
+
+@given(ENDS, ENDS, ENDS, ENDS, NUMBERS, NUMBERS)
+def test_infinite_ends_never_end_in_no_number(a, b, c, d, u, v):
+    """What u and v would give is held still, u lying in the one interval and v in the other."""
+    x = hull(interval_of(a, b), interval(u))
+    y = hull(interval_of(c, d), interval(v))
+    p, q = Fraction(u), Fraction(v)
+    found = [(x + y, p + q), (x - y, p - q), (x * y, p * q), (x * v, p * q), (x.square(), p * p)]
+    found += [(y.reciprocal(), 1 / q)] if v else []
+    for got, exact in found:
+        assert float(got.lo) <= exact <= float(got.hi)
+    for got in (x.sin(), x.cos(), x.exp(), x.arctan(), y.sqrt(), y.reciprocal()):
+        assert got.lo <= got.hi
+    assert np.isfinite(x.middle) or not np.isfinite([x.lo, x.hi]).all()
+    assert not np.isnan([x.middle, x.radius]).any()
+    for name in ("sin", "cos", "arctan"):
+        assert getattr(x, name)().holds(getattr(np, name)(u))
+
+
 @pytest.mark.parametrize("x", [0.3, 1.2, 2.0])
 def test_jets_hold_derivatives_over_a_box(x: float):
     """sqrt(x^2 + y) sin(x) / (1 + atan(x y)), its derivatives along x and along y."""
