@@ -23,10 +23,10 @@ from stickslip.envs import BipedEnv
 from stickslip.envs.rendering import BipedRenderer, save_animation
 
 MU_STATIC, MU_KINETIC = 0.03, 0.02
-SECONDS, FPS = 4.0, 10.0
-WIDTH, HEIGHT = 640, 300
+SECONDS, FPS = 3.2, 9.0
+WIDTH, HEIGHT = 800, 375
 """Of one walk's picture [px]."""
-NAME = (455, 44)
+NAME = (567, 54)
 """Where the controller's name ends, and its top [px]."""
 CONTROLLERS = {
     "constant crank speed": CrankSpeedPI(),
