@@ -32,7 +32,7 @@ from stickslip.dynamics.biped import (
     prepare,
     step,
 )
-from stickslip.dynamics.biped.integrators import Integrator, Unsplit
+from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int

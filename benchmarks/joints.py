@@ -22,17 +22,17 @@ import numpy as np
 
 from benchmarks.report import kept_parts, markdown, options, write_json
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.biped.body_equations import body_equations
-from stickslip.dynamics.biped.joint_solvers import SOLVERS, unit_solutions
-from stickslip.dynamics.biped.kinematics import least_closure
-from stickslip.dynamics.biped.link_motion import link_motion
-from stickslip.dynamics.biped.newton_euler import (
+from stickslip.dynamics.biped.bodies.body_equations import body_equations
+from stickslip.dynamics.biped.bodies.joint_solvers import SOLVERS, unit_solutions
+from stickslip.dynamics.biped.bodies.newton_euler import (
     GIVEN,
     SYSTEMS,
     NewtonEuler,
     condition_number,
     newton_euler,
 )
+from stickslip.dynamics.biped.kinematics import least_closure
+from stickslip.dynamics.biped.mechanism.link_motion import link_motion
 
 WITH_MEDIANS = ("conditions", "scales", "accuracy")
 STATES = 1024

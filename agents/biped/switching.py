@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.drive import Torque
-from stickslip.dynamics.biped.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.simulate import stepped
+from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.scene import Smoothed
 from stickslip.dynamics.status import EventKind
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.integrators import Integrator
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.state import BipedState
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
     from stickslip.dynamics.scene import Scene
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.agents.biped.shown import LEAST_SLID, Course, events_of
 from stickslip.agents.biped.switching import Switch, accuracy_of, sliding_spans
 from stickslip.agents.reports.course import from_start
-from stickslip.dynamics.biped.integrators import RK4Split
+from stickslip.dynamics.biped.stepping.integrators import RK4Split
 from stickslip.dynamics.status import EventKind, Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.rendering import BipedFrame

@@ -13,7 +13,8 @@ from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.directory import read_about
 from stickslip.agents.sweeps.reading import SweepArrays, sweep_arrays
 from stickslip.agents.sweeps.regions import where
-from stickslip.agents.sweeps.words import APART, PLAINLY, Told, slip_of, summary_table
+from stickslip.agents.sweeps.told import PLAINLY, Told
+from stickslip.agents.sweeps.words import APART, slip_of, summary_table
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table

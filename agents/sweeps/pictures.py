@@ -10,7 +10,8 @@ from stickslip.agents.pictures.sheet import save_sheet
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.design import SAMPLE
 from stickslip.agents.sweeps.play import ENDINGS
-from stickslip.agents.sweeps.words import APART, Told, measured
+from stickslip.agents.sweeps.told import Told
+from stickslip.agents.sweeps.words import APART, measured
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.agents.sweeps.regions import where
+from stickslip.agents.sweeps.told import PLAINLY, Told
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -22,20 +23,6 @@ SLIPS = 0.01
 """Sliding by more than this share of the way is told of [m/m]."""
 NO_WAY = 0.1
 """Mean way below which nothing is said per metre [m]."""
-
-
-class Told(NamedTuple):
-    """How a machine's sweeps are told of."""
-
-    slip: tuple[str, str] | None = None
-    """Names of what slid, and of the way, where that is something to tell."""
-    fails: str = "fails"
-    """What an episode does that ends outside the model."""
-    failures: str = "failures"
-    """Such ends."""
-
-
-PLAINLY = Told()
 
 
 def in_words(found: SweepArrays, told: Told = PLAINLY) -> str:

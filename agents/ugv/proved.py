@@ -20,7 +20,7 @@ from stickslip.dynamics.ugv import Track
 from stickslip.optim.posture.problem import PostureProblem
 
 if TYPE_CHECKING:
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 FILE = Path(__file__).with_name("proved.json")
 FORMAT, VERSION = "stickslip proved bounds", 1

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RESULTS = Path("benchmarks/results/tradeoff.json")
 DOCUMENT = Path("docs/tradeoff.md")
 PICTURE = Path("docs/tradeoff.png")
-MODULE = Path("dynamics/biped/measured.py")
+MODULE = Path("dynamics/biped/trade/measured.py")
 PARTS = ("population", "walks")
 
 

@@ -18,11 +18,11 @@ from stickslip.dynamics.biped import (
     SemiImplicitEuler,
     Table,
 )
-from stickslip.dynamics.biped.setting import Setting
+from stickslip.dynamics.biped.trade.setting import Setting
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 ALL = ("smooth", "stick-slip", "lift-off", "ice", "long")
 SHORT = ("smooth", "stick-slip")

@@ -1,4 +1,4 @@
-"""The text of stickslip.dynamics.biped.measured: the points that `recommend` chooses from."""
+"""The text of stickslip.dynamics.biped.trade.measured: the points that `recommend` chooses from."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState, prepar
 if TYPE_CHECKING:
     from stickslip.dynamics.biped import Contact
     from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 EVENTS = 256
 """The most events of a walk that are kept."""

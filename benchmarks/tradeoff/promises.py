@@ -12,14 +12,14 @@ from benchmarks.quantiles import rank
 from benchmarks.tradeoff.cases import code, promised
 from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, sensitivities, walked
 from benchmarks.tradeoff.population import FLOORS, ROBOTS, Walks, both
-from stickslip.dynamics.biped.promises import CONFIDENCE, QUANTILES
-from stickslip.dynamics.biped.walk_check import SENSITIVE
+from stickslip.dynamics.biped.trade.promises import CONFIDENCE, QUANTILES
+from stickslip.dynamics.biped.trade.walk_check import SENSITIVE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.dynamics.biped.setting import Setting
-    from stickslip.dynamics.biped.walk_check import Path
+    from stickslip.dynamics.biped.trade.setting import Setting
+    from stickslip.dynamics.biped.trade.walk_check import Path
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""

@@ -19,7 +19,7 @@ from benchmarks.tradeoff.points import (
     promises_of,
 )
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
-from stickslip.dynamics.biped.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
+from stickslip.dynamics.biped.trade.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
 
 
 def body(content: dict[str, Any]) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 from benchmarks.ugv.tracks import twelve
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import PostureProblem, PostureResult, solve
-from stickslip.optim.posture.dp import best_paths
-from stickslip.optim.posture.posture_grid import build_grid, offsets
+from stickslip.optim.posture.graph.dp import best_paths
+from stickslip.optim.posture.graph.posture_grid import build_grid, offsets
 
 ANGLES = (22, 43, 64)
 """Of each leg: 21 k + 1, so that the rate lets it move by k of them, to 0.3 % all that it allows.

@@ -5,6 +5,19 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.dynamics.biped.bodies.newton_euler import (
+        NewtonEuler,
+        condition_number,
+        newton_euler,
+    )
+    from stickslip.dynamics.biped.coefficients.inertia import (
+        GroundMoment,
+        ReducedInertia,
+        ground_moment,
+        reduced_inertia,
+    )
+    from stickslip.dynamics.biped.coefficients.series import Chebyshev
+    from stickslip.dynamics.biped.coefficients.table import Table
     from stickslip.dynamics.biped.fidelity import FIDELITIES, Joint, Paper, Reduced
     from stickslip.dynamics.biped.forces import (
         ForwardDynamics,
@@ -12,21 +25,6 @@ if TYPE_CHECKING:
         forward_dynamics,
         inverse_dynamics,
     )
-    from stickslip.dynamics.biped.inertia import (
-        GroundMoment,
-        ReducedInertia,
-        ground_moment,
-        reduced_inertia,
-    )
-    from stickslip.dynamics.biped.integrators import (
-        INTEGRATORS,
-        RK4,
-        Euler,
-        EventExact,
-        RK4Split,
-        SemiImplicitEuler,
-    )
-    from stickslip.dynamics.biped.joints import JOINT_FORCES
     from stickslip.dynamics.biped.kinematics import (
         BODIES,
         SUPPORT_END,
@@ -37,16 +35,22 @@ if TYPE_CHECKING:
         kinematics,
         step_length,
     )
+    from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
     from stickslip.dynamics.biped.model import BipedModel, prepare
-    from stickslip.dynamics.biped.newton_euler import NewtonEuler, condition_number, newton_euler
     from stickslip.dynamics.biped.params import LINKS, BipedParams
-    from stickslip.dynamics.biped.series import Chebyshev
-    from stickslip.dynamics.biped.setting import Setting, own_time
-    from stickslip.dynamics.biped.settings import PRESETS, Recommendation, recommend
     from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
     from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
-    from stickslip.dynamics.biped.table import Table
-    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+    from stickslip.dynamics.biped.stepping.integrators import (
+        INTEGRATORS,
+        RK4,
+        Euler,
+        EventExact,
+        RK4Split,
+        SemiImplicitEuler,
+    )
+    from stickslip.dynamics.biped.trade.setting import Setting, own_time
+    from stickslip.dynamics.biped.trade.settings import PRESETS, Recommendation, recommend
+    from stickslip.dynamics.biped.trade.walk_check import WalkCheck, check_walk
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -58,8 +62,13 @@ else:
                 "forward_dynamics",
                 "inverse_dynamics",
             ),
-            "inertia": ("GroundMoment", "ReducedInertia", "ground_moment", "reduced_inertia"),
-            "integrators": (
+            "coefficients.inertia": (
+                "GroundMoment",
+                "ReducedInertia",
+                "ground_moment",
+                "reduced_inertia",
+            ),
+            "stepping.integrators": (
                 "INTEGRATORS",
                 "RK4",
                 "Euler",
@@ -67,7 +76,7 @@ else:
                 "RK4Split",
                 "SemiImplicitEuler",
             ),
-            "joints": ("JOINT_FORCES",),
+            "mechanism.joints": ("JOINT_FORCES",),
             "kinematics": (
                 "BODIES",
                 "SUPPORT_END",
@@ -79,15 +88,15 @@ else:
                 "step_length",
             ),
             "model": ("BipedModel", "prepare"),
-            "newton_euler": ("NewtonEuler", "condition_number", "newton_euler"),
+            "bodies.newton_euler": ("NewtonEuler", "condition_number", "newton_euler"),
             "params": ("LINKS", "BipedParams"),
-            "series": ("Chebyshev",),
-            "setting": ("Setting", "own_time"),
-            "settings": ("PRESETS", "Recommendation", "recommend"),
+            "coefficients.series": ("Chebyshev",),
+            "trade.setting": ("Setting", "own_time"),
+            "trade.settings": ("PRESETS", "Recommendation", "recommend"),
             "simulate": ("Trajectory", "simulate", "simulate_inverse", "step"),
             "state": ("BipedState", "Contact", "Events", "floor_position"),
-            "table": ("Table",),
-            "walk_check": ("WalkCheck", "check_walk"),
+            "coefficients.table": ("Table",),
+            "trade.walk_check": ("WalkCheck", "check_walk"),
         },
     )
 

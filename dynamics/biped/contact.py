@@ -13,8 +13,8 @@ import jax.numpy as jnp
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joint_inertia import DifferencedInertia
+    from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia
+    from stickslip.dynamics.biped.coefficients.inertia import GroundMoment, ReducedInertia
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.params import BipedParams
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stickslip.dynamics.biped.joint_inertia import JointInertia
-from stickslip.dynamics.biped.series import Chebyshev, SeriesInertia, fit_series
-from stickslip.dynamics.biped.table import ExactInertia, Table, TableInertia, fit_table
+from stickslip.dynamics.biped.bodies.joint_inertia import JointInertia
+from stickslip.dynamics.biped.coefficients.series import Chebyshev, SeriesInertia, fit_series
+from stickslip.dynamics.biped.coefficients.table import ExactInertia, Table, TableInertia, fit_table
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.derived import settle
 from stickslip.dynamics.numeric import require_one

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, ov
 
 import jax.numpy as jnp
 
+from stickslip.dynamics.biped.bodies.joint_inertia import JointInertia
+from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
+from stickslip.dynamics.biped.coefficients.table import ExactInertia
 from stickslip.dynamics.biped.contact import (
     Motion,
     ankle_moment,
@@ -16,11 +19,8 @@ from stickslip.dynamics.biped.contact import (
 )
 from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.floor import Friction, smoothed_direction
-from stickslip.dynamics.biped.inertia import inertia_and_moment
-from stickslip.dynamics.biped.joint_inertia import JointInertia
 from stickslip.dynamics.biped.kinematics import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
-from stickslip.dynamics.biped.table import ExactInertia
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import Number, all_finite, float_type

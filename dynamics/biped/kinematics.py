@@ -21,7 +21,7 @@ from stickslip.dynamics.once import run_once
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.linkage import Linkage
+    from stickslip.dynamics.biped.mechanism.linkage import Linkage
     from stickslip.dynamics.numeric import Number, Numeric
 
 BODIES = (

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joint_inertia import DifferencedInertia
+    from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia
+    from stickslip.dynamics.biped.coefficients.inertia import GroundMoment, ReducedInertia
 
     Derived = tuple[Inertia, Array, Array, Array, Array]
     """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""

@@ -10,7 +10,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.boundary import (
+from stickslip.dynamics.biped.drive import CrankMotion, Drive, Problem, Torque
+from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
+from stickslip.dynamics.biped.floor import friction_on
+from stickslip.dynamics.biped.forces import Instant, at_instant
+from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.state import BipedState, Contact, Events
+from stickslip.dynamics.biped.stepping.boundary import (
     TIME_STEP,
     require_exchange,
     require_kinds,
@@ -18,17 +25,10 @@ from stickslip.dynamics.biped.boundary import (
     require_room,
     require_scalars,
 )
-from stickslip.dynamics.biped.drive import CrankMotion, Drive, Problem, Torque
-from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
-from stickslip.dynamics.biped.floor import friction_on
-from stickslip.dynamics.biped.forces import Instant, at_instant
-from stickslip.dynamics.biped.integrate import advance
-from stickslip.dynamics.biped.integrators import Integrator, Unsplit, integrator_of
-from stickslip.dynamics.biped.model import BipedModel, prepare
-from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.state import BipedState, Contact, Events
-from stickslip.dynamics.biped.unsplit import advance_unsplit
-from stickslip.dynamics.biped.walk import Walk, entry_status, start
+from stickslip.dynamics.biped.stepping.integrate import advance
+from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit, integrator_of
+from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
+from stickslip.dynamics.biped.stepping.walk import Walk, entry_status, start
 from stickslip.dynamics.checks import (
     require_number,
 )

@@ -17,9 +17,9 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.drive import Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
-from stickslip.dynamics.biped.integrators import Integrator
-from stickslip.dynamics.biped.settings import Setting, setting_of
 from stickslip.dynamics.biped.simulate import stepped
+from stickslip.dynamics.biped.stepping.integrators import Integrator
+from stickslip.dynamics.biped.trade.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status

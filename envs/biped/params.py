@@ -15,8 +15,8 @@ from stickslip.dynamics.biped import (
     BipedParams,
     prepare,
 )
-from stickslip.dynamics.biped.boundary import require_exchange
 from stickslip.dynamics.biped.fidelity import Fidelity
+from stickslip.dynamics.biped.stepping.boundary import require_exchange
 from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,

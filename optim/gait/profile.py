@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
-from stickslip.dynamics.biped.inertia import inertia_and_moment
+from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
 from stickslip.dynamics.biped.kinematics import as_batch
 from stickslip.dynamics.checks import require_kind
 

@@ -15,8 +15,8 @@ from stickslip.optim.posture.bounds.branch import (
     bound_every_drive,
     require_boundable,
 )
-from stickslip.optim.posture.dp import solve_dp
 from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.graph.dp import solve_dp
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.result import OptimStatus
 

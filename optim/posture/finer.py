@@ -14,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim.posture import evaluated
 from stickslip.optim.posture.criteria import (
     Criterion,
     Weighted,
@@ -25,6 +24,7 @@ from stickslip.optim.posture.criteria import (
 )
 from stickslip.optim.posture.missed import missed_by, tolerated
 from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.stations import evaluated
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int

@@ -13,11 +13,20 @@ _NEEDS = {
     "scp": Structure.COMPOSITE,
     "gradient": Structure.COMPOSITE,
 }
+_MODULES = {
+    "grid": "graph.grid",
+    "dp": "graph.dp",
+    "lp": "graph.lp",
+    "branch": "branch",
+    "scp": "local.scp",
+    "gradient": "local.gradient",
+    "cma": "local.cma",
+}
 
 METHODS = {
     name: Method(
         words,
-        f"stickslip.optim.posture.{name}:solve_{name}",
+        f"stickslip.optim.posture.{_MODULES[name]}:solve_{name}",
         frozenset({_NEEDS[name]} if name in _NEEDS else ()),
     )
     for name, words in WORDS.items()

@@ -12,18 +12,22 @@ import numpy as np
 from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats
-from stickslip.optim.posture import evaluated, traced
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
-from stickslip.optim.posture.data import PostureData
-from stickslip.optim.posture.evaluated import Waypoints
-from stickslip.optim.posture.jacobian import whole_jacobian
 from stickslip.optim.posture.methods import METHODS
 from stickslip.optim.posture.missed import missed_by
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.sizes import STATION, require_jacobian, require_stations
 from stickslip.optim.posture.station import Station
-from stickslip.optim.posture.traced import Posture
-from stickslip.optim.posture.waypoints import check_problem, longest_wheelbase, waypoints_along
+from stickslip.optim.posture.stations import evaluated, traced
+from stickslip.optim.posture.stations.data import PostureData
+from stickslip.optim.posture.stations.evaluated import Waypoints
+from stickslip.optim.posture.stations.jacobian import whole_jacobian
+from stickslip.optim.posture.stations.traced import Posture
+from stickslip.optim.posture.stations.waypoints import (
+    check_problem,
+    longest_wheelbase,
+    waypoints_along,
+)
 from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.result import Evaluation
 

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 
 if TYPE_CHECKING:
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""

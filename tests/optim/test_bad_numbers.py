@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Weighted, solve
-from stickslip.optim.posture.pareto import pareto_front
+from stickslip.optim.posture.graph.pareto import pareto_front
 from stickslip.optim.torque_split.family import Family
 from stickslip.optim.torque_split.split import TorqueSplit
 from tests.optim.posture.helpers import over_bump

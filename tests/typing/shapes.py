@@ -34,12 +34,12 @@ from stickslip.dynamics.biped import (
     simulate_inverse,
     step,
 )
-from stickslip.dynamics.biped.joint_solvers import SOLVERS
-from stickslip.dynamics.biped.newton_euler import GIVEN
+from stickslip.dynamics.biped.bodies.joint_solvers import SOLVERS
+from stickslip.dynamics.biped.bodies.newton_euler import GIVEN
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from stickslip.optim import PostureProblem
-from stickslip.optim.posture import evaluated, traced
+from stickslip.optim.posture.stations import evaluated, traced
 from tests.typing.checked import FUNCTIONS, UNREAD
 
 BARS = BipedParams.from_bars

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.posture.waypoints import longest_wheelbase
+from stickslip.optim.posture.stations.waypoints import longest_wheelbase
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 
 def most_friction(problem: PostureData) -> Float[np.ndarray, "K 2"]:

@@ -19,7 +19,7 @@ from stickslip.optim.problem import FEASIBLE
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 ROOM = 2.0
 """In units of FEASIBLE: by how much longer moves are let pass than a drive that counts as feasible

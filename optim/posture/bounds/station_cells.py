@@ -24,13 +24,13 @@ from stickslip.optim.posture.bounds.vehicle import (
     rear_jets,
     wheelbase_squared,
 )
-from stickslip.optim.posture.waypoints import longest_wheelbase
+from stickslip.optim.posture.stations.waypoints import longest_wheelbase
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from stickslip.optim.posture.bounds.sides import Side
     from stickslip.optim.posture.bounds.terms import Term
-    from stickslip.optim.posture.data import PostureData
+    from stickslip.optim.posture.stations.data import PostureData
 
 TURNS = 6
 """Of the search for a slope."""

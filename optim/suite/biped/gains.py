@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
 
     from stickslip.dynamics.biped import Trajectory
-    from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 SECONDS = 3.0
 FRICTION = (0.05, 0.3)

@@ -11,7 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, inverse_dynamics, step_length
-from stickslip.dynamics.biped.kinematics import SUPPORT_START, closing_margin, exchange_mismatch
+from stickslip.dynamics.biped.kinematics import (
+    SUPPORT_START,
+    closing_margin,
+    exchange_mismatch,
+)
 from stickslip.optim.function_problem import FunctionProblem
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from stickslip.optim.function_problem import FunctionProblem
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
 
-    from stickslip.dynamics.biped.integrators import Integrator
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 TORQUE_LIMIT = 4.0
 DT = 0.02

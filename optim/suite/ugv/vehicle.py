@@ -10,14 +10,14 @@ import numpy as np
 
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.traced import finite_cost
+from stickslip.optim.posture.stations.traced import finite_cost
 from stickslip.optim.suite.ugv.posture import track_named
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.ugv import Track
-    from stickslip.optim.posture.traced import Posture
+    from stickslip.optim.posture.stations.traced import Posture
 
 VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
 """What a design of the UGV chooses [m]; then the legs' angles, which stay as they are [rad]."""

@@ -12,7 +12,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
-from stickslip.optim.posture import evaluated
+from stickslip.optim.posture.stations import evaluated
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import bump_claims, drawing
 from stickslip.paper.bump_claims import Pair, Tried

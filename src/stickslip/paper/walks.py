@@ -18,7 +18,7 @@ from stickslip.dynamics.biped import (
     simulate_inverse,
 )
 from stickslip.dynamics.biped.fidelity import Fidelity
-from stickslip.dynamics.biped.integrators import Integrator
+from stickslip.dynamics.biped.stepping.integrators import Integrator
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 

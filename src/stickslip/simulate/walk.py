@@ -18,7 +18,7 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.check_batch import precision
+from stickslip.dynamics.biped.trade.check_batch import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.status import Status
 from stickslip.simulate.torque import Recorded

@@ -9,7 +9,8 @@ from stickslip.agents import SweepArrays
 from stickslip.agents.sweeps.compare import common, compare_in_words, compare_table
 from stickslip.agents.sweeps.pictures import view_of, write_pictures
 from stickslip.agents.sweeps.regions import where
-from stickslip.agents.sweeps.words import PLAINLY, Told, in_words, summary_table
+from stickslip.agents.sweeps.told import PLAINLY, Told
+from stickslip.agents.sweeps.words import in_words, summary_table
 
 MU = np.array([0.02, 0.04, 0.06, 0.1, 0.2])
 LOAD = np.array([0.0, 5.0, 10.0])

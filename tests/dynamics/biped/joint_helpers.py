@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, reduced_inertia
+from stickslip.dynamics.biped.bodies.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
+from stickslip.dynamics.biped.bodies.whole_system import WHOLE
 from stickslip.dynamics.biped.kinematics import least_closure
-from stickslip.dynamics.biped.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
 from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
-from stickslip.dynamics.biped.whole_system import WHOLE
 from tests.dynamics.biped.helpers import default_params
 
 COUNT = 256

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BipedParams, ReducedInertia
-from stickslip.dynamics.biped.joint_inertia import DifferencedInertia, JointInertia
-from stickslip.dynamics.biped.newton_euler import newton_euler
+from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia, JointInertia
+from stickslip.dynamics.biped.bodies.newton_euler import newton_euler
 from tests.dynamics.biped.helpers import default_params, exact_along
 from tests.dynamics.biped.joint_helpers import (
     default_robots,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BODIES, kinematics
-from stickslip.dynamics.biped.inertia import body_masses
-from stickslip.dynamics.biped.joints import JOINT_FORCES
+from stickslip.dynamics.biped.bodies.newton_euler import SYSTEMS
+from stickslip.dynamics.biped.coefficients.inertia import body_masses
 from stickslip.dynamics.biped.kinematics import LINK_OF_BODY
-from stickslip.dynamics.biped.newton_euler import SYSTEMS
+from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
 from stickslip.dynamics.derived import rebuilt
 from tests.dynamics.biped.helpers import default_params
 from tests.dynamics.biped.joint_helpers import (

@@ -13,9 +13,9 @@ from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, wa
 from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split, Table
-from stickslip.dynamics.biped.promises import MEASUREMENTS, QUANTILES, WALK_PER_RADIAN
-from stickslip.dynamics.biped.setting import Setting
-from stickslip.dynamics.biped.settings import (
+from stickslip.dynamics.biped.trade.promises import MEASUREMENTS, QUANTILES, WALK_PER_RADIAN
+from stickslip.dynamics.biped.trade.setting import Setting
+from stickslip.dynamics.biped.trade.settings import (
     MEASURED_PRESETS,
     PRESET_BATCH,
     PRESET_SCENE,

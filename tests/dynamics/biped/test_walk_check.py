@@ -21,8 +21,8 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.sensitivity import amplification
-from stickslip.dynamics.biped.walk_check import FINE, Path, _parting, walk_errors
+from stickslip.dynamics.biped.trade.sensitivity import amplification
+from stickslip.dynamics.biped.trade.walk_check import FINE, Path, _parting, walk_errors
 from tests.dynamics.biped.helpers import default_params, inertia_along, state_of
 
 COARSE = Setting("table", "rk4_split", 0.01, "float64")

@@ -4,7 +4,6 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip.optim.posture import evaluated
 from stickslip.optim.posture.bounds.lattice import (
     AHEAD,
     BACK,
@@ -21,6 +20,7 @@ from stickslip.optim.posture.bounds.sweep import Pairs, Step, best_charges
 from stickslip.optim.posture.bounds.terms import terms_of
 from stickslip.optim.posture.bounds.worst import NAMES, at_least
 from stickslip.optim.posture.criteria import CRITERIA
+from stickslip.optim.posture.stations import evaluated
 from tests.optim.posture.bounds.helpers import over
 from tests.optim.posture.helpers import plain_cost
 

@@ -1,0 +1,1 @@
+"""The reduced inertia functions: exact, and as polynomials fitted to them."""

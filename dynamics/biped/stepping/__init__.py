@@ -1,0 +1,1 @@
+"""One call of a step: trials, events, the integrators' stages."""

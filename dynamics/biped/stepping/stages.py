@@ -1,0 +1,216 @@
+"""Runge-Kutta steps of the biped in one mode: classical, and Dormand and Prince's pair."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.drive import CrankMotion
+from stickslip.dynamics.scene import Smoothed
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.floor import Friction
+    from stickslip.dynamics.biped.stepping.walk import Walk
+
+
+class Midpoint(NamedTuple):
+    """What a step's judgement needs of its middle."""
+
+    crank_acceleration: Float[Array, ""]
+    foot_acceleration: Float[Array, ""]
+    cone_margin: Float[Array, ""]
+    """How far inside the static friction cone [N]."""
+
+
+class Taken(NamedTuple):
+    """Where one step leads to, and what its judgement needs."""
+
+    theta: Float[Array, ""]
+    rate: Float[Array, ""]
+    slide: Float[Array, ""]
+    velocity: Float[Array, ""]
+    end: Motion
+    """The motion at the end."""
+    middle: Midpoint
+    work: Float[Array, ""] | None
+    """Of the motor [J], where its torque is not given."""
+    errors: Float[Array, " 4"] | None
+    """Estimated errors of theta, rate, slide and velocity, where there are estimates."""
+
+
+def cone_margin(friction: Friction | None, motion: Motion):
+    """How far inside the static friction cone [N]."""
+    if friction is None:
+        return jnp.ones_like(motion.normal_force)
+    return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)
+
+
+class _Stages(NamedTuple):
+    """Carried through the four stages: the current one's place and the weighted sums so far."""
+
+    theta: Array
+    rate: Array
+    velocity: Array | None
+    inertia: Coefficients
+    sum_rate: Array
+    sum_alpha: Array
+    sum_foot: Array
+    sum_slide: Array
+    sum_power: Array | None
+    middle: Midpoint
+    """The mean of the second and third stage, whose errors of second order are opposite."""
+
+
+def classical_step(
+    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
+) -> Taken:
+    """The classical fourth-order step, as a loop so that the inertia is compiled once."""
+    last = _classical_stages(problem, friction, mode, walk, inertia, step)
+    velocity, slide = walk.velocity, walk.slide
+    if friction is not None:
+        velocity = walk.velocity + step * last.sum_foot
+        slide = walk.slide + step * (walk.velocity + step * last.sum_slide)
+    return Taken(
+        theta=last.theta,
+        rate=last.rate,
+        slide=slide,
+        velocity=velocity,
+        end=problem.motion(friction, mode, last.inertia, last.rate, velocity),
+        middle=last.middle,
+        work=None if last.sum_power is None else step * last.sum_power,
+        errors=None,
+    )
+
+
+def _classical_stages(
+    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
+) -> _Stages:
+    dtype = walk.theta.dtype
+    shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
+    weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)
+    slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
+
+    def body(index, now: _Stages) -> _Stages:
+        velocity = walk.velocity if now.velocity is None else now.velocity
+        motion = problem.motion(friction, mode, now.inertia, now.rate, velocity)
+        alpha, foot = motion.crank_acceleration, motion.foot_acceleration
+        sum_rate = now.sum_rate + weights[index] * now.rate
+        sum_alpha = now.sum_alpha + weights[index] * alpha
+        last = index == 3
+        theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
+        rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
+        halfway = (index == 1) | (index == 2)
+        now_here = Midpoint(alpha, foot, cone_margin(friction, motion))
+        sum_power = now.sum_power
+        if sum_power is not None:
+            sum_power = sum_power + weights[index] * motion.torque * now.rate
+        if now.velocity is not None:
+            velocity = walk.velocity + step * shares[index] * foot
+        return _Stages(
+            theta=theta,
+            rate=rate,
+            velocity=None if now.velocity is None else velocity,
+            inertia=problem.model.inertia.at(theta),
+            sum_rate=sum_rate,
+            sum_alpha=sum_alpha,
+            sum_foot=now.sum_foot + weights[index] * foot,
+            sum_slide=now.sum_slide + slide_weights[index] * foot,
+            sum_power=sum_power,
+            middle=jax.tree.map(
+                lambda new, old: old + jnp.where(halfway, new / 2, 0.0), now_here, now.middle
+            ),
+        )
+
+    zero = jnp.zeros_like(walk.theta)
+    begin = _Stages(
+        theta=walk.theta,
+        rate=walk.rate,
+        velocity=walk.velocity if isinstance(problem.scene.floor, Smoothed) else None,
+        inertia=inertia,
+        sum_rate=zero,
+        sum_alpha=zero,
+        sum_foot=zero,
+        sum_slide=zero,
+        sum_power=zero if isinstance(problem.drive, CrankMotion) else None,
+        middle=Midpoint(zero, zero, zero),
+    )
+    return jax.lax.fori_loop(0, 4, body, begin)
+
+
+# Dormand and Prince, J. Comp. Appl. Math. 6 (1980): the seven stages, the seventh at the end; the
+# fifth-order solution minus the fourth-order one; and, as an eighth row, Shampine's fourth-order
+# interpolant at the midpoint (Hairer, Norsett, Wanner, Solving ODEs I, II.6).
+_ROWS = (
+    (),
+    (1 / 5,),
+    (3 / 40, 9 / 40),
+    (44 / 45, -56 / 15, 32 / 9),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+    (
+        6025192743 / 60171106304,
+        0.0,
+        51252292925 / 130801643196,
+        -2691868925 / 90256659456,
+        187940372067 / 3189068634112,
+        -1776094331 / 39487288512,
+        11237099 / 470086768,
+    ),
+)
+_TABLEAU = np.array([row + (0.0,) * (8 - len(row)) for row in _ROWS])
+_ERROR = np.array(
+    [71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40, 0.0]
+)
+_END = 6
+
+
+def dormand_prince_step(
+    problem: Problem, friction: Friction | None, mode, walk: Walk, step
+) -> Taken:
+    """A fifth-order step with error estimates; the eight stages are one loop (see above)."""
+    dtype = walk.theta.dtype
+    tableau = jnp.asarray(_TABLEAU, dtype)
+    at_start = jnp.stack(
+        [walk.theta, walk.rate, walk.slide, walk.velocity, jnp.zeros_like(walk.theta)]
+    )
+
+    def stage(slopes, index):
+        theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
+        inertia = problem.model.inertia.at(theta)
+        motion = problem.motion(friction, mode, inertia, rate, velocity)
+        power = motion.torque * rate
+        slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
+        place = (theta, rate, slide, velocity, work)
+        row = jnp.stack(slope)
+        return jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0), (place, motion)
+
+    slopes, (places, motions) = jax.lax.scan(
+        stage, jnp.zeros((len(_ROWS), len(at_start)), dtype), jnp.arange(len(_ROWS))
+    )
+    theta, rate, slide, velocity, work = (column[_END] for column in places)
+    end, middle = (jax.tree.map(lambda row, at=at: row[at], motions) for at in (_END, _END + 1))
+    errors = step * _weighted(jnp.asarray(_ERROR, dtype), slopes[:, :4])
+    margin = cone_margin(friction, middle)
+    return Taken(
+        theta=theta,
+        rate=rate,
+        slide=slide if friction is not None else walk.slide,
+        velocity=velocity if friction is not None else walk.velocity,
+        end=end,
+        middle=Midpoint(middle.crank_acceleration, middle.foot_acceleration, margin),
+        work=work if isinstance(problem.drive, CrankMotion) else None,
+        errors=errors,
+    )
+
+
+def _weighted(weights: Float[Array, " stages"], slopes: Float[Array, "stages n"]):
+    """Sum of the slopes by their weights; no matrix product, which would be no part of a kernel."""
+    return jnp.sum(weights[:, None] * slopes, axis=0)

@@ -1,0 +1,322 @@
+"""One trial of the event-split integrators: a Runge-Kutta step in one mode, and its judgement."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS
+from stickslip.dynamics.biped.floor import edge_ahead, friction_on
+from stickslip.dynamics.biped.stepping.crossing import Crossing, first_crossing, parabola_slope
+from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.stepping.stages import (
+    Taken,
+    classical_step,
+    cone_margin,
+    dormand_prince_step,
+)
+from stickslip.dynamics.biped.stepping.walk import (
+    Walk,
+    bounds,
+    mode_at,
+    slips_freely,
+    status_at,
+    within_turn,
+)
+from stickslip.dynamics.scene import Patches
+from stickslip.dynamics.status import EventKind, Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.drive import Problem
+
+
+class Trial(NamedTuple):
+    """A Runge-Kutta step from where the walk is, and what is to become of it."""
+
+    step: Float[Array, ""]
+    """Its length [s]."""
+    mode: Float[Array, ""]
+    theta: Float[Array, ""]
+    rate: Float[Array, ""]
+    slide: Float[Array, ""]
+    velocity: Float[Array, ""]
+    alpha: Float[Array, ""]
+    """Crank acceleration at the end."""
+    foot: Float[Array, ""]
+    """Foot acceleration at the end."""
+    alpha_middle: Float[Array, ""]
+    foot_middle: Float[Array, ""]
+    work: Float[Array, ""] | None
+    """Of the motor at the end [J], where its torque is not given; and its power there [W]."""
+    power: Float[Array, ""] | None
+    size: Float[Array, ""] | None
+    """What the adaptive integrator's step becomes; None for fixed steps."""
+    direction: Float[Array, ""]
+    """Which way the foot would break loose at the end."""
+    kind: Int[Array, ""]
+    """The first event inside, if there is one."""
+    time: Float[Array, ""]
+    """When, in fractions of the step."""
+    accepted: Bool[Array, ""]
+    """Move to the end; else aim again at `time`."""
+    switches: Bool[Array, ""]
+    """The end is the event (accepted then, too)."""
+    final: Bool[Array, ""]
+    """The last trial allowed, accepted unsplit."""
+    status: Int[Array, ""]
+    """Terminal if the model does not hold where the trial starts or ends."""
+
+
+class _Beginning(NamedTuple):
+    """How a trial is taken."""
+
+    step: Float[Array, ""]
+    mode: Float[Array, ""]
+    near: Float[Array, ""]
+    """The time within which the event that is aimed at is at once [s]."""
+    final: Bool[Array, ""]
+    """The last trial allowed."""
+
+
+class _Samples(NamedTuple):
+    """Start, middle and end of a trial."""
+
+    theta: tuple[Array, Array, Array]
+    slide: tuple[Array, Array, Array]
+    velocity: tuple[Array, Array, Array]
+    cone: tuple[Array, Array, Array]
+    """How far inside the static friction cone [N]."""
+
+
+class _Event(NamedTuple):
+    """What cuts a trial short, if anything does; fields as in Trial."""
+
+    kind: Int[Array, ""]
+    time: Float[Array, ""]
+    happens: Bool[Array, ""]
+    reached: Bool[Array, ""]
+    """The trial's end is close enough to the event to be moved onto it."""
+
+
+def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
+    """Take one Runge-Kutta step in the walk's mode and judge it."""
+    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
+    inertia = problem.model.inertia.at(walk.theta)
+    begun = _begun(spec, problem, walk, friction, inertia)
+    step, mode = begun.step, begun.mode
+    first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    if isinstance(spec, EventExact):
+        taken = dormand_prince_step(problem, friction, mode, walk, step)
+    else:
+        taken = classical_step(problem, friction, mode, walk, inertia, step)
+    end, middle = taken.end, taken.middle
+    samples = _sampled(friction, walk, first, taken, step)
+    event = _event(spec, problem, walk, begun, first, samples, taken)
+    status = _status(problem, walk, first, taken, step)
+    if isinstance(spec, EventExact):
+        event, status, size = _controlled(spec, problem, walk, begun, taken, event, status)
+        switches = event.reached
+    else:
+        size, switches = None, event.reached & event.happens & ~begun.final
+    return Trial(
+        step=step,
+        mode=mode,
+        theta=taken.theta,
+        rate=taken.rate,
+        slide=taken.slide,
+        velocity=taken.velocity,
+        alpha=end.crank_acceleration,
+        foot=end.foot_acceleration,
+        alpha_middle=middle.crank_acceleration,
+        foot_middle=middle.foot_acceleration,
+        work=taken.work,
+        power=None if taken.work is None else end.torque * taken.rate,
+        size=size,
+        direction=-jnp.sign(end.friction_force),
+        kind=event.kind,
+        time=event.time,
+        accepted=~event.happens | switches | begun.final,
+        switches=switches,
+        final=begun.final,
+        status=status,
+    )
+
+
+def _begun(
+    spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia
+) -> _Beginning:
+    """How the trial is taken from here."""
+    final = walk.trials >= spec.trials - 1
+    whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
+    mode = mode_at(problem, friction, walk, inertia)
+    if isinstance(spec, RK4Split):
+        whole = whole | final  # the last trial goes to the end of the call
+        # a foot that breaks loose again and again to no effect sticks
+        mode = jnp.where(final & (walk.velocity == 0), 0.0, mode)
+        # the cone's margin is noise within some roundings of its edge
+        noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
+        near = jnp.where(walk.target == EventKind.SLIP, noise, near)
+    return _Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
+
+
+def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Samples:
+    """The step's samples; in the middle, cubics through the ends' values and slopes."""
+
+    def halfway(before, after, slope, slope_after):
+        return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
+
+    end = taken.end
+    return _Samples(
+        halfway(walk.theta, taken.theta, walk.rate, taken.rate),
+        halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
+        halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
+        (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
+    )
+
+
+def _event(
+    spec: RK4Split | EventExact,
+    problem: Problem,
+    walk: Walk,
+    begun: _Beginning,
+    first: Motion,
+    samples: _Samples,
+    taken: Taken,
+) -> _Event:
+    """The event that is aimed at, where it is at once; else the first one inside the step."""
+    kind, crossing = _first_event(spec, problem, begun, walk, first, samples, taken)
+    at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
+    if isinstance(spec, EventExact) and not slips_freely(problem.scene):
+        at_once |= _is_noise(problem, walk, begun, samples, taken)
+    happens = at_once | (crossing.time < jnp.inf)
+    kind = jnp.where(at_once, walk.target, kind)
+    time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
+    return _Event(kind, time, happens, at_once | crossing.close)
+
+
+def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
+    """Whether the step ends so near the onset or the stop that is aimed at that the cone's margin,
+    or the foot's speed, is what roundings make of it: no aim comes nearer."""
+    share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
+    edge = share * jnp.abs(taken.end.friction_force)
+    speed = share * problem.model.gravity * begun.step
+    onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
+    stop = (begun.mode != 0) & (jnp.abs(samples.velocity[2]) <= speed)
+    return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
+
+
+def _status(problem: Problem, walk: Walk, first: Motion, taken: Taken, step):
+    """Whether the model holds where the trial starts and ends."""
+    end = taken.end
+    sound = taken.theta + taken.rate + taken.slide + taken.velocity
+    sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
+    return status_at(problem, walk, first, step, taken.theta, sound)
+
+
+def _controlled(
+    spec: EventExact,
+    problem: Problem,
+    walk: Walk,
+    begun: _Beginning,
+    taken: Taken,
+    event: _Event,
+    status,
+):
+    """Event, status and next size with the step's error looked at: one that misses the tolerance is
+    repeated shorter, whatever happens in it, and may overflow."""
+    step = begun.step
+    size, fails = _next_size(spec, problem, walk, taken, step)
+    kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
+    time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
+    event = _Event(kind, time, event.happens | fails, event.reached & ~fails)
+    overflows = (status == Status.NON_FINITE) | (status == Status.RUNAWAY)
+    status = jnp.where(fails & overflows, Status.OK, status)
+    status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)
+    return event, status, size
+
+
+def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):
+    """The next step's size by the estimated error, and whether this step fails its tolerance.
+
+    Sizes are choices, not functions of the state: no derivative goes through them.
+    """
+    dtype = step.dtype
+    rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
+    before = jnp.stack([walk.theta, walk.rate, walk.slide, walk.velocity])
+    after = jnp.stack([taken.theta, taken.rate, taken.slide, taken.velocity])
+    if walk.size is None or taken.errors is None:
+        raise TypeError("step control needs a walk and a step with an error estimate")
+    # what roundings of the weight make of a step: near rest nothing is known to a part of itself
+    gravity = jnp.asarray(problem.model.gravity, dtype)
+    turn = gravity / problem.model.step_length
+    known = jnp.stack([turn * step**2, turn * step, gravity * step**2, gravity * step])
+    rounded = EDGE_ROUNDINGS * jnp.finfo(dtype).eps * known
+    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after)) + rounded
+    worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
+    worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
+    factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
+    fails = (worst > 1) & (step > problem.tiny())
+    kept = jax.lax.stop_gradient(jnp.maximum(walk.size, step))  # a step cut short says little
+    plain = jax.lax.stop_gradient(step)
+    size = jnp.where(fails, plain * factor, jnp.where(step < walk.size, kept, plain * factor))
+    rate = jnp.where(jnp.isfinite(taken.rate), taken.rate, walk.rate)
+    return within_turn(spec, size, rate), fails
+
+
+def _first_event(
+    spec: RK4Split | EventExact,
+    problem: Problem,
+    begun: _Beginning,
+    walk: Walk,
+    first: Motion,
+    samples: _Samples,
+    taken: Taken,
+):
+    """Kind and crossing of whatever comes first: exchange, stop or onset, patch's edge."""
+    floor, mode, step = problem.scene.floor, begun.mode, begun.step
+    near = spec.close, spec.reach
+    rate, end = taken.rate, taken.end
+    low, high = bounds(walk.theta.dtype)
+    exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
+    room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
+    theta = samples.theta[2]
+    inwards = jnp.where(high - theta < theta - low, -rate, rate)
+    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
+    if slips_freely(problem.scene):
+        return best
+    slides = mode != 0
+    margins = [
+        jnp.where(slides, mode * velocity, cone)
+        for velocity, cone in zip(samples.velocity, samples.cone, strict=True)
+    ]
+    slowing = mode * end.foot_acceleration * step
+    slope = jnp.where(slides, slowing, parabola_slope(margins))
+    change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
+    leaving = None
+    if isinstance(spec, EventExact):
+        leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
+    crossing = first_crossing(margins, slope, walk.target == change, *near, leaving)
+    best = _earlier((change, crossing), best)
+    if isinstance(floor, Patches):
+        edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
+        edge = edge - walk.steps.astype(edge.dtype) * problem.model.step_length
+        ahead = slides & jnp.isfinite(edge)
+        edge = jnp.where(ahead, edge, 0.0)
+        gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
+        kind = jnp.full_like(exchange, EventKind.PATCH)
+        closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
+        crossing = first_crossing(gaps, closing, walk.target == kind, *near)
+        best = _earlier((kind, crossing), best)
+    return best
+
+
+def _earlier(event: tuple[Array, Crossing], best: tuple[Array, Crossing]):
+    """The earlier of two events, each a kind and a crossing."""
+    (_, crossing), (_, first) = event, best
+    sooner = crossing.time < first.time
+    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), event, best)

@@ -1,0 +1,160 @@
+"""Fixed steps that switch at their ends: the paper's Euler scheme, semi-implicit Euler, RK4.
+
+A step takes the mode that holds at its start. If a sliding foot would turn back within it, it is
+stopped where it does (eq. 36); Euler takes the rest of the step anew from rest, the others keep the
+crank's motion. Onset of sliding, exchange of support and patch edges wait for the step's end.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.floor import friction_on
+from stickslip.dynamics.biped.stepping.integrators import RK4, Euler, Unsplit
+from stickslip.dynamics.biped.stepping.stages import classical_step
+from stickslip.dynamics.biped.stepping.walk import (
+    Walk,
+    bounds,
+    hand_over,
+    mode_at,
+    note,
+    on_its_patch,
+    slips_freely,
+    status_at,
+)
+from stickslip.dynamics.status import EventKind, Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.drive import Problem
+
+
+class _Reached(NamedTuple):
+    """Where a step leads to if nothing switches in it."""
+
+    theta: Float[Array, ""]
+    rate: Float[Array, ""]
+    slide: Float[Array, ""]
+    velocity: Float[Array, ""]
+    work: Float[Array, ""]
+
+
+def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
+    """Run a call to its end in `substeps` equal steps; the same work whatever happens."""
+    size = problem.duration / spec.substeps
+
+    def body(index: Int[Array, ""], walk: Walk) -> Walk:
+        after, running = size, walk.status <= Status.SLIP_ONSET
+        if isinstance(spec, Euler):
+            walk, after = _part(spec, problem, walk, size)
+        walk, _ = _part(spec, problem, walk, after)
+        walk = _exchange(problem, walk, running)
+        left = problem.duration - size * (index + 1).astype(size.dtype)
+        last = index + 1 == spec.substeps
+        running = walk.status <= Status.SLIP_ONSET
+        return walk._replace(
+            left=jnp.where(running, jnp.where(last, 0.0, left), walk.left).astype(size.dtype)
+        )
+
+    return jax.lax.fori_loop(0, spec.substeps, body, walk)
+
+
+def _part(
+    spec: Unsplit, problem: Problem, walk: Walk, step: Float[Array, ""]
+) -> tuple[Walk, Float[Array, ""]]:
+    """A step of length `step` up to where a slide stops; the walk there and what is left of it."""
+    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
+    inertia = problem.model.inertia.at(walk.theta)
+    mode = mode_at(problem, friction, walk, inertia)
+    first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    if isinstance(spec, RK4):
+        taken = classical_step(problem, friction, mode, walk, inertia, step)
+        work = taken.work
+        if work is None:
+            work = first.torque * (taken.theta - walk.theta)
+        reached = _Reached(taken.theta, taken.rate, taken.slide, taken.velocity, work)
+    elif isinstance(spec, Euler):
+        reached = _uniformly_accelerated(walk, first, step)
+    else:
+        reached = _semi_implicit(walk, first, step)
+    sound = jnp.isfinite(reached.theta + reached.rate + reached.slide + reached.velocity)
+    found = status_at(problem, walk, first, step, reached.theta, sound)
+    found = jnp.where(step > 0, found, Status.OK)  # a second part of no length judges nothing
+    status = jnp.maximum(walk.status, found)
+    runs = (status <= Status.SLIP_ONSET) & (step > 0)
+    slips = runs & (walk.velocity == 0) & (mode != 0)
+    moved = note(walk, slips, jnp.full_like(status, EventKind.SLIP))
+    rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
+    if not slips_freely(problem.scene):
+        reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
+    moved = moved._replace(
+        theta=reached.theta,
+        rate=reached.rate,
+        slide=reached.slide,
+        velocity=reached.velocity,
+        left=walk.left - (step - rest),
+        distance=walk.distance + jnp.abs(reached.slide - walk.slide),
+        work=walk.work + reached.work,
+        positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
+    )
+    moved = note(moved, runs & stops, jnp.full_like(status, EventKind.STICK))
+    moved = on_its_patch(problem.model, problem.scene, moved)
+    stays = walk._replace(status=status)
+    return jax.tree.map(lambda new, old: jnp.where(runs, new, old), moved, stays), rest
+
+
+def _stopped(
+    spec: Unsplit,
+    walk: Walk,
+    first: Motion,
+    mode: Float[Array, ""],
+    reached: _Reached,
+    step: Float[Array, ""],
+) -> tuple[_Reached, Float[Array, ""], Bool[Array, ""]]:
+    """The step with its foot stopped where it would turn back; what is left; whether it stops."""
+    slows = first.foot_acceleration * mode < 0
+    until = -walk.velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
+    turned = (mode != 0) & (reached.velocity * mode <= 0)
+    zero = jnp.zeros_like(step)
+    if isinstance(spec, Euler):
+        stops = slows & (mode * walk.velocity > 0) & (until < step)
+        at_stop = _uniformly_accelerated(walk, first, jnp.where(stops, until, step))
+        reached = jax.tree.map(lambda a, b: jnp.where(stops, a, b), at_stop, reached)
+        rest = jnp.where(stops, step - until, zero)
+        stops = stops | turned
+    else:
+        stops, rest = turned, zero
+        way = walk.velocity * until / 2  # until it stops, at the acceleration it starts with
+        way = jnp.where(slows & (mode * walk.velocity > 0), way, zero)
+        reached = reached._replace(slide=jnp.where(stops, walk.slide + way, reached.slide))
+    return reached._replace(velocity=jnp.where(stops, 0.0, reached.velocity)), rest, stops
+
+
+def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
+    """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
+    alpha, foot = first.crank_acceleration, first.foot_acceleration
+    theta = walk.theta + step * (walk.rate + step / 2 * alpha)
+    slide = walk.slide + step * (walk.velocity + step / 2 * foot)
+    work = first.torque * (theta - walk.theta)
+    return _Reached(theta, walk.rate + step * alpha, slide, walk.velocity + step * foot, work)
+
+
+def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
+    rate = walk.rate + step * first.crank_acceleration
+    velocity = walk.velocity + step * first.foot_acceleration
+    theta = walk.theta + step * rate
+    work = first.torque * (theta - walk.theta)
+    return _Reached(theta, rate, walk.slide + step * velocity, velocity, work)
+
+
+def _exchange(problem: Problem, walk: Walk, running: Bool[Array, ""]) -> Walk:
+    """Hand over the support if a step that was taken went past the end of the support phase."""
+    low, high = bounds(walk.theta.dtype)
+    passed = running & ((walk.theta > high) | (walk.theta < low))
+    walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
+    return hand_over(problem, walk, passed)

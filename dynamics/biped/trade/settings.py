@@ -1,0 +1,264 @@
+"""Which setting for which accuracy: recommendations and presets out of a measured population.
+
+Nothing is measured here. `python -m benchmarks.tradeoff --update` measures and writes measured.py;
+docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
+simulated second of each environment on the machine named in `Recommendation.measured_on`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.dynamics import names
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.trade import measured
+from stickslip.dynamics.biped.trade.promises import (
+    CONFIDENCE,
+    DEFAULT_CRANK,
+    DEFAULT_GRAVITY,
+    DRAWN,
+    KINDS,
+    MEASUREMENTS,
+    NOT_COVERED,
+    POPULATION,
+    QUANTILES,
+    Measurement,
+)
+from stickslip.dynamics.biped.trade.setting import DTYPES, Setting
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
+from stickslip.dynamics.fronts import USEFUL, front, knee
+from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
+"""The measured kind of floor that stands for one."""
+
+PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
+"""The front that the presets are taken from: what training does most."""
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The cheapest measured setting that meets a tolerance, and what is promised of it.
+
+    setting: its dt is for the robot asked for. promised_error [rad/s]: the worse of the crank
+    angle's and the slide's error for each simulated second (a slide counting as the turn that walks
+    as far) that a share `quantile` of all walks of the population keeps; an upper bound with
+    `confidence`, out of `count` walks. angle_error [rad/s], slide_error [m/s]: the same for each
+    alone. typical_error: the bound for half of the walks. otherwise: share of the measured walks
+    that left the model where their reference did not, or the other way round. sensitive: share of
+    them that amplify what they start with more than a thousandfold. population, not_covered: what
+    the promise is about, in words. cost: seconds for each simulated second and environment, at
+    `batch` environments. scene: the measured kind. measured_on: where costs come from.
+    """
+
+    setting: Setting
+    typical_error: float
+    promised_error: float
+    angle_error: float
+    slide_error: float
+    quantile: float
+    confidence: float
+    count: int
+    otherwise: float
+    sensitive: float
+    population: str
+    not_covered: str
+    cost: float
+    scene: str
+    batch: int
+    measured_on: str
+
+    @property
+    def error(self) -> float:
+        """promised_error, by the name that it also has for the UGV."""
+        return self.promised_error
+
+
+SCENES = tuple(CLASSES.values())
+
+
+def recommend(
+    tolerance: float,
+    scene: Scene | str = "stick-slip",
+    batch: int = 1,
+    *,
+    params: BipedParams | None = None,
+    quantile: float = 0.95,
+    slide_tolerance: float | None = None,
+    dtype: str | None = None,
+) -> Recommendation:
+    """The cheapest measured setting whose promised error on such a floor is within the tolerance.
+
+    A promise is about a population of seeded walks: a share `quantile` (0.5, 0.95 or 0.99) of them
+    keeps it; `Recommendation` says of which, how many were walked and what is not covered. For one
+    walk of your own, see `check_walk`.
+
+    tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
+    as such a turn walks. slide_tolerance [m/s]: of the slide in its place; the share then holds for
+    each of both alone. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
+    Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
+    measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
+    default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
+    random robots were walked, too. dtype: only settings of this precision. Raises ValueError with
+    the best reachable error if nothing meets the tolerance.
+    """
+    accepted = "a finite error > 0 for each simulated second"
+    require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
+    if slide_tolerance is not None:
+        require_number("slide_tolerance", slide_tolerance, low=0.0, strict=True, accepted=accepted)
+    require_integer("batch", batch)
+    if dtype is not None:
+        require_choice("dtype", dtype, DTYPES)
+    name, place, own = scene_class(scene), _place(quantile), _units(params)
+    loaded = isinstance(scene, Scene) and scene.payload is not None
+    robots = "default" if params is None and not loaded else "any"
+    points = _measured_near(batch, name, robots, dtype)
+    answers = [_recommendation(point, place, own) for point in points]
+    good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
+    if good:
+        return min(good, key=lambda answer: (answer.cost, answer.promised_error))
+    best = min(answers, key=lambda answer: answer.promised_error)
+    slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
+    raise ValueError(
+        f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
+        f"{100 * quantile:g} % of the walks in the scene {name!r} with {best.batch} environments; "
+        f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
+        f"{best.slide_error:.2g} m/s apart ({best.setting})"
+    )
+
+
+def _measured_near(batch: int, scene: str, robots: str, dtype: str | None) -> list[Measurement]:
+    """What was measured of such robots in the nearest batch; ValueError for nothing in a dtype."""
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (scene, robots)]
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
+    points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
+    if not points:
+        raise ValueError(
+            f"dtype = {dtype!r}: nothing is measured in it in the scene {scene!r}; accepted: None, "
+            "or the other one"
+        )
+    return points
+
+
+def _keeps(answer: Recommendation, tolerance: float, slide_tolerance: float | None) -> bool:
+    if slide_tolerance is None:
+        return answer.promised_error <= tolerance
+    return answer.angle_error <= tolerance and answer.slide_error <= slide_tolerance
+
+
+def setting_of(setting: str | Setting) -> Setting:
+    """A preset by name, or the setting itself; ValueError for an unknown one."""
+    if isinstance(setting, Setting):
+        return setting
+    require_choice("setting", setting, PRESETS)
+    return PRESETS[setting]
+
+
+def scene_class(scene: Scene | str) -> str:
+    """The measured kind that stands for `scene`; ValueError for one that none stands for."""
+    if isinstance(scene, str):
+        require_choice("scene", scene, (*SCENES, *names.SCENES))
+        if scene in SCENES:
+            return scene
+        scene = Scene.named(scene)
+    floor = getattr(scene, "floor", None)
+    if type(floor) not in CLASSES:
+        raise ValueError(
+            f"scene = {scene!r}: nothing is measured for it; accepted: a Scene on "
+            f"{', '.join(kind.__name__ for kind in CLASSES)}, or {', '.join(map(repr, SCENES))}"
+        )
+    return CLASSES[type(floor)]
+
+
+def _place(quantile: float) -> int:
+    require_number("quantile", quantile, accepted=", ".join(map(str, QUANTILES)))
+    if quantile not in QUANTILES:
+        raise ValueError(
+            f"quantile = {quantile:g} is not measured; accepted: {', '.join(map(str, QUANTILES))}"
+        )
+    return QUANTILES.index(quantile)
+
+
+def _units(params: BipedParams | None) -> tuple[float, float]:
+    """The robot's own time and length in those of the default one; the shortest of a batch."""
+    if params is None:
+        return 1.0, 1.0
+    require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
+    params.validate()
+    time = np.sqrt(np.asarray(params.crank, float) / np.asarray(params.gravity, float))
+    length = float(np.max(params.crank)) / DEFAULT_CRANK
+    return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY), length
+
+
+def _recommendation(point: Measurement, place: int, own: tuple[float, float]) -> Recommendation:
+    """The point in the seconds of a robot with such an own time and length."""
+    time, length = own
+    bound = point.bounds[place]
+    samples = [
+        measured.SAMPLES[point.scene, robots]
+        for robots in (("default",) if point.robots == "default" else ("default", "others"))
+    ]
+    return Recommendation(
+        setting=replace(point.setting, dt=point.setting.dt * time),
+        typical_error=point.bounds[0].joint / time,
+        promised_error=bound.joint / time,
+        angle_error=bound.angle / time,
+        slide_error=bound.slide * length / time,
+        quantile=QUANTILES[place],
+        confidence=CONFIDENCE,
+        count=min(count for count, _ in samples),
+        otherwise=point.otherwise,
+        sensitive=max(share for _, share in samples),
+        population=f"{POPULATION[point.robots]}; {KINDS[point.scene]}; {DRAWN}",
+        not_covered=NOT_COVERED,
+        cost=point.cost / time,
+        scene=point.scene,
+        batch=point.batch,
+        measured_on=measured.MEASURED_ON,
+    )
+
+
+def preset_indices(
+    costs: Sequence[float], errors: Sequence[float], dtypes: Sequence[str]
+) -> dict[str, int]:
+    """Which points of a front the presets are.
+
+    fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
+    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
+    """
+
+    def cheapest(tolerance: float, among: Sequence[int]) -> int:
+        along = [among[i] for i in front([costs[i] for i in among], [errors[i] for i in among])]
+        within = [i for i in along if errors[i] <= tolerance]
+        return within[0] if within else along[-1]
+
+    everything = range(len(costs))
+    single = [i for i in everything if dtypes[i] == "float32" and errors[i] <= USEFUL] or everything
+    bend = single[knee([costs[i] for i in single], [errors[i] for i in single])]
+    fast, exact = cheapest(2e-2, single), cheapest(1e-8, everything)
+    return {"fast": fast, "balanced": bend, "exact": exact}
+
+
+def _presets() -> dict[str, Recommendation]:
+    wanted = (PRESET_SCENE, "default", PRESET_BATCH)
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots, p.batch) == wanted]
+    columns = zip(*((p.cost, p.error, p.setting.dtype) for p in points), strict=True)
+    place = QUANTILES.index(0.95)
+    return {
+        name: _recommendation(points[index], place, (1.0, 1.0))
+        for name, index in preset_indices(*columns).items()
+    }
+
+
+MEASURED_PRESETS = _presets()
+"""The presets with what was measured of them, for the default robot."""
+
+PRESETS: dict[str, Setting] = {name: found.setting for name, found in MEASURED_PRESETS.items()}
+"""Settings by name: "fast", "balanced", "exact"."""

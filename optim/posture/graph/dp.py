@@ -1,0 +1,255 @@
+"""Dynamic programming over the grid of leg angles: the best path of all, with rate limits."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.graph.certificate import certify
+from stickslip.optim.posture.graph.impossible import judged
+from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid, offsets
+from stickslip.optim.posture.local.polish import polishable
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.rounding import below, closes
+from stickslip.optim.posture.station import Station
+from stickslip.optim.result import OptimStatus
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.optim.posture.problem import PostureProblem
+
+AGREEMENT = 1e-8
+"""Relative difference of the recursion's value and the objective, or the proved bound, above which
+it is no proof."""
+OVER_GRID = "proved: the best of all paths over the grid, not of all drives"
+
+
+class Paths(NamedTuple):
+    """Outcome of the recursion."""
+
+    values: list[np.ndarray]
+    """Least cost of arriving at each node of each waypoint; infinite where none arrives."""
+    nodes: np.ndarray | None
+    """The best path's node at each waypoint [K]; None where no path arrives."""
+    reason: str
+    """Why there is none."""
+
+
+@polishable
+def solve_dp(
+    problem: PostureProblem, *, progress: bool = False, angles: Any = None
+) -> PostureResult:
+    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
+
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
+
+    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
+    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
+    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
+    sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
+    w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
+
+    Given start and end angles are nodes of their own, on the grid or not. The lower bound is what
+    the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
+    rounding of the stations (rounding.py): no path over the grid is better. OPTIMAL where it is
+    within 1e-8 of the value, or within 1e-12 of what the vehicle's weight would give. It bounds no
+    path off the grid; for one of every drive see `solve(problem, "branch")`. Where no path is
+    found, INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose
+    leave it open (impossible.py). evaluations: stations.
+    details: grid, rate_used (the share of the leg rate that each leg can use on it),
+    certificate (edges looked at, and by how much one misses its inequality at worst).
+    """
+    began = time.perf_counter()
+    require_one_kind(problem.criterion)
+    grid = build_grid(problem, angles, method="dp", progress=progress)
+    common: dict[str, Any] = {
+        "method": "dp",
+        "began": began,
+        "evaluations": grid.evaluations,
+        "bound_of": grid.what,
+    }
+    paths = best_paths(grid)
+    if paths.nodes is None:
+        status, message = judged(grid, paths.reason)
+        return PostureResult.without_point(status=status, message=message, **common)
+    value = float(np.min(paths.values[-1]))
+    x = angles_at(grid, paths.nodes)
+    proof = certify(grid, paths.values)
+    closed = closes(problem, value, proof.bound, AGREEMENT)
+    details = grid.details | {"certificate": {"edges": proof.edges, "missed": proof.missed}}
+    result = result_at(
+        problem,
+        x,
+        status=OptimStatus.OPTIMAL if closed else OptimStatus.INACCURATE,
+        lower_bound=below(problem, proof.bound),
+        message=grid.stuck or (OVER_GRID if closed else f"no better path by {proof.bound!r}"),
+        details=details,
+        **common,
+    )
+    return agreed(problem, result, value)
+
+
+def require_one_kind(criterion: Criterion | Weighted) -> None:
+    """Raise ValueError for a weighted sum that holds a worst station."""
+    if isinstance(criterion, Weighted) and not criterion.additive:
+        bad = next(one.name for one, _ in criterion.parts if not one.additive)
+        raise ValueError(
+            f"criterion = {criterion.name} holds {bad}, a worst station, which has no recursion in "
+            "a weighted sum; accepted: single criteria, and weighted sums of sums over steps"
+        )
+
+
+def agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
+    """The result, INACCURATE and without its bound where the objective is not `value`."""
+    low, high = sorted((value, result.value))
+    if closes(problem, high, low, AGREEMENT):
+        return result
+    fields = vars(result) | {
+        "status": OptimStatus.INACCURATE,
+        "lower_bound": None,
+        "message": f"the objective is {result.value!r} where {value!r} was computed",
+    }
+    return PostureResult(**fields)
+
+
+def angles_at(grid: PostureGrid, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
+    """The angles of a path given by its nodes."""
+    return np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)])
+
+
+def best_paths(grid: PostureGrid) -> Paths:
+    """The recursion over all waypoints and the best path's nodes."""
+    K = len(grid.problem.x)
+    first, last = grid.free
+    costs = [_first_costs(grid, first)]
+    back: list[np.ndarray] = []
+    if first == 1 and first < last:
+        _arrive(grid, 0, costs, back)
+    if first < last:
+        within, came = _over_grid(grid, costs[-1])
+        costs.extend(within)
+        back.extend(came)
+    while len(costs) < K:  # the given end
+        _arrive(grid, len(costs) - 1, costs, back)
+    for k, of in enumerate(costs):
+        if not np.any(np.isfinite(of)):
+            reached = np.isfinite(costs[k - 1]) if k else np.zeros(0)
+            return Paths(costs, None, grid.why_stuck(k, reached))
+    nodes = np.zeros(K, dtype=int)
+    nodes[-1] = np.argmin(costs[-1])
+    for k in range(K - 1, 0, -1):
+        nodes[k - 1] = back[k - 1][nodes[k]]
+    return Paths(costs, nodes, "")
+
+
+def _first_costs(grid: PostureGrid, first: int) -> np.ndarray:
+    """The cost of beginning at each node of the first waypoint."""
+    begin = grid.layer(0).stations
+    cost = np.zeros(begin.torque.shape)
+    if grid.problem.criterion.kind == "max":
+        with jax.enable_x64(True):
+            cost = np.asarray(station_cost(grid.problem.criterion, begin))
+    return np.where(grid.admissible(0), cost, np.inf)
+
+
+def _arrive(grid: PostureGrid, step: int, costs: list[np.ndarray], back: list[np.ndarray]):
+    """Append the costs of the next waypoint and whence, all moves of one step looked at.
+
+    For a step from or to a given pair, which has one node at one of its ends.
+    """
+    a, b = grid.layer(step).stations, grid.layer(step + 1).stations
+    from_all = a.map(lambda of: np.expand_dims(of, 1))
+    with jax.enable_x64(True):
+        criterion = grid.problem.posture.criterion
+        arrived = np.asarray(_joined(criterion, costs[-1][:, None], from_all, b))
+    allowed = grid.within(step, a.leg_angles[:, None], b.leg_angles)
+    arrived = np.where(allowed & grid.admissible(step + 1), arrived, np.inf)
+    arrived = np.where(np.isfinite(costs[-1])[:, None], arrived, np.inf)
+    back.append(np.argmin(arrived, axis=0))
+    costs.append(np.min(arrived, axis=0))
+
+
+def _joined(criterion: Criterion | Weighted, cost_a: Any, a: Station, b: Station) -> Array:
+    """The cost at b of coming from a, where it is cost_a."""
+    if criterion.kind == "max":
+        return jnp.maximum(cost_a, station_cost(criterion, b))
+    return cost_a + step_cost(criterion, a, b)
+
+
+def _over_grid(grid: PostureGrid, cost: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Costs and predecessors at the grid's waypoints after its first, [N] each."""
+    first, last = grid.free
+    if last - first < 2:
+        return [], []
+    stations = grid.stations.map(lambda of: _in_plane(of[first:last], grid.shape))
+    ok = np.stack([grid.admissible(k) for k in range(first, last)])
+    moves = np.array(list(offsets(grid)), dtype=np.int32)
+    with jax.enable_x64(True):
+        costs, whence = _recursion(
+            grid.problem.posture.criterion,
+            stations,
+            ok.reshape(-1, *grid.shape),
+            grid.windows()[first : last - 1],
+            moves,
+            cost.reshape(grid.shape),
+        )
+    rear, front = np.indices(grid.shape)
+    shift = moves[np.asarray(whence)]
+    came = (rear - shift[..., 0]) * grid.shape[1] + (front - shift[..., 1])
+    flat = (len(came), -1)
+    return list(np.asarray(costs).reshape(flat)), list(came.reshape(flat))
+
+
+def _in_plane(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """[K, N, ...] as [K, R, F, ...]."""
+    return nodes.reshape(nodes.shape[0], *shape, *nodes.shape[2:])
+
+
+@jax.jit
+def _recursion(
+    criterion: Criterion | Weighted,
+    stations: Station,
+    ok: Array,
+    windows: Int[Array, "k 2"],
+    moves: Int[Array, "w 2"],
+    cost: Float[Array, "R F"],
+) -> tuple[Array, Array]:
+    """Costs [k, R, F] after each step and which of the moves leads there.
+
+    One move at a time for all pairs at once: the stations before the step, rolled by the move,
+    stand beside those after it; what was rolled in from the other side is out of the window.
+    """
+    R, F = cost.shape
+    rear, front = jnp.arange(R, dtype=jnp.int32)[:, None], jnp.arange(F, dtype=jnp.int32)
+    inf = jnp.asarray(jnp.inf, cost.dtype)
+
+    def step(carry, now):
+        before, cost = carry
+        after, good, window = now
+
+        def move(best, numbered):
+            number, by = numbered
+            least, which = best
+            a, from_cost = jax.tree.map(lambda of: jnp.roll(of, by, (0, 1)), (before, cost))
+            i, j = rear - by[0], front - by[1]
+            inside = (i >= 0) & (i < R) & (j >= 0) & (j < F) & jnp.all(jnp.abs(by) <= window)
+            total = _joined(criterion, from_cost, a, after)
+            total = jnp.where(inside & good & jnp.isfinite(from_cost), total, inf)
+            better = total < least
+            return (jnp.where(better, total, least), jnp.where(better, number, which)), None
+
+        start = (jnp.full_like(cost, inf), jnp.zeros(cost.shape, jnp.int32))
+        numbers = jnp.arange(len(moves), dtype=jnp.int32)
+        (least, which), _ = jax.lax.scan(move, start, (numbers, moves))
+        return (after, least), (least, which)
+
+    first = jax.tree.map(lambda of: of[0], stations)
+    rest = jax.tree.map(lambda of: of[1:], stations)
+    return jax.lax.scan(step, (first, cost), (rest, ok[1:], windows))[1]

@@ -1,0 +1,220 @@
+"""Nonlinear programming by scipy, on exact derivatives of the smooth terms and margins.
+
+Positive parts and worst stations have kinks, so each gets a number of its own that lies above the
+terms, and is minimised (epigraph form): all that scipy sees is smooth. z = (leg angles, tops).
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import cvxpy as cp
+import numpy as np
+from scipy.optimize import NonlinearConstraint, OptimizeResult, minimize
+
+from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.optim.gradient import SLSQP_STATUSES
+from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.local.convex_model import ConvexModel
+from stickslip.optim.posture.local.epigraph import Epigraph
+from stickslip.optim.posture.local.starts import begin, within_rates
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.sizes import CONVEX, DENSE, SPARSE, require_waypoint_matrices
+from stickslip.optim.progress import Bar
+from stickslip.optim.result import OptimStatus
+from stickslip.optim.start import shortcomings
+
+if TYPE_CHECKING:
+    from stickslip.optim.posture.local.linearise import Near
+    from stickslip.optim.posture.problem import PostureProblem
+
+TRUST_STATUSES = {
+    0: OptimStatus.LIMIT,
+    1: OptimStatus.FEASIBLE,
+    2: OptimStatus.FEASIBLE,
+    3: OptimStatus.LIMIT,
+}
+"""scipy's statuses; any other is INACCURATE: it stopped, and not at what it calls a solution."""
+
+INWARD = 1e-3
+"""How far a run begins from its start towards the middle, in parts: SLSQP takes corners, where more
+limits meet than there are directions, for solutions."""
+BOX, STATIONARY, RUNS_MOST = 1e-3, 1e-5, 4
+"""What scipy calls a solution is believed where the convex model promises a relative decrease below
+STATIONARY within BOX [rad]; else it begins again from there, RUNS_MOST times in all."""
+
+
+def solve_gradient(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    start: Any = "dp",
+    angles: Any = None,
+    scipy_method: str = "SLSQP",
+    iterations: int = 200,
+    tolerance: float = 1e-8,
+) -> PostureResult:
+    """A local optimum off the grid, from `start`: see start_point, to which angles goes too.
+
+    scipy_method: "SLSQP", dense, good to some hundred numbers; or "trust-constr", sparse and
+    slower. tolerance: SLSQP's ftol, or the gradient's and the box's of trust-constr, of the scaled
+    problem. What scipy calls a solution is checked by the convex model of `scp` (see BOX), and
+    where that is not content scipy runs again. Of the points tried, the best that meets all
+    constraints is returned if the last one does not; value and residuals are the problem's own.
+
+    Nothing is proved of the value: FEASIBLE, LIMIT, VIOLATED, INACCURATE where scipy gave up or
+    stopped short at a point that meets the constraints, FAILED without a pose to begin.
+    evaluations: linearisations. details: scipy's own status and message, iterations, runs, and
+    promised (the relative decrease that the convex model promises within BOX).
+    """
+    began = time.perf_counter()
+    require_choice("scipy_method", scipy_method, tuple(RUNS))
+    iterations = require_integer("iterations", iterations, high=COUNT)
+    require_scalar("tolerance", tolerance, low=0.0, strict=True, accepted="a number > 0")
+    dense = scipy_method == "SLSQP"
+    require_waypoint_matrices(
+        problem, scipy_method, CONVEX if dense else SPARSE, DENSE if dense else 0.0
+    )
+    begun = begin(problem, "gradient", start, angles, progress, began)
+    if isinstance(begun, PostureResult):
+        return begun
+    near, x, note = begun
+    with Bar("gradient", iterations, "iteration", progress) as bar:
+        last = _last_run(near, x, scipy_method, iterations, tolerance, bar)
+    status, why = last.ended()
+    return result_at(
+        problem,
+        last.x,
+        method="gradient",
+        began=began,
+        status=status,
+        evaluations=near.evaluations,
+        message=f"{note}{scipy_method}: {last.message} after {last.iterations} iterations{why}"
+        f"{shortcomings(problem, last.x)}",
+        details={
+            "status": last.code,
+            "message": last.message,
+            "iterations": last.iterations,
+            "runs": last.runs,
+            "promised": last.promised,
+        },
+    )
+
+
+class _Run(NamedTuple):
+    """A run of scipy and what the convex model makes of its end."""
+
+    x: np.ndarray
+    where: str
+    """A sentence where this is not scipy's last point."""
+    code: int
+    """scipy's status."""
+    status: OptimStatus
+    message: str
+    promised: float
+    """Relative decrease that the model promises within BOX."""
+    iterations: int
+    """Of this run and those before it."""
+    runs: int
+
+    @property
+    def content(self) -> bool:
+        """Whether the model is content with what scipy calls a solution."""
+        return self.promised <= STATIONARY
+
+    def ended(self) -> tuple[OptimStatus, str]:
+        """The status, and why in words."""
+        if self.status is not OptimStatus.FEASIBLE or self.content:
+            return self.status, self.where
+        decrease = f"a relative decrease of {self.promised:.2g} within {BOX} rad is promised"
+        return OptimStatus.INACCURATE, f"{self.where}; no solution: {decrease}"
+
+
+def _last_run(
+    near: Near, x: np.ndarray, scipy_method: str, iterations: int, tolerance: float, bar: Bar
+) -> _Run:
+    """Run scipy, again where the model is not content with a solution of scipy's."""
+    form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
+    minimised, statuses = RUNS[scipy_method]
+    steps = runs = 0
+    while True:
+        inward = x + INWARD * (inside_of(near.problem) - x)
+        found = minimised(form, inward, iterations - steps, tolerance, bar)
+        steps, runs = steps + found.nit, runs + 1
+        x, where = _chosen(form, found.x)
+        promised = model.promised(near, x, BOX)
+        status = statuses.get(found.status, OptimStatus.INACCURATE)
+        run = _Run(x, where, int(found.status), status, found.message, promised, steps, runs)
+        if status is not OptimStatus.FEASIBLE or run.content or runs == RUNS_MOST:
+            return run
+
+
+def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:
+    """The last point, or the best one on the way where that is better or alone feasible."""
+    last = form.angles(z)
+    if form.best is None or _good(form.near.problem, last, form.best_value):
+        return last, ""
+    return form.best, "; the best feasible point on the way is returned"
+
+
+def inside_of(problem: PostureProblem) -> np.ndarray:
+    """A point well inside the bounds and the leg rates, where there is room."""
+    low, high = problem.bounds
+    middle = (low + high) / 2
+    inside = within_rates(problem, middle)
+    return middle if inside is None else inside
+
+
+def _good(problem: PostureProblem, x: np.ndarray, best: float) -> bool:
+    """Whether x meets the constraints and is about as good as the best point on the way."""
+    return problem.is_feasible(x) and problem.objective(x) <= best + 1e-6 * abs(best)
+
+
+def _slsqp(
+    form: Epigraph, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> OptimizeResult:
+    return minimize(
+        form.objective,
+        form.start(x),
+        jac=form.gradient,
+        bounds=list(zip(*form.bounds, strict=True)),
+        constraints={
+            "type": "ineq",
+            "fun": form.constraints,
+            "jac": lambda z: form.jacobian(z).toarray(),
+        },
+        method="SLSQP",
+        options={"maxiter": iterations, "ftol": tolerance},
+        callback=lambda z: bar.advance(),
+    )
+
+
+def _trust(
+    form: Epigraph, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> OptimizeResult:
+    slopes: Any = form.jacobian
+    inside = NonlinearConstraint(form.constraints, 0.0, np.inf, jac=slopes)
+
+    def advance(intermediate_result: OptimizeResult) -> None:
+        bar.advance()
+
+    with warnings.catch_warnings():
+        # Rows of linear constraints, whose curvature is found to be none.
+        warnings.filterwarnings("ignore", "delta_grad == 0.0")
+        return minimize(
+            form.objective,
+            form.start(x),
+            jac=form.gradient,
+            hess=form.hessian,
+            bounds=list(zip(*form.bounds, strict=True)),
+            constraints=inside,
+            method="trust-constr",
+            options={"maxiter": iterations, "gtol": tolerance, "xtol": tolerance},
+            callback=advance,
+        )
+
+
+RUNS = {"SLSQP": (_slsqp, SLSQP_STATUSES), "trust-constr": (_trust, TRUST_STATUSES)}

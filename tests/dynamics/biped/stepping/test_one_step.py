@@ -1,0 +1,206 @@
+"""Single steps of the unsplit integrators, taken again in NumPy; and what every step is made of."""
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, integrate, step
+from stickslip.dynamics.biped import stages as tableaux
+from stickslip.dynamics.biped.drive import Problem, Torque
+from stickslip.dynamics.biped.stepping.walk import Walk, start
+from tests.dynamics.biped.helpers import default_model, forward, state_of
+
+MU = 0.5, 0.4
+PHASE, RATE, SLIDE, TORQUE, SIZE = 2.5, 1.5, 0.02, 0.3, 0.004
+VELOCITIES = 0.2, -0.2
+"""Of feet that still slide after such a step, forwards and backwards [m/s]."""
+
+
+@partial(jax.jit, static_argnums=0)
+def _step(integrator, model, velocity, size):
+    begin = state_of(phase=PHASE, crank_rate=RATE, foot_position=SLIDE, foot_velocity=velocity)
+    return step(model, Scene.uniform(*MU), begin, TORQUE, size, integrator=integrator)
+
+
+def stepped(integrator, velocity: float, size: float = SIZE):
+    """Angle, rate, slide and velocity of the foot after a step; the way slid; the work."""
+    after, contact = _step(integrator, default_model(), jnp.asarray(velocity), jnp.asarray(size))
+    place = after.phase, after.crank_rate, after.foot_position, after.foot_velocity
+    return np.array(place), float(contact.slide_distance), float(contact.work)
+
+
+def slope(place: np.ndarray, way: float) -> np.ndarray:
+    """From the forces at an instant, which depend on no more than which way the foot slides."""
+    angle, rate, _, velocity = place
+    now = forward(default_model(), angle, rate, way, TORQUE, *MU)
+    return np.array([rate, float(now.crank_acceleration), velocity, float(now.foot_acceleration)])
+
+
+def by_runge_and_kutta(place: np.ndarray, size: float) -> np.ndarray:
+    way = place[3]
+    first = slope(place, way)
+    second = slope(place + size / 2 * first, way)
+    third = slope(place + size / 2 * second, way)
+    fourth = slope(place + size * third, way)
+    return place + size / 6 * (first + 2 * second + 2 * third + fourth)
+
+
+def evenly_accelerated(place: np.ndarray, size: float) -> np.ndarray:
+    now = slope(place, place[3])
+    after = place + size * now
+    after[[0, 2]] += size**2 / 2 * now[[1, 3]]
+    return after
+
+
+def half_implicit(place: np.ndarray, size: float) -> np.ndarray:
+    after = place + size * slope(place, place[3])
+    after[[0, 2]] = place[[0, 2]] + size * after[[1, 3]]
+    return after
+
+
+SCHEMES = [
+    (Euler(), evenly_accelerated),
+    (SemiImplicitEuler(), half_implicit),
+    (RK4(), by_runge_and_kutta),
+]
+NAMES = ["euler", "semi_implicit", "rk4"]
+
+
+@pytest.mark.parametrize("velocity", VELOCITIES)
+@pytest.mark.parametrize(("integrator", "scheme"), SCHEMES, ids=NAMES)
+def test_a_step_of_a_sliding_foot_is_the_scheme_s(float64, integrator, scheme, velocity):
+    place = np.array([PHASE, RATE, SLIDE, velocity])
+    want = scheme(place, SIZE)
+    assert want[3] * velocity > 0
+    found, way, work = stepped(integrator, velocity)
+    np.testing.assert_allclose(found, want, rtol=1e-11)
+    assert way == pytest.approx(abs(want[2] - SLIDE), rel=1e-9)
+    assert work == pytest.approx(TORQUE * (want[0] - PHASE), rel=1e-9)
+
+
+@pytest.mark.parametrize("velocity", [1e-3, -1e-3])
+@pytest.mark.parametrize(("integrator", "scheme"), SCHEMES, ids=NAMES)
+def test_a_foot_that_would_turn_back_stops_after_v_squared_over_2_a(
+    float64, integrator, scheme, velocity
+):
+    """Eq. (36). Euler takes the rest of the step from rest, the others keep the crank's motion."""
+    place = np.array([PHASE, RATE, SLIDE, velocity])
+    foot = slope(place, velocity)[3]
+    until = -velocity / foot
+    assert 0 < until < SIZE
+    stop = SLIDE - velocity**2 / (2 * foot)
+    found, way, _ = stepped(integrator, velocity)
+    assert found[2] == pytest.approx(stop, rel=1e-12)
+    assert way == pytest.approx(abs(stop - SLIDE), rel=1e-9)
+    assert found[3] == 0
+    want = scheme(place, SIZE)
+    if isinstance(integrator, Euler):
+        rest = scheme(place, until)
+        rest[3] = 0.0
+        want = evenly_accelerated(rest, SIZE - until)
+    np.testing.assert_allclose(found[:2], want[:2], rtol=1e-11)
+
+
+def running(velocity: float = 0.2) -> tuple[Problem, Walk]:
+    """A call of SIZE, and where it begins."""
+    scene, size = Scene.uniform(*MU), jnp.asarray(SIZE)
+    problem = Problem(default_model(), scene, Torque(jnp.asarray(TORQUE)), size)
+    begin = state_of(phase=PHASE, crank_rate=RATE, foot_position=SLIDE, foot_velocity=velocity)
+    return problem, start(problem.model, scene, begin, size, RK4Split(), size.dtype)
+
+
+@pytest.mark.parametrize("jerk", [0.0, 70.0])
+def test_moved_onto_an_event_a_step_follows_its_own_parabolas(float64, jerk):
+    """Places as accelerations at its end say; rates with the accelerations' own change, too."""
+    problem, walk = running()
+    (theta, rate, alpha), (slide, velocity, foot) = (2.6, 1.4, -9.0), (0.03, 0.1, 5.0)
+    change, time = jerk * SIZE / 2, -0.008 * SIZE
+    trial = integrate._blank(problem, walk)._replace(
+        step=jnp.asarray(SIZE),
+        mode=jnp.asarray(1.0),
+        theta=jnp.asarray(theta),
+        rate=jnp.asarray(rate),
+        alpha=jnp.asarray(alpha),
+        alpha_middle=jnp.asarray(alpha - change),
+        slide=jnp.asarray(slide),
+        velocity=jnp.asarray(velocity),
+        foot=jnp.asarray(foot),
+        foot_middle=jnp.asarray(foot + change),
+        time=jnp.asarray(1 + time / SIZE),
+        switches=jnp.asarray(True),
+    )
+    moved = integrate._moved(problem, walk, trial)
+    half = time**2 / 2
+
+    def near(value: float):
+        return pytest.approx(value, rel=1e-5, abs=1e-15)
+
+    assert float(moved.theta) - theta - rate * time == near(alpha * half)
+    assert float(moved.slide) - slide - velocity * time == near(foot * half)
+    assert float(moved.rate) - rate - alpha * time == near(jerk * half)
+    assert float(moved.velocity) - velocity - foot * time == near(-jerk * half)
+    assert float(moved.work) == pytest.approx(TORQUE * (float(moved.theta) - PHASE))
+    assert float(moved.distance) == pytest.approx(float(moved.slide) - SLIDE)
+    assert float(moved.left) == pytest.approx(-time)
+
+
+@pytest.mark.parametrize("mode", [1.0, -1.0])
+def test_after_the_last_trial_a_foot_slides_with_its_mode_or_rests(float64, mode):
+    for final, way, kept in ((True, 1, True), (True, -1, False), (False, -1, True)):
+        problem, walk = running(0.2 * mode * way)
+        trial = integrate._blank(problem, walk)
+        trial = trial._replace(mode=jnp.asarray(mode), final=jnp.asarray(final))
+        after = integrate._tidy_unsplit(problem, walk, trial)
+        assert float(after.velocity) == (0.2 * mode * way if kept else 0.0)
+
+
+def trees(order: int) -> list[tuple]:
+    """Rooted trees of so many nodes, each a sorted tuple of its branches."""
+
+    def forests(nodes: int, largest: tuple | None) -> list[tuple]:
+        if nodes == 0:
+            return [()]
+        found = []
+        for size in range(1, nodes + 1):
+            for tree in trees(size):
+                if largest is None or tree <= largest:
+                    found += [(tree, *others) for others in forests(nodes - size, tree)]
+        return found
+
+    return forests(order - 1, None)
+
+
+def size_of(tree: tuple) -> int:
+    return 1 + sum(map(size_of, tree))
+
+
+def gamma(tree: tuple) -> int:
+    """Density: the product of the sizes of all subtrees."""
+    return size_of(tree) * int(np.prod([gamma(branch) for branch in tree]))
+
+
+def sums(matrix: np.ndarray, tree: tuple) -> np.ndarray:
+    """The elementary weight at every stage, the stage's own sum left out."""
+    one = np.ones(len(matrix))
+    return np.prod([one, *(matrix @ sums(matrix, branch) for branch in tree)], axis=0)
+
+
+def test_dormand_and_prince_s_rows_have_the_orders_that_they_are_used_for():
+    """Of the step 5, of the midpoint 4; the error is of order 5 alone (Butcher's conditions)."""
+    matrix, error, end = tableaux._TABLEAU, tableaux._ERROR, tableaux._END
+    assert [len(trees(order)) for order in range(1, 6)] == [1, 1, 2, 4, 9]
+    matrix = np.hstack([matrix, np.zeros((len(matrix), len(error) - matrix.shape[1]))])
+    step, middle = matrix[end], matrix[end + 1]
+    for order in range(1, 6):
+        for tree in trees(order):
+            weight, exact = sums(matrix, tree), 1 / gamma(tree)
+            assert step @ weight == pytest.approx(exact, rel=1e-12)
+            if order < 5:
+                assert middle @ weight == pytest.approx(exact / 2**order, rel=1e-12)
+                assert error @ weight == pytest.approx(0.0, abs=1e-15)
+    fifth = [error @ sums(matrix, tree) for tree in trees(5)]
+    assert max(map(abs, fifth)) > 1e-4

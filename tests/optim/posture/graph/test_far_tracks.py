@@ -1,0 +1,168 @@
+"""Drives over ground far from x = 0 and y = 0: the same values, and bounds that hold against a slow
+calculation; and what is said where postures have no numbers."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.envs import UGVEnv
+from stickslip.optim import OptimStatus, PostureProblem, solve
+from stickslip.optim.posture.criteria import CRITERIA
+from stickslip.optim.posture.graph.impossible import judged
+from stickslip.optim.posture.graph.posture_grid import build_grid
+from stickslip.optim.posture.rounding import below
+from tests.dynamics.ugv.slow import Slow
+from tests.optim.posture.helpers import tiny
+
+UP = 1500.0
+X = 0.1 * np.arange(10_001)
+Y = UP + 5 * np.sin(X / 50) + 0.03 * np.sin(2 * X) + 0.01 * np.sin(5 * X + 1)
+AT = 6197
+PLACES = X[AT] + np.array([0.0, 0.4, 0.8, 1.2])
+ANGLES = np.array([1.2, 1.6, 2.0])
+
+
+@pytest.fixture(scope="module")
+def slow():
+    near = slice(AT - 80, AT + 80)
+    return Slow(X[near], Y[near], (X[AT], Y[AT]))
+
+
+@pytest.fixture(scope="module")
+def truth(slow):
+    """The least wheel energy of all drives over 3 x 3 angles, each one looked at."""
+    return slow.best(PLACES - X[AT], ANGLES)
+
+
+def problem(**fields) -> PostureProblem:
+    vehicle = UGVParams(leg_angle_min=1.2, leg_angle_max=2.0)
+    given = {"leg_rate": None, "friction": 5.0, "min_clearance": 0.0} | fields
+    return PostureProblem(vehicle, Track.from_points(X, Y), PLACES, **given)
+
+
+@pytest.mark.parametrize("wide", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_a_bound_called_proved_holds_against_every_drive_looked_at(wide, truth):
+    """On 1 km of points 0.1 m apart, 1500 m up; at the place once called infeasible."""
+    with jax.enable_x64(wide):
+        for method in ("dp", "lp"):
+            found = solve(problem(), method, polish=False, angles=3)
+            assert found.status is OptimStatus.OPTIMAL
+            np.testing.assert_allclose(found.value, truth, rtol=1e-12)
+            assert found.lower_bound <= truth
+            assert found.lower_bound >= truth * (1 - 1e-8)
+
+
+def test_the_value_of_any_drive_is_that_of_a_slow_calculation(slow):
+    random = np.random.default_rng(4)
+    for _ in range(5):
+        x = random.uniform(1.2, 2.0, (4, 2))
+        held = [slow.held(at - X[AT], pair) for at, pair in zip(PLACES, x, strict=True)]
+        exact = slow.wheel_energy(held)
+        found = problem().objective(x.reshape(-1))
+        np.testing.assert_allclose(found, exact, rtol=1e-12)
+        assert below(problem(), found) <= exact
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
+    x = 0.125 * np.arange(65)
+    y = np.round(0.05 * np.sin(2 * x) * 2**18) / 2**18
+    drive = np.random.default_rng(0).uniform(1.2, 2.0, 2 * 21)
+    values = []
+    for by, up in ((0.0, 0.0), (1024.0, UP)):
+        at = 2.0 + by + 0.25 * np.arange(21)
+        of = PostureProblem(UGVParams(), Track.from_points(x + by, y + up), at, criterion)
+        values.append(of.objective(drive))
+    np.testing.assert_allclose(*values, rtol=1e-12)
+
+
+@pytest.mark.long
+@pytest.mark.long
+def test_an_episode_in_single_precision_is_the_same_wherever_the_ground_lies():
+    """Observations, rewards, and the return, which is minus the objective of the same drive."""
+    x = 0.125 * np.arange(81)
+    y = np.round(0.05 * np.sin(2 * x) * 2**18) / 2**18
+    env, seen = UGVEnv(), []
+    actions = np.random.default_rng(0).uniform(-1, 1, (32, 2)).astype(np.float32)
+    for by, up in ((0.0, 0.0), (1024.0, UP)):
+        track = Track.from_points(x + by, y + up)
+        params = env.make_params(track=track, start=2.0 + by, end=6.0 + by, spacing=0.125)
+        _, state = env.reset(jax.random.key(0), params)
+        first = state
+
+        def step(state, action, params=params):
+            obs, state, reward, *_, info = env.step_env(state, action, params)
+            return state, (obs, reward, info["status"], info["clearance"], state.leg_angles)
+
+        state, (obs, reward, status, clearance, angles) = jax.lax.scan(step, state, actions)
+        assert not np.any(status)
+        seen.append((obs, reward, clearance))
+        whole = np.concatenate([first.leg_angles[None], angles]).astype(float)
+        objective = env.problem(first, params).objective(whole.reshape(-1))
+        np.testing.assert_allclose(-np.sum(reward), objective, rtol=1e-5)
+    for here, there in zip(*seen, strict=True):
+        np.testing.assert_allclose(there, here, rtol=2e-6, atol=2e-6 * np.max(np.abs(here)))
+
+
+def test_ground_too_hollow_is_no_proof_that_there_is_no_drive():
+    """Which statuses the postures ended with is told, by every method of the grid."""
+    ditch = replace(tiny(leg_rate=None, friction=3.0), track=Track.ditch(0.25, 3.35, 0.3, 0.15))
+    messages = {}
+    for method in ("dp", "lp", "grid"):
+        found = solve(ditch, method, angles=3)
+        assert found.status is OptimStatus.FAILED
+        assert found.lower_bound is None
+        messages[method] = found.message
+    assert "not proved infeasible: no posture found: hollow ground at waypoint" in messages["dp"]
+    assert "of 9 pairs of angles ended" in messages["dp"]
+    assert "HOLLOW_GROUND" in messages["grid"]
+
+
+def test_a_cut_that_no_posture_in_doubt_could_mend_is_proved():
+    """The clearance rules out every pair at the first waypoint; the hollow ground is later."""
+    track = Track.ditch(0.25, 4.1, 0.3, 0.15)
+    found = solve(replace(tiny(min_clearance=3.0), track=track), "dp", angles=3)
+    assert found.status is OptimStatus.INFEASIBLE
+    assert "at waypoint 0" in found.message
+
+
+def test_one_posture_in_doubt_on_the_cut_leaves_it_open():
+    """Grip rules out every pair at waypoint 2; then one of them loses its pose."""
+    grid = build_grid(tiny(leg_rate=5.0), 3, method="test", progress=False)
+    slips = grid.ok["grip"].copy()
+    slips[2] = False
+    cut = replace(grid, ok=grid.ok | {"grip": slips})
+    assert judged(cut, "why") == (OptimStatus.INFEASIBLE, "why")
+    for node, rate, status in ((4, 5.0, "FAILED"), (8, 5.0, "FAILED"), (4, 0.1, "INFEASIBLE")):
+        pose, codes = grid.ok["pose"].copy(), grid.stations.status.copy()
+        pose[2, node], codes[2, node] = False, Status.HOLLOW_GROUND
+        # At 0.1 rad/m no leg moves on the grid, so of node 4 alone one comes to node 4.
+        good = {name: of & (np.arange(9) != 4) for name, of in cut.ok.items()}
+        ok = (cut.ok if rate == 5.0 else good) | {"pose": pose}
+        doubtful = replace(
+            cut,
+            problem=replace(cut.problem, leg_rate=rate),
+            ok=ok,
+            stations=cut.stations._replace(status=codes),
+        )
+        found, message = judged(doubtful, "why")
+        assert found.name == status
+        if status == "FAILED":
+            assert "hollow ground at waypoint 2" in message
+            assert "1 of 9 pairs of angles ended 1 HOLLOW_GROUND" in message
+
+
+def test_given_ends_are_judged_with_the_rest():
+    """The given start has no pose: nothing is proved; without a pair in doubt the rate's cut is."""
+    fields = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6), "leg_rate": 1.0}
+    grid = build_grid(tiny(**fields, friction=2.0), 3, method="test", progress=False)
+    assert judged(grid, "why")[0] is OptimStatus.INFEASIBLE
+    none = grid.start.met | {"pose": np.zeros(1, bool)}
+    lost = replace(
+        grid, start=grid.start._replace(met=none), problem=replace(grid.problem, leg_rate=None)
+    )
+    assert judged(lost, "why")[0] is OptimStatus.FAILED

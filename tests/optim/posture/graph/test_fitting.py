@@ -1,0 +1,125 @@
+"""The default grid lets the legs use their rate and runs through given ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.optim import OptimStatus, solve
+from stickslip.optim.posture.graph.fitting import FINEST, fitting_grid, rate_used
+from stickslip.optim.posture.graph.posture_grid import build_grid
+from tests.optim.posture.helpers import HIGH, LOW, over_bump, tiny
+
+ANGLE = st.floats(LOW, HIGH)
+SPACING = 0.6
+"""Of the waypoints of over_bump [m]."""
+
+
+def limits(problem):
+    return problem.leg_rate * np.diff(problem.x)
+
+
+@given(rate=st.floats(0.08, 3.0), start=st.tuples(ANGLE, ANGLE), least=st.integers(2, 60))
+@settings(max_examples=100)
+def test_steps_divide_the_rate_and_run_through_the_given_start(rate, start, least):
+    problem = replace(over_bump(), leg_rate=rate, start_angles=start)
+    for leg, angles in enumerate(fitting_grid(problem, least)):
+        step = angles[1] - angles[0]
+        np.testing.assert_allclose(np.diff(angles), step, rtol=1e-9)
+        assert rate_used(angles, limits(problem)) >= 1 - 1e-9
+        assert np.min(np.abs(angles - problem.start_angles[leg])) < 1e-9
+        assert LOW <= angles[0] < LOW + step + 1e-9
+        assert HIGH >= angles[-1] > HIGH - step - 1e-9
+        assert least <= len(angles) <= max(FINEST, least)
+
+
+@given(start=ANGLE, end=ANGLE)
+@settings(max_examples=100)
+def test_through_both_given_ends_where_a_step_leads_from_one_to_the_other(start, end):
+    problem = replace(over_bump(), leg_rate=0.3, start_angles=(start,) * 2, end_angles=(end,) * 2)
+    rear, _ = fitting_grid(problem)
+    assert np.min(np.abs(rear - start)) < 1e-9
+    used = rate_used(rear, limits(problem))
+    through = np.min(np.abs(rear - end)) < 1e-9
+    assert used >= (0.95 if through else 1 - 1e-9)
+    finest = 0.3 * SPACING / int(0.3 * SPACING * (FINEST - 1) / (HIGH - LOW))
+    if abs(end - start) > 20 * finest:
+        assert through
+
+
+def test_no_rate_no_choice_and_a_rate_too_low_for_any_fitting_grid():
+    plain = np.linspace(LOW, HIGH, 31)
+    np.testing.assert_array_equal(fitting_grid(replace(over_bump(), leg_rate=None))[0], plain)
+    slow = replace(over_bump(), leg_rate=1e-3)
+    np.testing.assert_array_equal(fitting_grid(slow)[0], plain)
+    near = fitting_grid(replace(slow, start_angles=(1.5, 1.6)))[1]
+    assert near[0] == pytest.approx(1.6 - 5.4e-3)  # as far as the leg can get
+    assert rate_used(near, limits(slow)) == pytest.approx(1)
+    fixed = replace(over_bump().params, leg_angle_min=1.5, leg_angle_max=1.5)
+    assert fitting_grid(replace(over_bump(), params=fixed))[0].tolist() == [1.5]
+
+
+def test_the_share_of_the_rate_on_a_grid_that_does_not_fit():
+    assert rate_used(np.linspace(0, 0.7, 11), np.full(4, 0.1)) == pytest.approx(0.7)
+    assert rate_used(np.linspace(0, 1.01, 11), np.full(4, 0.1)) == 0
+    assert rate_used(np.linspace(0, 0.7, 11), np.full(4, 5.0)) == 1
+
+
+def test_methods_take_it_by_default_and_tell_what_it_uses():
+    problem = tiny(start_angles=(1.3, 1.9))
+    found = solve(problem, "dp", polish=False)
+    rear, front = fitting_grid(problem)
+    assert found.details["grid"] == (len(rear), len(front))
+    expected = [rate_used(angles, limits(problem)) for angles in (rear, front)]
+    np.testing.assert_allclose(found.details["rate_used"], expected)
+    same = solve(problem, "dp", polish=False, angles=(rear, front))
+    np.testing.assert_array_equal(same.x, found.x)
+
+
+@pytest.mark.parametrize(
+    ("angles", "said"),
+    [
+        ((np.array([1.0, 1.2, 1.3]), 5), "not evenly spaced"),
+        ((np.array([1.2, 1.1]), 5), "not evenly spaced"),
+        ((5, [1.0, np.nan]), "angles = nan"),
+        ((5, np.array([0.1, 1.0])), "within the legs' range"),
+        ((5, []), r"angles has shape \(0,\)"),
+        ((5, [[1.0, 2.0]]), "accepted: an integer >= 2, or for each leg"),
+        ((5, ["a", "b"]), "is not a number"),
+        ("31", "accepted: an integer >= 2"),
+        (b"3", "accepted: an integer >= 2"),
+        ({}, "accepted: an integer >= 2"),
+    ],
+)
+def test_angles_that_make_no_grid_are_refused(angles, said: str):
+    with pytest.raises(ValueError, match=said):
+        build_grid(tiny(), angles, method="test", progress=False)
+
+
+def test_a_polish_keeps_the_bound_for_what_it_bounds():
+    problem = tiny("torque_variation")
+    grid = solve(problem, "dp", polish=False, angles=3)
+    found = solve(problem, "dp", angles=3)
+    assert found.status is OptimStatus.FEASIBLE  # off the grid nothing is proved
+    assert found.method == "dp"
+    assert found.feasible
+    assert found.value < grid.value
+    assert found.value == problem.objective(found.x)
+    assert (found.lower_bound, found.bound_of) == (grid.lower_bound, grid.bound_of)
+    assert found.gap < 0
+    assert found.details["grid_value"] == grid.value
+    np.testing.assert_array_equal(found.details["grid_angles"], grid.leg_angles)
+    assert f"whose value is {grid.value:.8g}" in found.message
+
+
+def test_a_path_that_cannot_be_polished_stays_proved(monkeypatch):
+    problem = tiny("torque_variation")
+    grid = solve(problem, "dp", polish=False, angles=3)
+    same = solve(problem, "scp", start=grid.x, iterations=0)
+    monkeypatch.setattr("stickslip.optim.posture.local.scp.solve_scp", lambda *of, **options: same)
+    found = solve(problem, "dp", angles=3)
+    assert found.status is OptimStatus.OPTIMAL
+    np.testing.assert_array_equal(found.x, grid.x)
+    assert found.details["polish"].startswith("LIMIT")

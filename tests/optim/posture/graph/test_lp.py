@@ -1,0 +1,116 @@
+"""The flow finds dp's value, and its dual proves it whatever the solver says."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.optim import CRITERIA, OptimStatus
+from stickslip.optim.posture.graph.layered_graph import build_graph
+from stickslip.optim.posture.graph.lp import proved_bound
+from stickslip.optim.posture.graph.posture_grid import build_grid
+from tests.optim.posture.helpers import on_grid as solve
+from tests.optim.posture.helpers import over_bump, tiny
+
+ENDS = {"start_angles": (1.3, 1.9), "end_angles": (1.7, 1.6)}
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_value_is_dps_and_the_bound_proves_it(name: str):
+    problem = over_bump(name, leg_rate=0.9)
+    path, flow = (solve(problem, method, angles=5) for method in ("dp", "lp"))
+    assert flow.status is OptimStatus.OPTIMAL
+    assert flow.feasible
+    np.testing.assert_allclose(flow.value, path.value, rtol=1e-9)
+    assert flow.lower_bound <= path.value
+    np.testing.assert_allclose(flow.lower_bound, path.value, rtol=1e-7)
+    assert flow.bound_of == path.bound_of
+
+
+@pytest.mark.parametrize("name", ["total_energy", "peak_torque"])
+def test_given_ends_are_kept(name: str):
+    problem = tiny(name, leg_rate=None, **ENDS)
+    path, flow = (solve(problem, method, angles=3) for method in ("dp", "lp"))
+    assert flow.status is OptimStatus.OPTIMAL
+    np.testing.assert_allclose(flow.value, path.value, rtol=1e-9)
+    np.testing.assert_array_equal(flow.x[:2], [1.3, 1.9])
+    np.testing.assert_array_equal(flow.x[-2:], [1.7, 1.6])
+
+
+@pytest.fixture(scope="module")
+def graph():
+    grid = build_grid(over_bump(leg_rate=0.9), 5, method="test", progress=False)
+    return build_graph(grid, None, 0.0, 10**6)
+
+
+@pytest.fixture(scope="module")
+def best() -> float:
+    return solve(over_bump(leg_rate=0.9), "dp", angles=5).value
+
+
+@given(seed=st.integers(0, 2**32 - 1), size=st.floats(0, 1e4))
+@settings(max_examples=30)
+def test_any_potentials_give_a_bound(graph, best: float, seed: int, size: float):
+    """So no error of a solver makes a bound that is none."""
+    potentials = size * np.random.default_rng(seed).standard_normal(graph.nodes)
+    assert proved_bound(graph, potentials) <= best
+
+
+def test_the_graph_holds_the_moves_that_the_rate_allows_and_no_others(graph):
+    grid = build_grid(over_bump(leg_rate=0.9), 5, method="test", progress=False)
+    pairs = np.stack(np.meshgrid(grid.rear, grid.front, indexing="ij"), -1).reshape(-1, 2)
+    ends = np.append(graph.begins[1:], len(graph.tail))
+    for k in range(9):
+        near = np.max(np.abs(pairs[:, None] - pairs), axis=-1) <= 0.9 * 0.6 + 1e-9
+        near &= grid.admissible(k)[:, None] & grid.admissible(k + 1)
+        edges = slice(graph.begins[k + 1], ends[k + 1])
+        there = set(zip(graph.tail[edges] - 25 * k, graph.head[edges] - 25 * (k + 1), strict=True))
+        assert there == set(zip(*np.nonzero(near), strict=True))
+
+
+def test_an_infeasible_problem_names_the_constraint():
+    for name in ("wheel_energy", "grip"):
+        found = solve(tiny(name, min_clearance=3.0), "lp", angles=3)
+        assert found.status is OptimStatus.INFEASIBLE
+        assert "no pair of angles meets clearance" in found.message
+    far = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6), "leg_rate": 1.0}
+    found = solve(tiny(**far, friction=2.0), "lp", angles=3)
+    assert found.status is OptimStatus.INFEASIBLE
+    assert "leg_rate = 1.0" in found.message
+
+
+def test_an_inaccurate_solution_is_not_passed_off_as_optimal(monkeypatch):
+    monkeypatch.setattr(cp.Problem, "status", property(lambda self: cp.OPTIMAL_INACCURATE))
+    found = solve(tiny(), "lp", angles=3)
+    assert found.status is OptimStatus.INACCURATE
+    assert "optimal_inaccurate" in found.message
+
+
+def test_a_bound_that_does_not_reach_the_value_is_no_proof(monkeypatch):
+    monkeypatch.setattr("stickslip.optim.posture.graph.lp.proved_bound", lambda graph, y: 1.0)
+    found = solve(tiny(), "lp", angles=3)
+    assert found.status is OptimStatus.INACCURATE
+    assert found.lower_bound == 1.0
+    worst = solve(tiny("grip"), "lp", angles=3)
+    assert worst.status is OptimStatus.OPTIMAL  # of its 0/1 costs, 1 is proof enough
+
+
+def test_a_solvers_error_is_a_failure(monkeypatch):
+    def fail(self, **options):
+        raise cp.SolverError("out of order")
+
+    monkeypatch.setattr(cp.Problem, "solve", fail)
+    found = solve(tiny(), "lp", angles=3)
+    assert found.status is OptimStatus.FAILED
+    assert found.x is None
+    assert "out of order" in found.message
+
+
+def test_graphs_too_large_and_unknown_solvers_are_refused():
+    with pytest.raises(
+        ValueError, match=r"the graph has \d+ edges or more; accepted: most_edges = 20"
+    ):
+        solve(tiny(), "lp", angles=3, most_edges=20)
+    with pytest.raises(ValueError, match="solver = 'GLPK9' is unknown; accepted: 'HIGHS'"):
+        solve(tiny(), "lp", angles=3, solver="GLPK9")

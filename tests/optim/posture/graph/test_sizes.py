@@ -1,0 +1,134 @@
+"""What does not fit is refused before it exists, with the limit; the sizes are about the true."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.dynamics.checks import MEMORY_LIMIT
+from stickslip.dynamics.ugv import Track
+from stickslip.envs import UGVEnv
+from stickslip.optim import PostureProblem, solve
+from stickslip.optim.posture.graph.pareto import pareto_front
+from tests.optim.posture.helpers import over_bump
+
+LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
+MEASURE = """
+import resource, sys
+import numpy as np
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.optim import PostureProblem, solve
+from stickslip.optim.posture import sizes
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
+
+def held():
+    return int(open("/proc/self/statm").read().split()[1]) * resource.getpagesize()
+
+def run(K, method, **options):
+    x = np.linspace(5.0, 5.0 + 0.1 * (K - 1), K)
+    problem = PostureProblem(UGVParams(), Track.flat(0.0, 1000.0), x, leg_rate=0.2)
+    solve(problem, method, polish=False, **options)
+
+method, K, options, small = eval(sys.argv[1])
+seen = []
+def spy(given, what, count, bytes_each):
+    seen.append(count * bytes_each)
+sizes.require_memory = spy
+run(4, method, **small)
+before = held()  # the peak so far is of compiling, unless that was kept
+seen.clear()
+run(K, method, **options)
+print(max(seen), peak() - before)
+"""
+
+
+@pytest.mark.parametrize(
+    ("refused", "said"),
+    [
+        (lambda: PostureProblem.along(Track.bump(), spacing=1e-9), "spacing = 1e-09 m from start"),
+        (lambda: PostureProblem.along(Track.bump(), spacing=1e-300), r"makes 6.56e\+300 waypoints"),
+        (lambda: PostureProblem.along(LONG), r"makes 1e\+13 waypoints"),
+        (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m from start"),
+        (lambda: UGVEnv().make_params(track=LONG), r"makes 1e\+13 waypoints"),
+        (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 drives"),
+        (lambda: pareto_front(over_bump(), "grip", "peak_torque", angles=10**30), "angles = 1000"),
+        *(
+            (lambda m=method, o=options: solve(over_bump(), m, **o), said)
+            for method, options, said in (
+                ("grid", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
+                ("dp", {"angles": (3, 10**9)}, "angles = 3 x 1000000000 at 10 waypoints"),
+                ("lp", {"angles": 10**6}, "angles = 1000000 x 1000000"),
+                ("scp", {"angles": 10**6}, "angles = 1000000 x 1000000"),
+                ("gradient", {"angles": 10**6}, "angles = 1000000 x 1000000"),
+                ("cma", {"population": 10**9}, "population = 1000000000 at 10 waypoints"),
+            )
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
+    with pytest.raises(ValueError, match=said) as refusal:
+        refused()
+    assert MEMORY_LIMIT in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "said"),
+    [
+        ("scp", {"start": "middle"}, "method = 'scp' with 10 waypoints"),
+        ("gradient", {"start": "middle"}, "method = 'SLSQP' with 10 waypoints"),
+        ("cma", {"start": "middle"}, "population = 12 at 10 waypoints makes 240 stations"),
+        ("dp", {}, "polish = True with 10 waypoints"),
+        (
+            "dp",
+            {"angles": 31, "polish": False},
+            "31 x 31 at 10 waypoints makes 9,610 stations",
+        ),
+    ],
+)
+def test_the_limit_is_the_users(monkeypatch, method: str, options, said: str):
+    problem = over_bump()
+    monkeypatch.setenv(MEMORY_LIMIT, "2e5")
+    with pytest.raises(ValueError, match=f"{said}.*accepted: what fits 2e\\+05 bytes"):
+        solve(problem, method, **options)
+
+
+def test_too_many_moves_or_edges_are_refused_before_they_are_listed(monkeypatch):
+    problem = replace(over_bump(), leg_rate=None)
+    monkeypatch.setenv(MEMORY_LIMIT, "2e6")
+    monkeypatch.setattr("stickslip.optim.posture.graph.posture_grid.require_grid", lambda *of: None)
+    with pytest.raises(ValueError, match=r"leg_rate = None rad/m on this grid makes 14,641 moves"):
+        solve(problem, "dp", polish=False, angles=61)
+    monkeypatch.setenv(MEMORY_LIMIT, "1e5")
+    with pytest.raises(ValueError, match="edges in lp's graph"):
+        solve(over_bump(), "lp", polish=False, angles=3)
+
+
+def test_a_jacobian_that_does_not_fit_is_refused(monkeypatch):
+    monkeypatch.setenv(MEMORY_LIMIT, "1e4")
+    with pytest.raises(ValueError, match="a jacobian of 20 angles makes 120 rows"):
+        PostureProblem.jacobian(over_bump(), np.full(20, 1.5))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "case",
+    [
+        ("dp", 40, {"angles": 201}, {"angles": 3}),
+        ("grid", 3, {"angles": 701}, {"angles": 3}),
+        ("cma", 1000, {"start": "middle", "population": 8, "evaluations": 16},
+         {"start": "middle", "population": 8, "evaluations": 16}),
+    ],
+    ids=lambda case: case[0],
+)  # fmt: skip
+def test_the_sizes_are_within_a_factor_of_two_of_a_processs_peak(case):
+    ran = subprocess.run(
+        [sys.executable, "-c", MEASURE, repr(case)], capture_output=True, text=True, check=True
+    )
+    computed, grew = map(float, ran.stdout.split())
+    compiling = 2.5e8  # the programs of the larger size are others
+    assert computed < 2 * grew
+    assert grew < 2 * computed + compiling

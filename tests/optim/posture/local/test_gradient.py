@@ -1,0 +1,82 @@
+"""scipy on exact derivatives: the epigraph form is right, and statuses are mapped honestly."""
+
+import numpy as np
+import pytest
+
+from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
+from stickslip.optim.posture.local.epigraph import Epigraph
+from stickslip.optim.posture.local.linearise import Near
+from tests.optim.posture.helpers import over_bump, random_x
+
+MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
+
+
+@pytest.mark.parametrize("criterion", [*CRITERIA, MIXED], ids=lambda c: getattr(c, "name", c))
+def test_derivatives_are_those_of_the_epigraph_form(criterion):
+    problem = over_bump(criterion)
+    x = random_x(problem, 1)
+    form = Epigraph(Near(problem), x)
+    random = np.random.default_rng(4)
+    z = form.start(x)
+    z += 0.01 * random.standard_normal(z.size)
+    z[: problem.n] = np.clip(z[: problem.n], *(side + s for side, s in zip(
+        problem.bounds, (1e-3, -1e-3), strict=True)))  # fmt: skip
+    way = random.standard_normal(z.size)
+    ahead, behind = z + 1e-6 * way, z - 1e-6 * way
+    slope = (form.constraints(ahead) - form.constraints(behind)) / 2e-6
+    np.testing.assert_allclose(form.jacobian(z) @ way, slope, rtol=1e-5, atol=1e-7)
+    slope = (form.objective(ahead) - form.objective(behind)) / 2e-6
+    np.testing.assert_allclose(form.gradient(z) @ way, slope, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("criterion", [*CRITERIA, MIXED], ids=lambda c: getattr(c, "name", c))
+def test_the_least_tops_make_the_form_feasible_and_equal_to_the_objective(criterion):
+    problem = over_bump(criterion, leg_rate=None)
+    x = random_x(problem, 2, spread=0.1)
+    form = Epigraph(Near(problem), x)
+    z = form.start(x)
+    np.testing.assert_allclose(form.objective(z) * form.scale, problem.objective(x), rtol=1e-12)
+    assert problem.is_feasible(x)
+    assert np.min(form.constraints(z)) >= 0
+
+
+@pytest.mark.parametrize("criterion", ["wheel_energy", "torque_variation", "peak_torque"])
+def test_it_agrees_with_convex_programming_and_improves_on_the_grid(criterion):
+    problem = over_bump(criterion)
+    grid = solve(problem, "dp", polish=False, angles=9)
+    found = solve(problem, "gradient", start=grid.x)
+    assert found.status is OptimStatus.FEASIBLE, found.message
+    assert found.feasible
+    assert found.lower_bound is None
+    assert found.value == problem.objective(found.x)
+    assert found.value <= grid.value * (1 - 1e-4)
+    other = solve(problem, "scp", start=grid.x)
+    np.testing.assert_allclose(found.value, other.value, rtol=1e-3)
+
+
+def test_the_sparse_method_of_scipy_agrees_with_the_dense_one():
+    problem = over_bump("torque_variation")
+    dense = solve(problem, "gradient", start="middle")
+    sparse = solve(problem, "gradient", start="middle", scipy_method="trust-constr")
+    assert sparse.feasible
+    np.testing.assert_allclose(sparse.value, dense.value, rtol=1e-3)
+
+
+def test_a_limit_of_iterations_is_no_solution():
+    found = solve(over_bump(), "gradient", start="middle", iterations=2)
+    assert found.status in (OptimStatus.LIMIT, OptimStatus.VIOLATED)
+    assert found.details["status"] == 9
+
+
+def test_what_scipy_calls_success_is_checked_by_the_problem(monkeypatch):
+    problem = over_bump(friction=0.01)
+    found = solve(problem, "gradient", start="middle", iterations=20)
+    assert not found.status.solved
+    assert "grip" in found.message
+    assert found.residuals["grip"] > 1.0
+
+
+def test_bad_options_are_refused_by_name():
+    for option in ({"start": "end"}, {"scipy_method": "BFGS"}, {"speed": 1}):
+        with pytest.raises(ValueError, match="accepted"):
+            solve(over_bump(), "gradient", **option)

@@ -1,0 +1,180 @@
+"""Sequential convex programming finds local optima off the grid, and says no more than that."""
+
+from itertools import pairwise
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
+from stickslip.optim.posture.local.convex_model import ConvexModel
+from stickslip.optim.posture.local.linearise import Near
+from stickslip.optim.posture.local.scp import GOOD
+from tests.optim.posture.helpers import over_bump, random_x
+
+GRID = 9
+BALANCE = Weighted((("wheel_energy", 1.0), ("torque_variation", 0.1)))
+MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
+
+
+@pytest.mark.parametrize("criterion", [*CRITERIA, MIXED], ids=lambda c: getattr(c, "name", c))
+def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
+    problem = over_bump(criterion)
+    near, x = Near(problem), random_x(problem, 1)
+    at = near(x)
+    np.testing.assert_allclose(near.value(at), problem.objective(x), rtol=1e-12)
+    way = np.random.default_rng(2).standard_normal(problem.n)
+    ahead, behind = near(x + 1e-6 * way), near(x - 1e-6 * way)
+    pairs = way.reshape(-1, 2)
+    for i, slopes in enumerate(at.term_slopes):
+        moves = pairs if slopes.shape[-1] == 2 else np.hstack([pairs[:-1], pairs[1:]])
+        slope = (ahead.terms[i] - behind.terms[i]) / 2e-6
+        np.testing.assert_allclose(
+            np.einsum("kmd,kd->km", slopes, moves), slope, rtol=1e-6, atol=1e-6 * abs(slope).max()
+        )
+    rows, groups = problem.jacobian(x), problem.constraint_groups
+    for name, slopes in at.margin_slopes.items():
+        along = np.einsum("kmd,kd->km", slopes, pairs).ravel()
+        np.testing.assert_allclose(along, rows[groups[name]] @ way, atol=1e-10)
+
+
+@pytest.mark.parametrize("criterion", [*CRITERIA, BALANCE], ids=lambda c: getattr(c, "name", c))
+def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
+    problem = over_bump(criterion)
+    grid = solve(problem, "dp", polish=False, angles=GRID)
+    found = solve(problem, "scp", start=grid.x)
+    assert found.status is OptimStatus.FEASIBLE, found.message
+    assert found.feasible
+    assert found.lower_bound is None
+    assert found.value <= grid.value + 1e-9 * abs(grid.value)
+    if criterion in ("wheel_energy", "total_energy", "torque_variation", "peak_torque"):
+        assert found.value < grid.value - 1e-4 * abs(grid.value)
+    assert found.value == problem.objective(found.x)
+    taken = [step for step in found.details["history"] if step.taken]
+    objectives = [step.objective for step in taken]
+    assert np.all(np.diff(objectives) <= 1e-9 * np.abs(objectives[:-1]))
+
+
+def least_promised(problem, x, radius):
+    """The least linear model of the objective in a box about x, by an LP that is written out here.
+
+    For sums of positive parts and for worst stations; constraints linear, from the jacobian.
+    """
+    near = Near(problem)
+    at = near(x)
+    terms, slopes = at.terms[0], at.term_slopes[0]
+    rows, m, d = slopes.shape
+    peak = near.criteria[0].kind == "max"
+    tops = 1 if peak else rows * m
+    above = np.zeros((rows * m, problem.n + tops))
+    for k in range(rows):
+        for j in range(m):
+            above[k * m + j, 2 * k : 2 * k + d] = slopes[k, j]
+            above[k * m + j, problem.n + (0 if peak else k * m + j)] = -1
+    held, limits = problem.jacobian(x), np.maximum(problem.constraints(x), 0)
+    A = np.vstack([above, np.hstack([-held, np.zeros((len(held), tops))])])
+    b = np.concatenate([-terms.ravel(), limits])
+    low, high = (side - x for side in problem.bounds)
+    box = np.stack([np.maximum(low, -radius), np.minimum(high, radius)], -1)
+    tops_box = [(None if peak else 0, None)] * tops
+    cost = np.concatenate([np.zeros(problem.n), np.ones(tops)])
+    return linprog(cost, A, b, bounds=[*box, *tops_box], method="highs").fun
+
+
+@pytest.mark.parametrize("criterion", ["wheel_energy", "total_energy", "peak_torque", "grip"])
+def test_where_it_ends_no_linear_model_promises_more(criterion):
+    """First-order optimality, by another solver and another way to write the model."""
+    problem = over_bump(criterion)
+    found = solve(problem, "scp", start="middle", tolerance=1e-9)
+    promised = least_promised(problem, found.x, 1e-4)
+    begun = least_promised(problem, random_x(problem, 3), 1e-4)
+    gain = problem.objective(random_x(problem, 3)) - begun
+    assert gain > 0
+    assert found.value - promised <= 1e-6 * abs(found.value)
+
+
+def test_no_feasible_point_nearby_is_better():
+    problem = over_bump("wheel_energy")
+    found = solve(problem, "scp", start="middle")
+    random = np.random.default_rng(7)
+    low, high = problem.bounds
+    for size in (1e-4, 1e-3, 1e-2):
+        for _ in range(20):
+            smooth = np.cumsum(random.standard_normal((len(problem.x), 2)), axis=0).ravel()
+            x = np.clip(found.x + size * smooth / 3, low, high)
+            if problem.is_feasible(x):
+                assert problem.objective(x) >= found.value - 1e-6 * abs(found.value)
+
+
+def test_it_is_built_once_and_solved_again_with_new_numbers(monkeypatch):
+    problem = over_bump(MIXED)
+    near, x = Near(problem), problem.bounds[0] / 2 + problem.bounds[1] / 2
+    model = ConvexModel(near, x, cp.CLARABEL)
+    assert model.problem.is_dcp(dpp=True)
+    first = model.solve(x, near(x), 0.1, 10.0)
+    # From here on nothing may be built, only numbers filled in.
+    monkeypatch.setattr(cp.Problem, "__init__", lambda *a, **b: pytest.fail("built again"))
+    model.solve(random_x(problem), near(random_x(problem)), 0.05, 100.0)
+    again = model.solve(x, near(x), 0.1, 10.0)
+    np.testing.assert_allclose(again[1], first[1], rtol=1e-6)
+    assert np.max(np.abs(again[0])) <= 0.1 + 1e-6
+
+
+def test_steps_follow_the_ratio_of_actual_to_predicted_decrease():
+    found = solve(over_bump("torque_variation"), "scp", start="middle")
+    history = found.details["history"]
+    for before, after in pairwise(history):
+        share = after.actual / after.predicted
+        assert after.taken == (share > 0.01)
+        if share > GOOD:
+            assert after.radius == 2 * before.radius
+        elif share < 0.25:
+            assert after.radius < before.radius
+
+
+def test_given_ends_and_leg_rates_are_kept_from_any_start():
+    begin, end = np.array([1.2, 1.8]), np.array([1.5, 1.6])
+    problem = over_bump("wheel_energy", leg_rate=0.4)
+    problem = type(problem)(**(vars_of(problem) | {"start_angles": begin, "end_angles": end}))
+    jagged = np.tile([0.6, 2.5, 2.5, 0.6], 5)
+    found = solve(problem, "scp", start=jagged)
+    assert found.status is OptimStatus.FEASIBLE, found.message
+    np.testing.assert_allclose(found.leg_angles[[0, -1]], [begin, end], atol=1e-12)
+    rates = np.abs(np.diff(found.leg_angles, axis=0)) / np.diff(problem.x)[:, None]
+    assert np.max(rates) <= 0.4 + 1e-6
+
+
+def vars_of(problem):
+    """The problem's fields."""
+    return {name: getattr(problem, name) for name in problem.__dataclass_fields__}
+
+
+def test_ends_that_the_rate_cannot_join_are_infeasible_and_said_to_be():
+    problem = over_bump("wheel_energy", leg_rate=0.01)
+    ends = {"start_angles": np.array([0.6, 0.6]), "end_angles": np.array([2.5, 2.5])}
+    problem = type(problem)(**(vars_of(problem) | ends))
+    found = solve(problem, "scp", start="middle")
+    assert found.status is OptimStatus.INFEASIBLE
+    assert "leg_rate" in found.message
+    assert found.x is None
+
+
+def test_a_floor_too_slippery_is_violated_and_says_what_is_missed():
+    found = solve(over_bump("wheel_energy", friction=0.01), "scp", start="middle")
+    assert found.status is OptimStatus.VIOLATED
+    assert not found.feasible
+    assert "grip" in found.message
+    assert found.residuals["grip"] > 1.0
+
+
+def test_a_limit_of_iterations_is_no_solution():
+    found = solve(over_bump("wheel_energy"), "scp", start="middle", iterations=2)
+    assert found.status is OptimStatus.LIMIT
+    assert len(found.details["history"]) == 2
+
+
+def test_bad_options_are_refused_by_name():
+    for option in ({"start": "end"}, {"radius": 0.0}, {"tolerance": -1.0}, {"start": np.ones(3)}):
+        with pytest.raises(ValueError, match="accepted"):
+            solve(over_bump(), "scp", **option)
