@@ -8,10 +8,10 @@ from stickslip.agents.ugv.machine import UGVMachine
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.agents.biped.computed_torque import ComputedTorque
     from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.biped.control.computed_torque import ComputedTorque
+    from stickslip.agents.biped.control.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
-    from stickslip.agents.biped.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
@@ -40,13 +40,13 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped.computed_torque": ("ComputedTorque",),
+            "biped.control.computed_torque": ("ComputedTorque",),
             "biped.config": ("TrainConfig",),
             "biped.controllers": (
                 "ConstantTorque",
                 "CrankSpeedPI",
             ),
-            "biped.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
+            "biped.control.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
             "evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": (
                 "Rollout",

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.given import require_named
 from stickslip.agents.reports.writing import written_or_told
-from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
-from stickslip.agents.sweeps.engine import Watch, run_here, threads_of
+from stickslip.agents.sweeps.files.chunks import Chunks
+from stickslip.agents.sweeps.files.directory import missing_chunks, open_sweep
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.progress import Progress
+from stickslip.agents.sweeps.playing.engine import Watch, run_here, threads_of
+from stickslip.agents.sweeps.playing.progress import Progress
 from stickslip.agents.training.directory import only_writer
 from stickslip.optim.progress import say_stage
 
@@ -154,7 +154,7 @@ def run_plan(
         with Progress(plan.total, plan.total - left, progress) as told:
             watch = Watch(told.advance, stop)
             if beyond:
-                from stickslip.agents.sweeps.cluster import run_beyond
+                from stickslip.agents.sweeps.playing.cluster import run_beyond
 
                 run_beyond(work, todo, watch, workers=workers, scheduler=scheduler)
                 programs = None

@@ -22,7 +22,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.rendering import theme
 from stickslip.optim import GaitProblem, replay, solve
-from stickslip.optim.gait.limits import ground_of, torque_of
+from stickslip.optim.gait.convex.limits import ground_of, torque_of
 from stickslip.optimise.gait_picture import draw_robots
 from stickslip.paper import drawing
 from stickslip.records.files import write_whole

@@ -9,8 +9,8 @@ import jax
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.names import FILM, STOPPING
-from stickslip.agents.biped.plots import plot_comparison
-from stickslip.agents.biped.products import write_products
+from stickslip.agents.biped.pictures.plots import plot_comparison
+from stickslip.agents.biped.pictures.products import write_products
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluate import evaluate

@@ -209,7 +209,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         self, trained: Trained[TrainConfig], played: AnyRollout | None = None
     ) -> list[Path]:
         """See Machine."""
-        from stickslip.agents.biped.products import write_products
+        from stickslip.agents.biped.pictures.products import write_products
 
         return write_products(trained, played)
 
@@ -222,7 +222,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         title: str,
     ) -> Path:
         """See Machine."""
-        from stickslip.agents.biped.plots import plot_episode
+        from stickslip.agents.biped.pictures.plots import plot_episode
 
         return plot_episode(played, params, path, title)
 
@@ -235,14 +235,14 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         scale: Scale | None = None,
     ) -> Shown:
         """See Machine."""
-        from stickslip.agents.biped.shown import shown
+        from stickslip.agents.biped.pictures.shown import shown
 
         return shown(played, env, params, name, scale)
 
     def solved(self, problem: AnyProblem, x: np.ndarray, name: str) -> Shown | None:
         """See Machine: gaits on their grid, three steps of a periodic one; walks of the suite."""
-        from stickslip.agents.biped.gait_shown import gait_shown
-        from stickslip.agents.biped.walk_shown import walk_of, walk_shown
+        from stickslip.agents.biped.pictures.gait_shown import gait_shown
+        from stickslip.agents.biped.pictures.walk_shown import walk_of, walk_shown
         from stickslip.optim import FunctionProblem, GaitProblem
 
         if isinstance(problem, GaitProblem):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.agents.sweeps.swept import Swept
-from stickslip.agents.sweeps.told import Told
+from stickslip.agents.sweeps.telling.told import Told
 from stickslip.dynamics.biped.params import LENGTHS
 from stickslip.dynamics.scene import Grip, Smoothed, Uniform
 from stickslip.envs.biped.params import NUMBERS

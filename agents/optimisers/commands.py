@@ -118,7 +118,7 @@ def _run(given: argparse.Namespace) -> Content | None:
     from stickslip.agents.optimisers.plan import RacePlan
     from stickslip.agents.optimisers.race import run_race
     from stickslip.agents.optimisers.words import counted_text, runs_table
-    from stickslip.agents.sweeps.play import StoppedError
+    from stickslip.agents.sweeps.playing.play import StoppedError
     from stickslip.agents.view_files import require_folder
     from stickslip.optim.suite.catalogue import suite
     from stickslip.records.content import Content

@@ -14,7 +14,7 @@ from stickslip.agents.foreign.reading import (
     refusing,
     require_format,
 )
-from stickslip.agents.sweeps.directory import (
+from stickslip.agents.sweeps.files.directory import (
     CHUNK,
     DATA,
     chunk_path,
@@ -22,7 +22,7 @@ from stickslip.agents.sweeps.directory import (
     missing_of,
     versions,
 )
-from stickslip.agents.sweeps.parquet import require_chunk
+from stickslip.agents.sweeps.files.parquet import require_chunk
 from stickslip.records.files import is_remains, write_whole
 from stickslip.records.table import json_text
 

@@ -13,10 +13,10 @@ from stickslip.agents.optimisers.plan import RacePlan
 from stickslip.agents.optimisers.reading import read_runs
 from stickslip.agents.optimisers.results import Run, table_of
 from stickslip.agents.optimisers.seat import Seats
-from stickslip.agents.sweeps.directory import versions
-from stickslip.agents.sweeps.engine import Watch, run_here
-from stickslip.agents.sweeps.parquet import write_chunk
-from stickslip.agents.sweeps.progress import Progress
+from stickslip.agents.sweeps.files.directory import versions
+from stickslip.agents.sweeps.files.parquet import write_chunk
+from stickslip.agents.sweeps.playing.engine import Watch, run_here
+from stickslip.agents.sweeps.playing.progress import Progress
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
@@ -128,7 +128,7 @@ def run_race(
                 if scheduler is None:
                     run_here(work, todo, workers or cores_here(), watch)
                 else:
-                    from stickslip.agents.sweeps.cluster import run_beyond
+                    from stickslip.agents.sweeps.playing.cluster import run_beyond
 
                     run_beyond(work, todo, watch, scheduler=scheduler)
             finally:

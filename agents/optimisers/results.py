@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.parquet import ABOUT, write_chunk
+from stickslip.agents.sweeps.files.parquet import ABOUT, write_chunk
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:

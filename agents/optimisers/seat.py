@@ -19,7 +19,7 @@ from stickslip.agents.optimisers.child import receive, send
 from stickslip.agents.optimisers.results import Run
 from stickslip.agents.optimisers.task import COUNTS, Ending, Task
 from stickslip.agents.optimisers.watched import Event
-from stickslip.agents.sweeps.play import StoppedError
+from stickslip.agents.sweeps.playing.play import StoppedError
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:

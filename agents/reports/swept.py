@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from stickslip.agents.reports.course import sameness
 from stickslip.agents.reports.writing import REPORT, write_page, written_or_told
 from stickslip.agents.shown_names import shown_name
-from stickslip.agents.sweeps.again import MOST_STEPS, play_again
-from stickslip.agents.sweeps.chosen import chosen_of
-from stickslip.agents.sweeps.directory import read_about
-from stickslip.agents.sweeps.pictures import MOST_POLICIES, logarithmic, write_pictures
+from stickslip.agents.sweeps.files.directory import read_about
 from stickslip.agents.sweeps.reading import sweep_arrays
-from stickslip.agents.sweeps.regions import along_axes
-from stickslip.agents.sweeps.words import in_words, measured, summary_table
+from stickslip.agents.sweeps.telling.again import MOST_STEPS, play_again
+from stickslip.agents.sweeps.telling.chosen import chosen_of
+from stickslip.agents.sweeps.telling.pictures import MOST_POLICIES, logarithmic, write_pictures
+from stickslip.agents.sweeps.telling.regions import along_axes
+from stickslip.agents.sweeps.telling.words import in_words, measured, summary_table
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Curve, Line, Page, Panel
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from stickslip.agents.sweeps.again import Again
     from stickslip.agents.sweeps.plan import Plan
     from stickslip.agents.sweeps.reading import SweepArrays
+    from stickslip.agents.sweeps.telling.again import Again
     from stickslip.envs.rendering.html.data import Shown
 
 MOST_CURVES = 24

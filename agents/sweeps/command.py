@@ -15,8 +15,8 @@ from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.named import played_by
 from stickslip.agents.sweeps.names import FORMS
 from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.play import StoppedError
-from stickslip.agents.sweeps.words import summary_table
+from stickslip.agents.sweeps.playing.play import StoppedError
+from stickslip.agents.sweeps.telling.words import summary_table
 from stickslip.agents.tasks.places import every_option
 from stickslip.agents.view_files import require_folder
 from stickslip.dynamics.checks import shown

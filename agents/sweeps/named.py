@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.evaluation.given import validated_player
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
-from stickslip.agents.sweeps.case import Played
+from stickslip.agents.sweeps.playing.case import Played
 from stickslip.agents.tasks.places import (
     controller_of,
     every_option,

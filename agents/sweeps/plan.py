@@ -13,17 +13,17 @@ import numpy as np
 
 from stickslip.agents.evaluation.run import A_STEP, is_random
 from stickslip.agents.optimum.checkpoint import digest_of
-from stickslip.agents.sweeps.case import Case, case_of, marks_of
-from stickslip.agents.sweeps.program import Tile, memory_at_hand
+from stickslip.agents.sweeps.playing.case import Case, case_of, marks_of
+from stickslip.agents.sweeps.playing.program import Tile, memory_at_hand
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.sweeps.case import Played
     from stickslip.agents.sweeps.definition import Definition
     from stickslip.agents.sweeps.design import Design
+    from stickslip.agents.sweeps.playing.case import Played
 
 MOST_EPISODES = 2**20
 """At a point."""

@@ -11,9 +11,9 @@ import numpy as np
 
 from stickslip.agents.foreign.reading import refusing
 from stickslip.agents.sweeps.design import SAMPLE
-from stickslip.agents.sweeps.directory import chunk_path, read_about
-from stickslip.agents.sweeps.parquet import column_names, read_chunk, require_chunk
-from stickslip.agents.sweeps.play import ENDINGS, summary
+from stickslip.agents.sweeps.files.directory import chunk_path, read_about
+from stickslip.agents.sweeps.files.parquet import column_names, read_chunk, require_chunk
+from stickslip.agents.sweeps.playing.play import ENDINGS, summary
 from stickslip.dynamics.checks import require_known, require_memory
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import pyarrow as pa
 
-    from stickslip.agents.sweeps.directory import About
+    from stickslip.agents.sweeps.files.directory import About
 
 LABELS = ("task", "policy", "point")
 """Columns of every row before the axes."""

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.sweeps.fields import Way, number_at, numbers_in, with_number
-from stickslip.agents.sweeps.told import Told
+from stickslip.agents.sweeps.telling.told import Told
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.numeric import float_type
 

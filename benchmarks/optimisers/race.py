@@ -15,7 +15,7 @@ from stickslip.agents.optimisers.pictures import draw_report
 from stickslip.agents.optimisers.plan import RacePlan
 from stickslip.agents.optimisers.results import table_of
 from stickslip.agents.optimisers.words import methods_table, report_text
-from stickslip.agents.sweeps.parquet import ABOUT, write_chunk
+from stickslip.agents.sweeps.files.parquet import ABOUT, write_chunk
 from stickslip.optim import suite
 
 INSTANCES = (

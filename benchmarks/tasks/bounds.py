@@ -13,7 +13,7 @@ from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.proved import proved
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import bound_every_drive
-from stickslip.optim.gait.steady import bound_steady_reward
+from stickslip.optim.gait.proof.steady import bound_steady_reward
 
 if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition, UGVEnv

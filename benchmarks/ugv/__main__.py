@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 RESULTS = Path("benchmarks/results/ugv.json")
 DOCUMENT = Path("docs/ugv_tradeoff.md")
 PICTURE = Path("docs/ugv_tradeoff.png")
-MODULE = Path("dynamics/ugv/measured.py")
+MODULE = Path("dynamics/ugv/trade/measured.py")
 
 PARTS: dict[str, Callable[[bool], Iterator[dict[str, Any]]]] = {
     "throughput": throughput,

@@ -1,4 +1,4 @@
-"""The text of stickslip.dynamics.ugv.measured: the promises that `recommend` chooses from."""
+"""The text of stickslip.dynamics.ugv.trade.measured: the promises that `recommend` chooses from."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.shapes import Bump
-    from stickslip.dynamics.ugv.spline import Spline
+    from stickslip.dynamics.ugv.ground.shapes import Bump
+    from stickslip.dynamics.ugv.ground.spline import Spline
 
 LENGTH, LEG, RADIUS = 0.83, 0.35, 0.28
 """Body, leg and wheel radius [m]."""

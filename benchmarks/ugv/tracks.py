@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.ugv import Track
-from stickslip.dynamics.ugv.roughness import Waves, class_roughness, rough_waves
+from stickslip.dynamics.ugv.ground.roughness import Waves, class_roughness, rough_waves
 
 START, END = 0.0, 8.0
 """Of every track [m]."""

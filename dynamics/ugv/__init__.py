@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.checking import SettingCheck, check_poses
+    from stickslip.dynamics.ugv.contact.placed import Pose
+    from stickslip.dynamics.ugv.contact.rolling import wheel_turns
+    from stickslip.dynamics.ugv.contact.wheel import Contact
     from stickslip.dynamics.ugv.equilibrium import (
         Equilibrium,
         Forces,
@@ -19,23 +21,21 @@ if TYPE_CHECKING:
         ground_forces,
         leg_torques,
     )
+    from stickslip.dynamics.ugv.ground.surface import Surface
     from stickslip.dynamics.ugv.names import TRACKS
     from stickslip.dynamics.ugv.odometer import Odometer
     from stickslip.dynamics.ugv.params import UGVParams
-    from stickslip.dynamics.ugv.placed import Pose
     from stickslip.dynamics.ugv.pose import place, pose
     from stickslip.dynamics.ugv.pose_solver import PoseSolver
-    from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
-    from stickslip.dynamics.ugv.rolling import wheel_turns
-    from stickslip.dynamics.ugv.settings import Setting
-    from stickslip.dynamics.ugv.surface import Surface
     from stickslip.dynamics.ugv.track import Track
-    from stickslip.dynamics.ugv.wheel import Contact
+    from stickslip.dynamics.ugv.trade.checking import SettingCheck, check_poses
+    from stickslip.dynamics.ugv.trade.recommendation import Recommendation, recommend
+    from stickslip.dynamics.ugv.trade.settings import Setting
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "checking": ("SettingCheck", "check_poses"),
+            "trade.checking": ("SettingCheck", "check_poses"),
             "equilibrium": (
                 "Equilibrium",
                 "Forces",
@@ -47,15 +47,15 @@ else:
             "names": ("TRACKS",),
             "odometer": ("Odometer",),
             "params": ("UGVParams",),
-            "placed": ("Pose",),
+            "contact.placed": ("Pose",),
             "pose": ("place", "pose"),
             "pose_solver": ("PoseSolver",),
-            "recommendation": ("Recommendation", "recommend"),
-            "rolling": ("wheel_turns",),
-            "settings": ("Setting",),
-            "surface": ("Surface",),
+            "trade.recommendation": ("Recommendation", "recommend"),
+            "contact.rolling": ("wheel_turns",),
+            "trade.settings": ("Setting",),
+            "ground.surface": ("Surface",),
             "track": ("Track",),
-            "wheel": ("Contact",),
+            "contact.wheel": ("Contact",),
         },
     )
 

@@ -12,18 +12,18 @@ from stickslip.dynamics.checks import as_number, require_choice
 from stickslip.dynamics.numeric import Lists, Number
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
+from stickslip.dynamics.ugv.contact.placed import Pose
+from stickslip.dynamics.ugv.contact.systems import SYSTEMS, solve_system
+from stickslip.dynamics.ugv.contact.wheel import Contact, cross, dot
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.placed import Pose
 from stickslip.dynamics.ugv.pose import require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
-from stickslip.dynamics.ugv.systems import SYSTEMS, solve_system
 from stickslip.dynamics.ugv.track import Track
-from stickslip.dynamics.ugv.wheel import Contact, cross, dot
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.ugv.shapes import Points, Values
+    from stickslip.dynamics.ugv.ground.shapes import Points, Values
 
 
 class Forces(NamedTuple):

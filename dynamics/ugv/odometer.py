@@ -25,9 +25,9 @@ from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import Numeric, float_type, same_rank
 from stickslip.dynamics.once import as_one_program, run_once
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.ugv.near import in_two, locate, parts_of
-from stickslip.dynamics.ugv.shapes import as_floats
-from stickslip.dynamics.ugv.spline import Spline
+from stickslip.dynamics.ugv.ground.near import in_two, locate, parts_of
+from stickslip.dynamics.ugv.ground.shapes import as_floats
+from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.track import Track, track_of
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from stickslip.dynamics.pytrees import register_pytree
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.ugv.shapes import Points
+    from stickslip.dynamics.ugv.ground.shapes import Points
 
 POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
 NUMBERS = (int, float, np.number, np.ndarray, jax.Array)

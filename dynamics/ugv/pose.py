@@ -12,18 +12,18 @@ import numpy as np
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.numeric import Lists, Number, float_type
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.clearance import clearance
+from stickslip.dynamics.ugv.contact.clearance import clearance
+from stickslip.dynamics.ugv.contact.placed import Pose
+from stickslip.dynamics.ugv.contact.pose_status import status_of
+from stickslip.dynamics.ugv.contact.wheel import contact, cross, dot
 from stickslip.dynamics.ugv.params import UGVParams, legs
-from stickslip.dynamics.ugv.placed import Pose
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, locate
-from stickslip.dynamics.ugv.pose_status import status_of
 from stickslip.dynamics.ugv.track import Track, track_of
-from stickslip.dynamics.ugv.wheel import contact, cross, dot
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Real
 
-    from stickslip.dynamics.ugv.shapes import Points
+    from stickslip.dynamics.ugv.ground.shapes import Points
 
 
 def pose(

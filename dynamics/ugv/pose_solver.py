@@ -15,14 +15,14 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.ugv.near import Near
-from stickslip.dynamics.ugv.wheel import Contact, contact, dot, penetration
+from stickslip.dynamics.ugv.contact.wheel import Contact, contact, dot, penetration
+from stickslip.dynamics.ugv.ground.near import Near
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.dynamics.ugv.shapes import Points, Values
+    from stickslip.dynamics.ugv.ground.shapes import Points, Values
 
     Search = tuple[Values, Values, Values, Values, Bool[Array, "..."]]
     """The point, the bracket's ends, the miss before, whether it is found."""

@@ -24,10 +24,9 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.numeric import Number, Numbers, Numeric
 from stickslip.dynamics.once import as_one_program
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
-from stickslip.dynamics.ugv.near import Near, seen_from
-from stickslip.dynamics.ugv.roughness import class_roughness, rough_shape
-from stickslip.dynamics.ugv.shapes import (
+from stickslip.dynamics.ugv.ground.near import Near, seen_from
+from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_shape
+from stickslip.dynamics.ugv.ground.shapes import (
     Bump,
     Ditch,
     Flat,
@@ -41,14 +40,15 @@ from stickslip.dynamics.ugv.shapes import (
     require_function,
     require_numbers,
 )
-from stickslip.dynamics.ugv.spline import Spline, hermite_table, spline_through
-from stickslip.dynamics.ugv.surface import Surface
+from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table, spline_through
+from stickslip.dynamics.ugv.ground.surface import Surface
+from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.ugv.shapes import Profile
+    from stickslip.dynamics.ugv.ground.shapes import Profile
 
 
 @as_one_program

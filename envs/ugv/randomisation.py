@@ -20,11 +20,11 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.dynamics.ugv.ground.roughness import rough_waves
+from stickslip.dynamics.ugv.ground.shapes import Bump
+from stickslip.dynamics.ugv.ground.spline import hermite_table
+from stickslip.dynamics.ugv.ground.surface import Surface, pairs
 from stickslip.dynamics.ugv.names import TRACKS
-from stickslip.dynamics.ugv.roughness import rough_waves
-from stickslip.dynamics.ugv.shapes import Bump
-from stickslip.dynamics.ugv.spline import hermite_table
-from stickslip.dynamics.ugv.surface import Surface, pairs
 from stickslip.dynamics.ugv.track import track_of
 from stickslip.envs.ranges import Range, require_range
 from stickslip.envs.ugv.names import RANDOM_TRACKS

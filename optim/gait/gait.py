@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.optim.gait.convex.limits import ground_of, torque_of, zmp_of
+from stickslip.optim.gait.convex.program import STRAIN, TIME, TORQUE, WORK
 from stickslip.optim.gait.grid import Grid
-from stickslip.optim.gait.limits import ground_of, torque_of, zmp_of
-from stickslip.optim.gait.program import STRAIN, TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -11,16 +11,16 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.optim.gait.goal import goal_of
+from stickslip.optim.gait.convex.goal import goal_of
+from stickslip.optim.gait.convex.instance import Instance
+from stickslip.optim.gait.convex.limits import TORQUE, UNITS, Limits
+from stickslip.optim.gait.convex.units import lift_off_rate, swing_torque
 from stickslip.optim.gait.grid import Grid
-from stickslip.optim.gait.instance import Instance
-from stickslip.optim.gait.limits import TORQUE, UNITS, Limits
 from stickslip.optim.gait.names import METHODS as IN_WORDS
 from stickslip.optim.gait.places import friction_along
 from stickslip.optim.gait.profile import profile_of, robot_of
 from stickslip.optim.gait.result import GaitResult
 from stickslip.optim.gait.slopes import Slopes
-from stickslip.optim.gait.units import lift_off_rate, swing_torque
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure
 from stickslip.optim.result import Evaluation, OptimStatus
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.dynamics.scene import Scene
+    from stickslip.optim.gait.convex.goal import Goal
     from stickslip.optim.gait.gait import Gait
-    from stickslip.optim.gait.goal import Goal
 
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
@@ -83,7 +83,7 @@ class GaitProblem(Problem[GaitResult]):
     goal: Goal = field(init=False)
 
     methods: ClassVar[Mapping[str, Method]] = {
-        "conic": Method(IN_WORDS["conic"], "stickslip.optim.gait.conic:solve_conic")
+        "conic": Method(IN_WORDS["conic"], "stickslip.optim.gait.convex.conic:solve_conic")
     }
     result_kind = GaitResult
     default_method = "conic"
@@ -199,7 +199,7 @@ class GaitProblem(Problem[GaitResult]):
         """See Problem. ValueError for the objective "friction", which is no convex program."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
-        from stickslip.optim.gait.program import Program, Solved
+        from stickslip.optim.gait.convex.program import Program, Solved
 
         at = self.instance
         program = Program(at.structure)

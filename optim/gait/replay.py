@@ -14,8 +14,8 @@ from stickslip.dynamics.biped.kinematics import SUPPORT_END
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
+from stickslip.optim.gait.convex.program import WORK
 from stickslip.optim.gait.law import GaitLaw
-from stickslip.optim.gait.program import WORK
 from stickslip.optim.options import require_scalar
 
 if TYPE_CHECKING:

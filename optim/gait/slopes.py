@@ -10,15 +10,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.optim.gait.convex.instance import squares_of
+from stickslip.optim.gait.convex.limits import affine_ground, affine_torque, ground_of, torque_of
+from stickslip.optim.gait.convex.program import TIME
 from stickslip.optim.gait.gait import friction_use, terms_on_grid
-from stickslip.optim.gait.instance import squares_of
-from stickslip.optim.gait.limits import affine_ground, affine_torque, ground_of, torque_of
-from stickslip.optim.gait.program import TIME
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.optim.gait.instance import Instance
+    from stickslip.optim.gait.convex.instance import Instance
 
 
 @dataclass(frozen=True)

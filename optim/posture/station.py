@@ -18,9 +18,9 @@ from stickslip.dynamics.ugv import (
     UGVParams,
     balance,
 )
+from stickslip.dynamics.ugv.contact.rolling import wheel_lags
 from stickslip.dynamics.ugv.equilibrium import friction_under
 from stickslip.dynamics.ugv.pose import stand
-from stickslip.dynamics.ugv.rolling import wheel_lags
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

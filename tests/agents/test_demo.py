@@ -8,9 +8,9 @@ import pytest
 
 from stickslip.agents import demo as module
 from stickslip.agents.biped import demo as biped_demo
-from stickslip.agents.biped import products
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import ConstantTorque
+from stickslip.agents.biped.pictures import products
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demo import demo
 from stickslip.agents.pictures import learning as plots_training
@@ -60,7 +60,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("tensorboard")
-    from stickslip.agents.biped import plots
+    from stickslip.agents.biped.pictures import plots
 
     titles: list[str] = []
     for place in (plots, plots_training):

@@ -31,7 +31,7 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, kinematics
 from stickslip.dynamics.biped import reduced_inertia, simulate
 from stickslip.dynamics.ugv import Track
-from stickslip.dynamics.ugv.spline import INTERPOLATIONS
+from stickslip.dynamics.ugv.ground.spline import INTERPOLATIONS
 from stickslip.dynamics.ugv.track import TRACKS
 from stickslip.envs import BipedEnv
 from stickslip.programs import _clear_away, kept_programs

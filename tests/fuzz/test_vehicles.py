@@ -16,10 +16,10 @@ import pytest
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.equilibrium import balance
+from stickslip.dynamics.ugv.ground.shapes import Step
+from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.pose import stand
 from stickslip.dynamics.ugv.pose_solver import size_near
-from stickslip.dynamics.ugv.shapes import Step
-from stickslip.dynamics.ugv.spline import Spline
 
 pytestmark = pytest.mark.long
 

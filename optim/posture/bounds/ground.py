@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.ugv.roughness import Waves
-from stickslip.dynamics.ugv.shapes import Bump, Ditch, Flat, Incline, Ramp, Sinusoid, Step
+from stickslip.dynamics.ugv.ground.roughness import Waves
+from stickslip.dynamics.ugv.ground.shapes import Bump, Ditch, Flat, Incline, Ramp, Sinusoid, Step
 from stickslip.optim.intervals.interval import Interval, hull, interval, where
 from stickslip.optim.posture.bounds.spline_ground import spline_ground
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Numbers
 
-from stickslip.dynamics.ugv.spline import Spline
+from stickslip.dynamics.ugv.ground.spline import Spline
 
 Derivatives = tuple[Interval, Interval, Interval, Interval]
 """Height [m], slope, second [1/m] and third derivative [1/m^2]."""

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.optim.intervals.interval import Interval, hull, interval, where
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.spline import Spline
+    from stickslip.dynamics.ugv.ground.spline import Spline
 
 Four = tuple[Interval, Interval, Interval, Interval]
 """Height, slope and two derivatives more."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from stickslip.optim.gait.goal import goal_of
+from stickslip.optim.gait.convex.goal import goal_of
 from stickslip.optim.suite.biped.gains import gains_problem
 from stickslip.optim.suite.biped.gait import gait_goals, gait_problem
 from stickslip.optim.suite.biped.linkage import LENGTHS, MASSES, biped_design

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stickslip.agents.biped.gait_shown import WALKED, gait_shown
+from stickslip.agents.biped.pictures.gait_shown import WALKED, gait_shown
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
-from stickslip.optim.gait.goal import goal_of
+from stickslip.optim.gait.convex.goal import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optimise.gait_flags import GaitFlags
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.histories import Histories, place_on
-from stickslip.agents.biped.plots import plot_course
+from stickslip.agents.biped.pictures.histories import Histories, place_on
+from stickslip.agents.biped.pictures.plots import plot_course
 from stickslip.dynamics.biped.trade.check_batch import precision
 from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import Smoothed

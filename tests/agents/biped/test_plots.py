@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from stickslip.agents.biped import plots
-from stickslip.agents.biped.histories import Histories
 from stickslip.agents.biped.names import BIPED_BASELINES
+from stickslip.agents.biped.pictures import plots
+from stickslip.agents.biped.pictures.histories import Histories
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.ugv.names import UGV_BASELINES
 from stickslip.dynamics import Scene

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.biped.controllers import CrankSpeedPI
-from stickslip.agents.biped.switching import (
+from stickslip.agents.biped.pictures.switching import (
     Switch,
     _agreeing,
     _without_brief,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents.biped.controllers import ConstantTorque
-from stickslip.agents.biped.histories import histories
-from stickslip.agents.biped.plots import plot_comparison, plot_episode
+from stickslip.agents.biped.pictures.histories import histories
+from stickslip.agents.biped.pictures.plots import plot_comparison, plot_episode
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.pictures.film import film
 from stickslip.envs import BipedEnv

@@ -8,13 +8,13 @@ import pytest
 
 from stickslip.agents import read_sweep, sweep, sweep_arrays
 from stickslip.agents.reports.swept import write_report
-from stickslip.agents.sweeps import again as replaying
-from stickslip.agents.sweeps.again import play_again
-from stickslip.agents.sweeps.chosen import chosen_of
 from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.directory import read_about
+from stickslip.agents.sweeps.files.directory import read_about
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Plan
+from stickslip.agents.sweeps.telling import again as replaying
+from stickslip.agents.sweeps.telling.again import play_again
+from stickslip.agents.sweeps.telling.chosen import chosen_of
 from stickslip.envs.rendering.html.reading import read_episodes
 from tests.agents.sweeps.masses import TASK, WHO
 

@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import read_sweep, sweep
-from stickslip.agents.sweeps import cluster
-from stickslip.agents.sweeps.chunks import Chunks
 from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.directory import missing_chunks, open_sweep
-from stickslip.agents.sweeps.engine import Watch
+from stickslip.agents.sweeps.files.chunks import Chunks
+from stickslip.agents.sweeps.files.directory import missing_chunks, open_sweep
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.play import Player
+from stickslip.agents.sweeps.playing import cluster
+from stickslip.agents.sweeps.playing.engine import Watch
+from stickslip.agents.sweeps.playing.play import Player
 from tests.agents.sweeps.masses import AXES, TASK, WHO, swept
 
 pytest.importorskip("distributed")

@@ -17,7 +17,7 @@ SCRIPT = """
 import json, sys
 import jax
 from stickslip.agents.registry import register
-from stickslip.agents.sweeps import program
+from stickslip.agents.sweeps.playing import program
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 

@@ -12,8 +12,8 @@ from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.biped.swept import BipedSwept
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.sweeps.case import Played, case_of
 from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.sweeps.playing.case import Played, case_of
 from stickslip.agents.ugv.swept import UGVSwept
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene

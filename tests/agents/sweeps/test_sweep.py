@@ -10,9 +10,10 @@ import pyarrow as pa
 import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
-from stickslip.agents.sweeps import chunks, program
-from stickslip.agents.sweeps.directory import missing_chunks
-from stickslip.agents.sweeps.play import StoppedError, summary
+from stickslip.agents.sweeps.files import chunks
+from stickslip.agents.sweeps.files.directory import missing_chunks
+from stickslip.agents.sweeps.playing import program
+from stickslip.agents.sweeps.playing.play import StoppedError, summary
 from stickslip.envs.rendering.html.reading import read_episodes
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import AXES, TASK, WHO, swept

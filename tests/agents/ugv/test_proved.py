@@ -13,7 +13,7 @@ from stickslip.agents.ugv import proved as module
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.proved import named_problem, proved
 from stickslip.dynamics.ugv import Track
-from stickslip.dynamics.ugv.surface import Surface
+from stickslip.dynamics.ugv.ground.surface import Surface
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.optim import PostureProblem
 from stickslip.optim.posture.bounds import bound_every_drive

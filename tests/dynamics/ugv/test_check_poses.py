@@ -15,8 +15,8 @@ from stickslip.dynamics.ugv import (
     check_poses,
     equilibrium,
 )
-from stickslip.dynamics.ugv.settings import reach
-from stickslip.dynamics.ugv.spline import Spline
+from stickslip.dynamics.ugv.ground.spline import Spline
+from stickslip.dynamics.ugv.trade.settings import reach
 
 BARE = PoseSolver(samples=0)
 FIXED = PoseSolver(iterations=2, samples=0)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams, check_poses
-from stickslip.dynamics.ugv.recommendation import (
+from stickslip.dynamics.ugv.ground.roughness import Waves
+from stickslip.dynamics.ugv.trade.recommendation import (
     GROUNDS,
     MEASUREMENTS,
     PLACES,
@@ -18,8 +19,7 @@ from stickslip.dynamics.ugv.recommendation import (
     place_of,
     recommend,
 )
-from stickslip.dynamics.ugv.roughness import Waves
-from stickslip.dynamics.ugv.settings import FAR, NEAR
+from stickslip.dynamics.ugv.trade.settings import FAR, NEAR
 
 BATCHES = tuple(sorted({point.batch for point in MEASUREMENTS}))
 TOLERANCES = tuple(10.0**k for k in range(-17, 0))

@@ -1,0 +1,1 @@
+"""The baseline controllers, a file each, and what they share."""

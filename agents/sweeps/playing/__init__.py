@@ -1,0 +1,1 @@
+"""How episodes are played in bulk: programs, threads, workers."""

@@ -1,0 +1,1 @@
+"""What a sweep says: words, pictures, comparisons, episodes to show."""

@@ -1,0 +1,184 @@
+"""A wheel on the ground: the point of contact and the wheel's centre (eq. 38)."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.lanes import where_needed
+from stickslip.dynamics.ugv.ground.near import Near
+from stickslip.dynamics.ugv.track import Track
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.ugv.ground.shapes import Points, Values
+
+    Sampled = tuple[tuple[Values, Values, Values], Values, Values, Int[Array, "..."]]
+
+NARROWINGS = 10
+"""Of the interval in which the ground may come nearest to a wheel's centre."""
+
+
+class Contact(NamedTuple):
+    """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
+
+    x: Float[Array, "..."]
+    """Where the wheel touches [m]."""
+    point: Float[Array, "... 2"]
+    """The same as a point (x, f(x)) [m]."""
+    centre: Float[Array, "... 2"]
+    """The wheel's centre (s, g) of eq. (38) [m]."""
+    tangent: Float[Array, "... 2"]
+    """(cos beta, sin beta), along the ground forwards."""
+    stretch: Float[Array, "..."]
+    """How far the centre moves for each metre along the ground [-]: 1 less radius over the ground's
+    radius of curvature. Not positive: the ground is hollower than the wheel."""
+
+    @property
+    def slope_angle(self) -> Values:
+        """beta = atan f'(x) [rad]."""
+        return jnp.arctan2(self.tangent[..., 1], self.tangent[..., 0])
+
+    @property
+    def normal(self) -> Points:
+        """(-sin beta, cos beta), out of the ground."""
+        return jnp.stack([-self.tangent[..., 1], self.tangent[..., 0]], -1)
+
+
+def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float) -> Contact:
+    """The contact at x (eq. 38, with f' for the f that is printed there); no check for a second."""
+    f, df, d2f = track.profile(x)
+    q = jnp.sqrt(1 + df**2)
+    cos, sin = 1 / q, df / q
+    return Contact(
+        x=x,
+        point=jnp.stack([x, f], -1),
+        centre=jnp.stack([x - radius * sin, f + radius * cos], -1),
+        tangent=jnp.stack([cos, sin], -1),
+        stretch=1 - radius * d2f / q**3,
+    )
+
+
+def penetration(
+    track: Track | Near, wheel: Contact, radius: Values | float, samples: int
+) -> Values:
+    """How deep the ground reaches into the wheel [m], >= 0: zero where it touches at one point.
+
+    The distance from the wheel's centre to the ground is looked up below `samples` points of the
+    rim, and between two of them that enclose a minimum, the nearest such pair beside the contact,
+    it is narrowed down. Ground narrower than about 2 radius / samples may hide; on random splines
+    what hid was up to 0.0018 of the radius deep with 16 samples (docs/not_modelled.md).
+    """
+    track, wheel, radius = jax.lax.stop_gradient((track, wheel, radius))  # it only judges
+    radius = jnp.asarray(radius, wheel.x.dtype)
+    deepest, place, found = _deepest_sample(track, wheel, radius, samples)
+    deepest = where_needed(
+        jnp.any(found),
+        partial(_narrowed_down, samples),
+        (track, wheel, radius, place, found, deepest),
+        deepest,
+    )
+    return jnp.maximum(radius - deepest, 0)
+
+
+def _below_rim(wheel: Contact, radius: Values, place: Int[Array, "..."], samples: int) -> Values:
+    """x of the sample of that number [m], from the rear end of the wheel to the front one."""
+    part = (jnp.asarray(place, wheel.x.dtype) + 0.01) / (samples - 0.98)
+    return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
+
+
+def _deepest_sample(
+    track: Track | Near, wheel: Contact, radius: Values, samples: int
+) -> tuple[Values, Int[Array, "..."], Bool[Array, "..."]]:
+    """The least distance of a sample from the centre [m]; the number of the one in front of the
+    nearest minimum beside the contact; whether there is one.
+
+    A minimum lies between two points where the distance falls at the left and grows at the right,
+    or where it ends lower than it began though it grows at both (an edge), or higher though it
+    falls at both. The contact is one of them.
+    """
+
+    def look(place: jax.Array, carry: Sampled) -> Sampled:
+        (left, d_left, g_left), deepest, nearest, chosen = carry
+        right = _below_rim(wheel, radius, place, samples)
+        d_right, g_right = _from_centre(track, wheel.centre, right)
+        touching = (left <= wheel.x) & (wheel.x <= right)
+        encloses = _encloses(d_left, g_left, d_right, g_right) & ~touching
+        value = jnp.where(encloses, jnp.minimum(d_left, d_right), jnp.inf)
+        chosen = jnp.where(value < nearest, place, chosen)
+        here = right, d_right, g_right
+        return here, jnp.minimum(deepest, d_right), jnp.minimum(nearest, value), chosen
+
+    zero = jnp.zeros(wheel.x.shape, jnp.int32)
+    first = _below_rim(wheel, radius, zero, samples)
+    start = first, *_from_centre(track, wheel.centre, first)
+    carry = start, start[1], jnp.full_like(wheel.x, jnp.inf), zero
+    # A loop: for a batch its numbers stay in the nearest cache.
+    _, deepest, _, place = jax.lax.fori_loop(1, samples, look, carry)
+    return deepest, place, place > 0
+
+
+def _narrowed_down(
+    samples: int,
+    track: Track | Near,
+    wheel: Contact,
+    radius: Values,
+    place: Int[Array, "..."],
+    found: Bool[Array, "..."],
+    deepest: Values,
+) -> Values:
+    """The least distance [m] where one was found between a sample and the one before it."""
+    low, high = (_below_rim(wheel, radius, at, samples) for at in (place - 1, place))
+    (d_low, g_low), (_, g_high) = (_from_centre(track, wheel.centre, at) for at in (low, high))
+
+    def narrow(_: jax.Array, carry: tuple[Values, ...]) -> tuple[Values, ...]:
+        low, high, d_low, g_low, g_high, least = carry
+        secant = (low * g_high - high * g_low) / jnp.where(g_high == g_low, 1, g_high - g_low)
+        margin = (high - low) / 8
+        at = jnp.where((g_low < 0) & (g_high > 0), secant, (low + high) / 2)
+        at = jnp.clip(at, low + margin, high - margin)
+        d, g = _from_centre(track, wheel.centre, at)
+        before = _encloses(d_low, g_low, d, g)
+        high, g_high = jnp.where(before, at, high), jnp.where(before, g, g_high)
+        low, d_low, g_low = (
+            jnp.where(before, old, new) for old, new in ((low, at), (d_low, d), (g_low, g))
+        )
+        return low, high, d_low, g_low, g_high, jnp.minimum(least, d)
+
+    # A loop, not unrolled: the CPU compiler would repeat the profile through the whole chain.
+    carry = (low, high, d_low, g_low, g_high, deepest)
+    least = jax.lax.fori_loop(0, NARROWINGS, narrow, carry)[-1]
+    return jnp.where(found, least, deepest)
+
+
+def _encloses(
+    d_left: Values, g_left: Values, d_right: Values, g_right: Values
+) -> Bool[Array, "..."]:
+    """Whether a minimum of the distance lies between two points, by values and slopes there."""
+    falls, grows = g_left < 0, g_right > 0
+    return (
+        (falls & grows)
+        | (~falls & grows & (d_right < d_left))
+        | (falls & ~grows & (d_right > d_left))
+    )
+
+
+def _from_centre(track: Track | Near, centre: Points, x: Values) -> tuple[Values, Values]:
+    """Distance of the ground at x from the wheel's centre [m], and half the slope of its square."""
+    f, df, _ = track.profile(x)
+    across, up = x - centre[..., 0], f - centre[..., 1]
+    return jnp.sqrt(across**2 + up**2), across + up * df
+
+
+def dot(a: Points, b: Points) -> Values:
+    """Scalar product of vectors [..., 2]."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+
+
+def cross(a: Points, b: Points) -> Values:
+    """z component of the vector product of vectors [..., 2]."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

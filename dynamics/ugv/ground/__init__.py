@@ -1,0 +1,1 @@
+"""Profiles of the ground: shapes, splines, roughness, hollows, friction by place."""

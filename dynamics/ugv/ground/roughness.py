@@ -1,0 +1,171 @@
+"""Random rough ground with the spectrum of ISO 8608.
+
+The standard describes road profiles by the one-sided power spectral density of their height over
+spatial frequency n [cycles/m], straight in double logarithmic axes:
+
+    G(n) = G(n0) (n / n0)^-2,    n0 = 0.1 cycles/m,
+
+and classes A (very good) to H by G(n0), whose geometric means are 16e-6 x 4^k m^3, k = 0 to 7.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_integer,
+    require_memory,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.numeric import Numeric, float_type, same_rank
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
+from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+
+REFERENCE_FREQUENCY = 0.1
+"""n0 [cycles/m]."""
+
+CLASSES = tuple("ABCDEFGH")
+
+BAND = (0.05, 1.0)
+"""Spatial frequencies drawn by default [cycles/m].
+
+Longer waves than 20 m hardly tilt a vehicle of 1 m. Waves shorter than 1 m make the ground
+hollower than a wheel: the root mean square of y'' is 0.037 1/m in class C and 1.2 1/m in class H,
+and grows with the upper end to the power 3/2, against 1 / r = 3.6 1/m of a wheel of 0.28 m.
+"""
+
+WAVES = 64
+PIECES_PER_WAVE = 8
+"""Of the table, for the shortest wave."""
+
+
+def class_roughness(iso_class: str) -> float:
+    """G(n0) [m^3], the geometric mean of an ISO 8608 class "A" to "H"."""
+    require_choice("iso_class", iso_class, CLASSES)
+    return 16e-6 * 4.0 ** CLASSES.index(iso_class)
+
+
+def band_variance(roughness: Numeric, band: tuple[float, float] = BAND) -> Numeric:
+    """Integral of G over the band [m^2]: the mean square height of the ground drawn from it."""
+    low, high = band
+    return roughness * REFERENCE_FREQUENCY**2 * (1 / low - 1 / high)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Waves(Closed):
+    """Sum of cosines, y = sum_i amplitude_i cos(2 pi n_i x + phase_i); exact but slow."""
+
+    amplitudes: Float[np.ndarray | Array, "waves"]
+    frequencies: Float[np.ndarray | Array, "waves"]
+    phases: Float[np.ndarray | Array, "waves"]
+
+    def near(self, base: Numeric, u: Numeric):
+        """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]; whole
+        cycles left out of n x."""
+        values = (base, u, self.amplitudes, self.frequencies, self.phases)
+        base, u, *waves = as_floats(*values)
+        base, u, a, n, phase = same_rank(base[..., None], u[..., None], *waves)
+        k = 2 * np.pi * n
+        turns = n * base
+        angle = 2 * np.pi * (turns - jax.lax.stop_gradient(jnp.round(turns)))
+        angle = (angle + phase) + k * u
+        cosine, sine = jnp.cos(angle), jnp.sin(angle)
+        return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
+
+
+def rough_waves(
+    key: Array, roughness: Numeric, *, band: tuple[float, float] = BAND, waves: int = WAVES
+) -> Waves:
+    """Draw a ground of roughness G(n0) [m^3], which may be traced. A pure function of the key.
+
+    The band is cut into `waves` equal intervals [a, b], one cosine each of frequency
+    n_i = sqrt(a b) and amplitude sqrt(2 G(n_i) (b - a)): G(n_i) (b - a) is then the integral of G
+    over the interval exactly, and the mean square height that of the band. Phases uniform and
+    independent, in single precision for either type, so that a key means one ground.
+    """
+    edges = _checked_edges(band, waves)
+    require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
+    variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
+    amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
+    phases = jax.random.uniform(_as_key(key), (waves,), jnp.float32, 0.0, 2 * np.pi)
+    if is_concrete(roughness, phases):
+        level = np.asarray(roughness, np.float64)[..., None]
+        return Waves(np.sqrt(level) * amplitudes, frequencies, np.asarray(phases, np.float64))
+    (level,) = as_floats(roughness)
+    amplitudes, frequencies = (jnp.asarray(v, level.dtype) for v in (amplitudes, frequencies))
+    return Waves(jnp.sqrt(level) * amplitudes, frequencies, phases.astype(level.dtype))
+
+
+def _as_key(key: Any) -> Array:
+    """A JAX key of either kind, or ValueError."""
+    dtype = getattr(key, "dtype", None)
+    typed = dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
+    if not typed and (dtype != np.uint32 or np.shape(key) != (2,)):
+        raise ValueError(f"key = {shown(key)}; accepted: a JAX key, or for Track.rough a seed")
+    return key
+
+
+def rough_shape(
+    key: Array,
+    roughness: Numeric,
+    start: Numeric = -2.0,
+    end: Numeric = 22.0,
+    *,
+    band: tuple[float, float] = BAND,
+    waves: int = WAVES,
+    pieces: int | None = None,
+) -> Spline:
+    """Draw a ground as `rough_waves` does and tabulate it from start to end [m], for speed.
+
+    pieces: of the table (see hermite_table), by default 8 for the shortest wave: in class C the
+    largest errors of height, slope and second derivative are then 7e-9 m, 2e-7 and 1.1e-5 1/m, of
+    root mean squares 7e-3 m, 1e-2 and 4e-2 1/m; with twice the pieces 64, 32 and 16 times less
+    (in single precision not: 3e-8 m, 7e-7 and 3e-5 1/m). Needed when start or end is traced. Past
+    the ends the ground goes on straight: let them enclose the drive and the vehicle's length.
+    """
+    drawn = rough_waves(key, roughness, band=band, waves=waves)
+    if pieces is None:
+        if not is_concrete(start, end):
+            raise ValueError("pieces = None with traced ends; accepted: an integer >= 1")
+        longest = float(np.max(np.asarray(end, float) - np.asarray(start, float)))
+        accepted = "start < end, finite [m]"
+        require_number("end - start", longest, low=0.0, strict=True, accepted=accepted)
+        wanted = longest * band[1] * PIECES_PER_WAVE
+        require_memory(f"end - start = {longest:.6g}", "pieces of a table", wanted, 64 * waves)
+        pieces = max(1, math.ceil(wanted))
+    pieces = require_integer("pieces", pieces)
+    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, 64 * waves)
+    if not is_concrete(drawn, start, end):
+        dtype = float_type(drawn)
+        start, end = (jnp.asarray(at, dtype) for at in (start, end))
+    return hermite_table(drawn.profile, start, end, pieces)
+
+
+def _checked_edges(band: tuple[float, float], waves: int) -> np.ndarray:
+    """Edges of the waves' intervals of spatial frequency [cycles/m]."""
+    waves = require_integer("waves", waves)
+    require_memory(f"waves = {shown(waves)}", "waves", waves, 64)
+    accepted = "(low, high), 0 < low < high [cycles/m]"
+    if not isinstance(band, tuple | list) or len(band) != 2:
+        raise ValueError(f"band = {shown(band)}; accepted: {accepted}")
+    for end in band:
+        require_number("band", end, accepted=accepted)
+    low, high = (float(end) for end in band)
+    if not 0 < low < high < math.inf:
+        raise ValueError(f"band = {band!r}; accepted: {accepted}")
+    return np.linspace(low, high, waves + 1)

@@ -1,0 +1,230 @@
+"""Ground as piecewise polynomials: through given points, or a table of another profile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_integer,
+    require_memory,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.ugv.ground.near import in_two, locate
+from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.ugv.ground.shapes import Profile
+
+INTERPOLATIONS = ("cubic", "pchip", "makima", "linear")
+
+EVEN = 1e-6
+"""Knots this close to even spacing, in pieces, are looked up by arithmetic."""
+
+BYTES_A_PIECE = 400
+"""Of a table, while it is made, about."""
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Spline(Closed):
+    """Polynomials by rising power of the distance from the knot at their left.
+
+    Past the ends it goes on straight with the slope it has there. even: whether the knots are
+    evenly spaced, and so found without a search; static. Knots are knots + rests and heights at
+    them coefficients[:, 0] + lows [m], each in two parts (`in_two`), so that single precision keeps
+    the digits of ground far from x = 0 and y = 0. Built from concrete numbers the arrays are
+    NumPy's, in double precision whatever jax_enable_x64 says; the computation rounds them.
+    """
+
+    knots: Float[np.ndarray | Array, "pieces+1"]
+    rests: Float[np.ndarray | Array, "pieces+1"]
+    coefficients: Float[np.ndarray | Array, "pieces powers"]
+    lows: Float[np.ndarray | Array, "pieces"]
+    even: bool = field(metadata={"static": True})
+
+    @classmethod
+    def of(cls, knots: np.ndarray, coefficients: np.ndarray, even: bool) -> Spline:
+        """The spline of concrete numbers in double precision."""
+        heights, lows = in_two(coefficients[:, 0])
+        table = np.concatenate([heights[:, None], coefficients[:, 1:]], axis=1)
+        return cls(*in_two(knots), table, lows, even)
+
+    def near(self, base: Numeric, u: Numeric):
+        """The polynomial of the piece that base + u [m] lies in, by Horner's rule."""
+        fields = (self.knots, self.rests, self.coefficients, self.lows)
+        base, u, knots, rests, coefficients, lows = as_floats(base, u, *fields)
+        piece, t, outside = locate(knots, rests, self.even, base, u)
+        row = coefficients[piece]
+        powers = coefficients.shape[-1]
+        y, dy, half = row[..., powers - 1], jnp.zeros_like(t), jnp.zeros_like(t)
+        for k in range(powers - 2, -1, -1):
+            lowest = row[..., k] if k else lows[piece]
+            half, dy, y = half * t + dy, dy * t + y, y * t + lowest
+        return (row[..., 0], y + dy * outside), dy, jnp.where(outside == 0, 2 * half, 0.0)
+
+    def require_resolved(self, dtype: Any) -> None:
+        """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
+        polynomials overflow it."""
+        if not is_concrete(self.knots, self.rests, self.coefficients):
+            return
+        with np.errstate(over="ignore"):
+            rows = np.asarray(self.coefficients).astype(dtype)
+        if not np.all(np.isfinite(rows)):
+            raise ValueError(
+                f"the spline overflows {np.dtype(dtype).name}; accepted: points farther apart or "
+                "nearer in height, or double precision (jax_enable_x64)"
+            )
+        knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))
+        with np.errstate(over="ignore"):
+            narrow = (knots + rests).astype(dtype)
+        same = np.flatnonzero(~(narrow[..., 1:] > narrow[..., :-1]))
+        if same.size and knots.ndim == 1:
+            i = int(same[0]) + 1
+            raise ValueError(
+                f"x[{i}] = {knots[i] + rests[i]} and x[{i - 1}] = {knots[i - 1] + rests[i - 1]} "
+                f"are one number in {np.dtype(dtype).name}; accepted: points farther apart, x "
+                "nearer 0, or double precision (jax_enable_x64)"
+            )
+
+
+def spline_through(x: Numeric, y: Numeric, interpolation: str = "cubic") -> Spline:
+    """A spline through concrete points; see Track.from_points. SciPy computes it, in float64."""
+    require_choice("interpolation", interpolation, INTERPOLATIONS)
+    x, y = _checked_points(x, y)
+    coefficients = _coefficients(x, y, interpolation)
+    bad = np.flatnonzero(~np.all(np.isfinite(coefficients), axis=1))
+    if bad.size:
+        i = int(bad[0])
+        raise ValueError(
+            f"the spline from x[{i}] = {x[i]} to x[{i + 1}] = {x[i + 1]} overflows float64; "
+            "accepted: points farther apart or nearer in height, and no more than 1e100 m of both"
+        )
+    count = x.size - 1
+    spacing = (x[-1] - x[0]) / count
+    even = np.all(np.abs(x - x[0] - spacing * np.arange(x.size)) <= EVEN * spacing)
+    return Spline.of(x, coefficients, bool(even))
+
+
+def hermite_table(
+    profile: Callable[..., Profile], start: Numeric, end: Numeric, pieces: int
+) -> Spline:
+    """`pieces` equal quintics from start to end [m] that hold a profile's values at the knots.
+
+    Height, slope and second derivative are the profile's at every knot, so the table is twice
+    continuously differentiable between its ends. For pieces of length h the height is off by
+    h^6 |y^(6)| / 46080 at most. Pure in JAX: start, end and the profile's numbers may be traced;
+    the table then has their precision, and in single precision the second derivative also carries
+    rounding, about 1e-6 |y| / h^2. Of a track's or a shape's own method with concrete numbers it is
+    computed in double precision.
+    """
+    pieces = require_integer("pieces", pieces)
+    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE)
+    require_number("start", start, accepted="a finite position [m]")
+    require_number("end", end, accepted="a finite position [m]")
+    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
+        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
+    owner = getattr(profile, "__self__", None)
+    if owner is None or not is_concrete(owner, start, end):
+        first, last = as_floats(start, end)
+        knots, rows = _table(profile, first, last, pieces)
+        return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
+    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+        first, last = (jnp.asarray(np.asarray(at, np.float64)) for at in (start, end))
+        found = _table(profile, first, last, pieces)
+        knots, rows = (np.asarray(of, np.float64) for of in found)
+    return Spline.of(knots, rows, even=True)
+
+
+def _table(
+    profile: Callable[[jax.Array], Profile], first: jax.Array, last: jax.Array, count: int
+) -> tuple[jax.Array, jax.Array]:
+    """Knots and coefficients [count, 6]; each piece as long as its knots say."""
+    knots = first + (last - first) / count * jnp.arange(count + 1, dtype=first.dtype)
+    y, dy, d2y = profile(knots)
+    knots = knots.astype(y.dtype)
+    h = knots[1:] - knots[:-1]
+    rise = y[1:] - y[:-1] - h * (dy[:-1] + h / 2 * d2y[:-1])
+    turn = h * (dy[1:] - dy[:-1] - h * d2y[:-1])
+    bend = h * h * (d2y[1:] - d2y[:-1])
+    upper = [10 * rise - 4 * turn + bend / 2, 7 * turn - 15 * rise - bend]
+    upper.append(6 * rise - 3 * turn + bend / 2)
+    lower = [y[:-1], dy[:-1], d2y[:-1] / 2]
+    scaled = [power / h**k for k, power in zip((3, 4, 5), upper, strict=True)]
+    return knots, jnp.stack([*lower, *scaled], axis=-1)
+
+
+def _coefficients(x: np.ndarray, y: np.ndarray, interpolation: str) -> np.ndarray:
+    """[pieces, powers], by rising power."""
+    from scipy import interpolate  # JAX depends on it; slow to import, and seldom needed
+
+    with np.errstate(all="ignore"):  # what overflows is refused with its place, by the caller
+        if interpolation == "linear":
+            return np.stack([y[:-1], np.diff(y) / np.diff(x)], axis=1)
+        try:
+            if interpolation == "cubic":
+                found = interpolate.CubicSpline(x, y, bc_type="natural")
+            elif interpolation == "pchip":
+                found = interpolate.PchipInterpolator(x, y)
+            else:
+                found = interpolate.Akima1DInterpolator(x, y, method="makima")
+        except (ValueError, np.linalg.LinAlgError):  # of numbers that overflowed on the way
+            return np.full((x.size - 1, 4), np.nan)
+    return found.c[::-1].T
+
+
+def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
+    """x and y in float64, or ValueError naming the first point that will not do."""
+    if not is_concrete(x, y):
+        raise ValueError(
+            "the points are traced; accepted: concrete points (build the track outside the "
+            "transformation and pass it in: its coefficients may be traced)"
+        )
+    arrays = []
+    for name, values in (("x", x), ("y", y)):
+        array = _numbers(name, values)
+        if array.ndim != 1 or array.size < 2:
+            raise ValueError(
+                f"{name} has shape {array.shape}; accepted: one axis, at least 2 points"
+            )
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            raise ValueError(f"{name}[{bad[0]}] = {array[bad[0]]}; accepted: finite numbers [m]")
+        arrays.append(array)
+    x, y = arrays
+    if x.shape != y.shape:
+        raise ValueError(f"x has {x.size} points and y {y.size}; accepted: as many y as x")
+    wrong = np.flatnonzero(np.diff(x) <= 0)
+    if wrong.size:
+        i = int(wrong[0]) + 1
+        fault = "repeats" if x[i] == x[i - 1] else "is less than"
+        raise ValueError(
+            f"x[{i}] = {x[i]} {fault} x[{i - 1}] = {x[i - 1]}; accepted: strictly increasing x [m]"
+        )
+    return x, y
+
+
+def _numbers(name: str, values: Any) -> np.ndarray:
+    """The values in float64, or ValueError for what are no real numbers; any shape."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "iuf" and array.size:
+            raise TypeError(f"an array of {array.dtype}")
+        return array.astype(np.float64)
+    except Exception as error:  # noqa: BLE001, whatever an object's own conversion raises
+        why = str(error).partition("\n")[0][:100]
+        raise ValueError(
+            f"{name} = {shown(values)} are no numbers ({why}); accepted: numbers [m]"
+        ) from None

@@ -1,0 +1,1 @@
+"""Speed against accuracy: settings, what was measured of them, what is promised."""

@@ -1,0 +1,267 @@
+"""Which setting for which accuracy: promises out of measured samples.
+
+Nothing is measured here. `python -m benchmarks.ugv --update` measures and writes measured.py;
+docs/ugv_tradeoff.md says how. Costs are seconds for each pose and its equilibrium on the machine
+named in `Recommendation.measured_on`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.ugv.ground.roughness import Waves
+from stickslip.dynamics.ugv.ground.shapes import Function
+from stickslip.dynamics.ugv.ground.spline import Spline
+from stickslip.dynamics.ugv.params import UGVParams
+from stickslip.dynamics.ugv.pose_solver import PoseSolver
+from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.trade import measured
+from stickslip.dynamics.ugv.trade.settings import DTYPES, FAR, NEAR, Setting
+
+GROUNDS = ("closed", "waves", "spline", "function")
+"""Kinds of ground that are told apart: a closed form, a sum of waves, a spline or table, a function
+of the user's."""
+PLACES = ("near", "far")
+
+
+class Errors(NamedTuple):
+    """Of one number over a sample of poses."""
+
+    typical: float
+    """The median."""
+    promised: float
+    """The upper bound of the stated quantile."""
+    worst: float
+    """The largest of the sample."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One setting on one kind of ground, place and batch.
+
+    pieces_per_wave: of a table, for the ground's shortest wave; None: no table. torque: errors over
+    weight times wheel radius [-]. contact: of the rear contact, in wheel radii [-]. poses: in the
+    sample; none had a wrong status. cost: processor seconds for each pose.
+    """
+
+    ground: str
+    place: str
+    solver: PoseSolver
+    dtype: str
+    pieces_per_wave: int | None
+    poses: int
+    torque: Errors
+    contact: Errors
+    batch: int
+    cost: float
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The cheapest measured setting whose promise meets a tolerance.
+
+    error [-]: promised, the worse of the torque's (over weight times wheel radius) and the rear
+    contact's (in wheel radii): with `confidence`, at most a part 1 - `quantile` of the poses of
+    the population has a larger one. typical_error: the median; worst_error: the largest that was
+    seen. poses: in the sample, each with a vehicle and ground of its own; none had a wrong status,
+    so that with 95 % confidence a part of at most `wrong_rate` has. population: where the poses
+    were drawn from: for others nothing is promised, and `check_poses` measures. cost: processor
+    seconds for each pose and its equilibrium, `batch` of them at once.
+    """
+
+    setting: Setting
+    error: float
+    typical_error: float
+    worst_error: float
+    quantile: float
+    confidence: float
+    poses: int
+    wrong_rate: float
+    population: str
+    cost: float
+    ground: str
+    batch: int
+    measured_on: str
+
+
+def _measurements() -> tuple[Measurement, ...]:
+    costs: dict[tuple[str, int], list[tuple[int, float]]] = {}
+    for ground, index, batch, cost in measured.COSTS:
+        costs.setdefault((ground, index), []).append((batch, cost))
+    return tuple(
+        Measurement(ground, place, *measured.SETTINGS[index], poses, Errors(*torque),
+                    Errors(*contact), batch, cost)
+        for ground, place, index, poses, torque, contact in measured.PROMISES
+        for batch, cost in costs.get((ground, index), ())
+    )  # fmt: skip
+
+
+MEASUREMENTS = _measurements()
+"""Every setting without a wrong status in its sample."""
+
+
+def recommend(
+    tolerance: float,
+    batch: int = 1,
+    track: Track | str = "closed",
+    *,
+    params: UGVParams | None = None,
+    contact_tolerance: float | None = None,
+    checks: bool = True,
+    dtype: str | None = None,
+) -> Recommendation:
+    """The cheapest measured setting that promises the tolerance on ground of this kind.
+
+    tolerance: error of the torque over weight times wheel radius [-]. contact_tolerance: of the
+    rear contact [m], by default tolerance times the wheel's radius. batch: poses computed together;
+    the nearest measured number stands for it. track: a Track, or one of GROUNDS for one within
+    NEAR wheel radii of the origin. params: the vehicle, by default the default one. checks: only
+    settings that look for hollow ground and compute the clearance; without, they are several times
+    cheaper and a pose on hollow ground may pass for a good one. dtype: only settings of this
+    precision.
+
+    What is promised is a quantile over random vehicles, ground and postures, not a bound on every
+    pose: Recommendation says which, and `check_poses` measures a setting on the user's own track.
+    Tables are recommended only for a Track of waves, by its shortest one: elsewhere the ground's
+    finest feature is not known. Raises ValueError with the best promise if none meets the
+    tolerance, and for ground that nothing was measured on.
+    """
+    accepted = "a finite error > 0"
+    rule = {"low": 0.0, "strict": True, "accepted": accepted, "dtype": np.float64}
+    require_number("tolerance", tolerance, **rule)
+    params = UGVParams() if params is None else params
+    require_kind("params", params, UGVParams, "UGVParams, or None for the default vehicle")
+    radius = float(np.min(np.asarray(params.wheel_radius)))
+    if contact_tolerance is None:
+        contact_tolerance = tolerance * radius
+    require_number("contact_tolerance", contact_tolerance, **rule)
+    batch = require_integer("batch", batch)
+    if dtype is not None:
+        require_choice("dtype", dtype, DTYPES)
+    ground, place = ground_of(track), place_of(track, radius)
+    points = _measured_near(batch, ground, place, dtype, checks, isinstance(track, Track))
+    good = [
+        p
+        for p in points
+        if p.torque.promised <= tolerance and p.contact.promised * radius <= contact_tolerance
+    ]
+    if not good:
+        raise ValueError(
+            f"tolerance = {tolerance:g} and {contact_tolerance:.3g} m: no measured setting "
+            f"promises it on ground {ground!r}, {place} the origin; accepted: "
+            f"{_best(points, radius)}"
+        )
+    cheapest = min(good, key=lambda p: (p.cost, max(p.torque.promised, p.contact.promised)))
+    return _recommendation(cheapest, track)
+
+
+def _measured_near(
+    batch: int, ground: str, place: str, dtype: str | None, checks: bool, tables: bool
+) -> list[Measurement]:
+    """What was measured there in the nearest batch, by these settings; tables: with tables, too."""
+    points = [
+        point
+        for point in MEASUREMENTS
+        if (point.ground, point.place) == (ground, place)
+        and dtype in (None, point.dtype)
+        and (point.solver.samples > 0 or not checks)
+        and (point.pieces_per_wave is None or tables)
+    ]
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)), default=0)
+    return [p for p in points if p.batch == nearest]
+
+
+def ground_of(track: Track | str) -> str:
+    """The kind of ground that stands for `track`; ValueError where nothing was measured."""
+    if isinstance(track, str):
+        require_choice("track", track, GROUNDS)
+        return track
+    accepted = f"a Track, or {', '.join(map(repr, GROUNDS))}"
+    require_kind("track", track, Track, accepted)
+    shape = track.shape
+    if isinstance(shape, Spline):
+        if shape.coefficients.shape[-1] < 3:
+            raise ValueError(
+                "track has straight pieces with kinks, for which nothing is promised; accepted: "
+                "smooth ground (check_poses measures a setting on any)"
+            )
+        return "spline"
+    if isinstance(shape, Waves):
+        return "waves"
+    return "function" if isinstance(shape, Function) else "closed"
+
+
+def place_of(track: Track | str, radius: float) -> str:
+    """Whether the track stays within NEAR wheel radii of the origin, along x and y, or FAR."""
+    if isinstance(track, str):
+        return "near"
+    with jax.enable_x64(True):
+        ends = (float(np.min(np.asarray(track.start))), float(np.max(np.asarray(track.end))))
+        heights = np.asarray(_heights(track.astype("float64"), np.linspace(*ends, 65)))
+    size = float(max(np.max(np.abs(ends)), np.max(np.abs(heights)))) / radius
+    if not size <= FAR:
+        raise ValueError(
+            f"track reaches {size:.3g} wheel radii from the origin, {ends[0]:g} to {ends[1]:g} m; "
+            f"accepted: up to {FAR:g} (check_poses measures a setting on any track)"
+        )
+    return "near" if size <= NEAR else "far"
+
+
+_heights = jax.jit(Track.height)
+
+
+def pieces_for(track: Track, pieces_per_wave: int) -> int:
+    """Pieces a metre that give the shortest wave of a track of waves so many."""
+    shape = track.shape
+    if not isinstance(shape, Waves):
+        raise ValueError(f"track of {shown(type(shape).__name__)}; accepted: one of Waves")
+    heard = np.asarray(shape.amplitudes) != 0
+    shortest = np.max(np.where(heard, np.abs(np.asarray(shape.frequencies, float)), 0.0))
+    return max(1, math.ceil(pieces_per_wave * float(shortest)))
+
+
+def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
+    pieces = None
+    if point.pieces_per_wave is not None and isinstance(track, Track):
+        pieces = pieces_for(track, point.pieces_per_wave)
+    typical, promised, worst = (max(pair) for pair in zip(point.torque, point.contact, strict=True))
+    return Recommendation(
+        Setting(point.solver, point.dtype, pieces),
+        promised,
+        typical,
+        worst,
+        measured.QUANTILE,
+        measured.CONFIDENCE,
+        point.poses,
+        3 / point.poses,
+        _population(point.ground, point.place),
+        point.cost,
+        point.ground,
+        point.batch,
+        measured.MEASURED_ON,
+    )
+
+
+def _population(ground: str, place: str) -> str:
+    words = measured.GROUNDS[ground], measured.EVERYWHERE, measured.PLACES[place]
+    return "; ".join([*words, measured.VEHICLES])
+
+
+def _best(points: list[Measurement], radius: float) -> str:
+    if not points:
+        return "other ground, precision or checks: no setting was free of wrong statuses here"
+    best = min(points, key=lambda p: max(p.torque.promised, p.contact.promised))
+    setting = Setting(best.solver, best.dtype)
+    return f"from {best.torque.promised:.2g} and {best.contact.promised * radius:.2g} m ({setting})"

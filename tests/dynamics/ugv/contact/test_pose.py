@@ -1,0 +1,245 @@
+"""Where the vehicle stands: the pose's geometry, hollow ground, and what is refused."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose
+from stickslip.dynamics.ugv.contact.clearance import clearance
+from tests.dynamics.ugv.helpers import SCAN, TRACKS, drawn, placed
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["slope", "ditch", *(pytest.param(n, marks=pytest.mark.long) for n in ("flat", "sinusoid"))],
+)
+def test_wheels_touch_and_the_links_have_their_lengths(float64, name):
+    params, track = UGVParams(), TRACKS[name]().astype(float64)
+    x, angles = drawn(params, float64)
+    got = placed(params, track, x, angles)
+    assert np.all(np.asarray(got.status) == Status.OK)
+
+    def length(a, b):
+        return np.hypot(*np.moveaxis(np.asarray(a - b), -1, 0))
+
+    close = {"rtol": 0, "atol": 1e-12}
+    np.testing.assert_allclose(length(got.rear.centre, got.rear.point), 0.28, **close)
+    np.testing.assert_allclose(length(got.rear.centre, got.front.centre), got.wheelbase, **close)
+    np.testing.assert_allclose(length(got.rear_hinge, got.rear.centre), 0.35, **close)
+    np.testing.assert_allclose(length(got.front_hinge, got.front.centre), 0.35, **close)
+    np.testing.assert_allclose(length(got.rear_hinge, got.front_hinge), 0.83, **close)
+    np.testing.assert_allclose(got.rear.point[:, 1], track.height(got.rear.x), **close)
+    body = np.asarray(got.front_hinge - got.rear_hinge)
+    np.testing.assert_allclose(np.arctan2(body[:, 1], body[:, 0]), got.pitch, **close)
+
+
+def test_leg_angles_are_those_between_legs_and_body(float64):
+    params = UGVParams()
+    x, angles = drawn(params, float64, 16)
+    got = placed(params, Track.bump().astype(float64), x, angles)
+    body = got.front_hinge - got.rear_hinge
+    for hinge, wheel, axis, leg in (
+        (got.rear_hinge, got.rear, body, 0),
+        (got.front_hinge, got.front, -body, 1),
+    ):
+        arm = wheel.centre - hinge
+        cos = np.sum(np.asarray(arm * axis), -1) / (0.35 * 0.83)
+        np.testing.assert_allclose(np.arccos(cos), angles[:, leg], rtol=1e-12)
+
+
+def envelope_centre(track, params, got):
+    """The rear centre from the definition: the lowest centres that no ground enters.
+
+    Heights on a fine grid, the highest centre above each place by brute force, and the nearest
+    crossing of the circle about the front centre; good to the grid.
+    """
+    r, R = params.wheel_radius, float(got.wheelbase)
+    s_front, g_front = (float(v) for v in got.front.centre)
+    s = np.linspace(s_front - 1.01 * R, s_front, 1001)
+    across = np.linspace(-r, r, 601)
+    ground = np.asarray(track.height(jnp.asarray(s[:, None] + across)))
+    above = ground + np.sqrt(r**2 - across**2)
+    centre = above.max(1)
+    outside = np.hypot(s - s_front, centre - g_front) >= R
+    at = np.nonzero(outside)[0].max()
+    return s[at], centre[at]
+
+
+HARD = {
+    "sharp step": lambda: Track.step(0.15, 4.0, 0.1),
+    "ditch": lambda: Track.ditch(0.2, 4.0, 0.5, 0.1),
+    "spike": lambda: Track.bump(0.3, 4.0, 0.15),
+    "washboard": lambda: Track.sinusoid(0.1, 0.6),
+}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "ditch")) for name in HARD]
+)
+def test_hollow_ground_is_passed_as_the_wheel_passes_it_or_told(float64, name):
+    """Against the definition by brute force: nearly everywhere placed, never wrong."""
+    params, track = UGVParams(), HARD[name]().astype(float64)
+    x, angles = drawn(params, float64, 400, 3.0, 6.0)
+    simple, scanned = placed(params, track, x, angles), placed(params, track, x, angles, SCAN)
+    told = set(np.unique(simple.status)) | set(np.unique(scanned.status))
+    assert told <= {Status.OK, Status.HOLLOW_GROUND}
+    assert np.any(np.asarray(simple.status) == Status.HOLLOW_GROUND)
+    fine = np.asarray(simple.status) == Status.OK
+    assert np.all(np.asarray(scanned.status)[fine] == Status.OK)
+    np.testing.assert_allclose(scanned.rear.x[fine], simple.rear.x[fine], atol=1e-9)
+    for i in np.nonzero(np.asarray(scanned.status) == Status.OK)[0][:25]:
+        one = jax.tree.map(lambda leaf, i=i: leaf[i], scanned)
+        # The grid's step is 1.6 mm at most, on slopes up to 4.
+        centre = envelope_centre(track, params, one)
+        np.testing.assert_allclose(one.rear.centre, centre, atol=0.01)
+
+
+def test_the_scan_refuses_only_where_the_front_wheel_itself_cannot_touch(float64):
+    """The front contact is given: where no wheel can touch, no pose exists."""
+    params, track = UGVParams(), HARD["ditch"]().astype(float64)
+    x, angles = drawn(params, float64, 400, 3.0, 6.0)
+    scanned = placed(params, track, x, angles, SCAN)
+    refused = np.asarray(scanned.status) == Status.HOLLOW_GROUND
+    assert refused.any()
+    r = params.wheel_radius
+    across = np.linspace(-r, r, 4001)
+    centres = np.asarray(scanned.front.centre)[refused]
+    ground = np.asarray(track.height(jnp.asarray(centres[:, :1] + across)))
+    entered = (ground + np.sqrt(r**2 - across**2)).max(1) - centres[:, 1]
+    assert entered.min() > 1e-9
+
+
+@pytest.mark.long
+def test_a_table_kinked_at_every_knot_still_ends_in_a_place_or_a_status(float64):
+    params = UGVParams()
+    random = np.random.default_rng(2)
+    knots = np.linspace(0.0, 9.0, 60)
+    track = Track.from_points(knots, random.normal(0, 0.03, 60), "linear")
+    x, angles = drawn(params, float64, 100, 2.5, 8.0)
+    got = placed(params, track, x, angles, SCAN)
+    assert set(np.unique(got.status)) <= {Status.OK, Status.HOLLOW_GROUND, Status.NOT_CONVERGED}
+    assert np.all(np.isfinite(np.asarray(got.rear.x)))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("solver", [PoseSolver(), SCAN])
+def test_the_place_differentiates_through_the_solver(float64, solver):
+    params = UGVParams()
+    x, angles = drawn(params, float64, 8)
+
+    def where(x, angles, height, leg_length):
+        vehicle = UGVParams(leg_length=leg_length)
+        got = place(vehicle, Track.bump(height), x, angles, solver)
+        return jnp.stack([got.rear.x, got.pitch, got.body[1]])
+
+    many = jax.jit(jax.vmap(where))
+    arguments = (x, angles, jnp.full(8, 0.1), jnp.full(8, 0.35))
+    slopes = jax.jit(jax.vmap(jax.jacrev(where, argnums=(0, 1, 2, 3))))(*arguments)
+    h = 1e-6
+    for index in (0, 2, 3):
+        up, down = (
+            many(*(v + sign * h * (i == index) for i, v in enumerate(arguments)))
+            for sign in (1, -1)
+        )
+        np.testing.assert_allclose(slopes[index], (up - down) / (2 * h), atol=1e-7)
+    for leg in (0, 1):
+        one = jnp.eye(2)[leg]
+        up, down = (many(x, angles + sign * h * one, *arguments[2:]) for sign in (1, -1))
+        np.testing.assert_allclose(slopes[1][..., leg], (up - down) / (2 * h), atol=1e-7)
+
+
+@pytest.mark.long
+def test_tolerance_and_iterations_buy_accuracy(float64):
+    """Each Newton step squares the error: a looser tolerance leaves about its square."""
+    params, track = UGVParams(), Track.bump().astype(float64)
+    x, angles = drawn(params, float64, 256)
+    exact = placed(params, track, x, angles).rear.x
+    errors = [
+        float(np.max(np.abs(placed(params, track, x, angles, solver).rear.x - exact)))
+        for solver in (PoseSolver(tolerance=1e-2), PoseSolver(tolerance=1e-5))
+    ]
+    assert 1e-8 < errors[0] < 1e-3
+    assert errors[1] < 1e-9
+
+
+REFUSED = [
+    ({"wheel_radius": 0.0}, "wheel_radius"),
+    ({"wheel_radius": -0.28}, "-0.28"),
+    ({"leg_length": 0.5}, "body_length"),
+    ({"body_length": np.nan}, "body_length"),
+    ({"wheel_mass": -1.0}, "wheel_mass"),
+    ({"gravity": 0.0}, "gravity"),
+    ({"leg_angle_min": 2.0, "leg_angle_max": 1.0}, "leg_angle_min"),
+    ({"leg_angle_max": 4.0}, "leg_angle_max"),
+    ({"wheel_mass": 0.0, "body_mass": 0.0, "leg_mass": 0.0}, "all 0"),
+]
+
+
+@pytest.mark.parametrize(("fields", "named"), REFUSED)
+def test_vehicles_that_cannot_be_are_refused(fields, named):
+    with pytest.raises(ValueError, match=named) as caught:
+        UGVParams(**fields)
+    assert "accepted" in str(caught.value)
+
+
+def test_bad_poses_are_refused_before_tracing():
+    params, track = UGVParams(), Track.bump()
+    upright = jnp.asarray([1.5, 1.5])
+    for call, named in (
+        (lambda: pose(params, track, jnp.nan, upright), "x_front"),
+        (lambda: pose(params, track, 4.0, jnp.asarray([0.1, 1.5])), "leg_angles = 0.1"),
+        (lambda: pose(params, track, 4.0, jnp.asarray([1.5, jnp.nan])), "leg_angles = nan"),
+        (lambda: pose(params, track, 4.0, jnp.asarray([1.5])), "shape"),
+        (lambda: PoseSolver("bisect"), "method"),
+        (lambda: PoseSolver(tolerance=-1.0), "tolerance"),
+        (lambda: PoseSolver(iterations=0), "iterations"),
+        (lambda: PoseSolver("scan", samples=0), "samples"),
+    ):
+        with pytest.raises(ValueError, match=named) as caught:
+            call()
+        assert "accepted" in str(caught.value)
+
+
+@pytest.mark.long
+def test_without_jit_a_place_is_what_it_is_with_it(float64):
+    """Loops count in Python's integers then; `jax.disable_jit` is how a user looks into a step."""
+    params, track = UGVParams(), HARD["ditch"]().astype(float64)
+    x, angles = drawn(params, float64, 3, 3.0, 6.0)
+    found = placed(params, track, x, angles)
+    with jax.disable_jit(), jax.numpy_dtype_promotion("standard"):
+        written = place(params, track, x, angles, PoseSolver())
+        heights = clearance(params, track, written, 8)
+    np.testing.assert_array_equal(written.status, found.status)
+    np.testing.assert_allclose(written.pitch, found.pitch, rtol=1e-12)
+    np.testing.assert_allclose(heights, clearance(params, track, found, 8), rtol=1e-12)
+
+
+def test_the_clearance_is_that_of_the_body_and_of_what_the_wheels_leave_of_upright_legs(float64):
+    """By hand, and so its slope: the lowest of 8 points is a sixteenth above the leg's end."""
+    params = UGVParams()
+    radius, leg = params.wheel_radius, params.leg_length
+
+    def standing(at):
+        hinge, centre = jnp.array([at, radius + leg]), jnp.array([at, radius])
+        return hinge, SimpleNamespace(centre=centre)
+
+    (rear_hinge, rear), (front_hinge, front) = standing(1.0), standing(1.83)
+    placed = SimpleNamespace(
+        rear_hinge=rear_hinge, rear=rear, front_hinge=front_hinge, front=front, wheelbase=0.83
+    )
+
+    def found(radius):
+        larger = replace(params, wheel_radius=radius)
+        return clearance(larger, Track.flat().astype(float64), placed, 8)
+
+    bare = leg - radius
+    np.testing.assert_allclose(
+        found(params.wheel_radius), radius + leg - 15 / 16 * bare, rtol=1e-12
+    )
+    np.testing.assert_allclose(jax.grad(found)(params.wheel_radius), 15 / 16, rtol=1e-12)
+    np.testing.assert_allclose(found(2 * leg), radius + leg, rtol=1e-12)  # wheels hide the legs

@@ -1,0 +1,68 @@
+"""A bound on the reward of steady walking: above every gait, and near the best."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stickslip.envs import known_of, task_by_name
+from stickslip.optim import GaitProblem, solve
+from stickslip.optim.gait.proof.steady import bound_steady_reward
+from tests.optim.gait.helpers import robot
+
+FLOOR = {"mu": 0.06, "torque_limit": 2.0}
+
+
+def steady_reward(gait, params, rate: float, energy_weight: float) -> float:
+    """Of a second, speed that varies within the step left out."""
+    usual, step = np.pi / rate, gait.nodes.robot
+    tracking = max(1 - abs(usual / gait.duration - 1), -1.0)
+    energy = gait.spent["work"] + 0.5 * gait.spent["torque"]
+    speed = step.step_length / usual
+    return tracking - energy_weight * energy / (step.weight * speed) / gait.duration
+
+
+@pytest.fixture(scope="module")
+def bound():
+    return bound_steady_reward(robot(), 5.0, **FLOOR, cells=40)
+
+
+@pytest.mark.parametrize("asked", [2.0, 3.0, 3.7])
+def test_no_gait_earns_more(bound, asked: float):
+    limits = FLOOR | {"mean_rate": asked, "zmp": True}
+    gait = solve(GaitProblem.periodic(robot(), "energy", steps=40, **limits)).best
+    assert steady_reward(gait, robot(), 5.0, 0.5) <= bound.value
+
+
+def test_the_bound_is_near_what_a_gait_of_its_rate_earns(bound):
+    limits = FLOOR | {"mean_rate": bound.mean_rate, "zmp": True}
+    gait = solve(GaitProblem.periodic(robot(), "energy", steps=40, **limits)).best
+    assert bound.value - steady_reward(gait, robot(), 5.0, 0.5) < 0.03
+
+
+def test_a_few_cells_come_near_what_is_written_of_the_task(bound):
+    task = task_by_name("BipedWeakMotor-v0")
+    known = known_of(task)
+    written = known.assumed.value / task.parameters["time_limit"]
+    assert written <= bound.value <= 1.04 * written  # coarser: looser
+
+
+def test_without_a_price_it_is_the_fastest_gaits_tracking():
+    found = bound_steady_reward(robot(), 15.0, mu=0.06, torque_limit=4.0, energy_weight=0, cells=40)
+    fastest = solve(GaitProblem.periodic(robot(), mu=0.06, torque_limit=4.0, zmp=True, steps=40))
+    tracking = fastest.best.mean_rate / 15.0
+    assert tracking <= found.value <= 1.04 * tracking
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"commanded_rate": 0.0}, "commanded_rate"),
+        ({"energy_weight": -1.0}, "energy_weight"),
+        ({"torque_limit": 0.05}, "no gait"),
+    ],
+)
+def test_bad_numbers_are_refused(given, said):
+    whole = {"commanded_rate": 3.0, "mu": 0.06, "torque_limit": 4.0, "cells": 20} | given
+    with pytest.raises(ValueError, match=said):
+        bound_steady_reward(robot(), **whole)
