@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, integrate, step
-from stickslip.dynamics.biped import stages as tableaux
+from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, step
 from stickslip.dynamics.biped.drive import Problem, Torque
+from stickslip.dynamics.biped.stepping import integrate
+from stickslip.dynamics.biped.stepping import stages as tableaux
 from stickslip.dynamics.biped.stepping.walk import Walk, start
 from tests.dynamics.biped.helpers import default_model, forward, state_of
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose_status
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
+from stickslip.dynamics.ugv.contact import pose_status
 from stickslip.dynamics.ugv.ground.hollow import MARGIN, greatest_bend, nowhere_hollow
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import (

@@ -12,7 +12,7 @@ from benchmarks.marching import March, Start, march
 from stickslip.dynamics import Status
 from stickslip.dynamics.biped import BipedModel, BipedParams, kinematics
 from tests.dynamics.biped.helpers import default_model, default_params, model_of
-from tests.dynamics.biped.test_extremes_friction import long_footed
+from tests.dynamics.biped.stepping.test_extremes_friction import long_footed
 
 pytestmark = pytest.mark.long
 

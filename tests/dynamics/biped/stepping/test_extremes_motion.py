@@ -19,7 +19,7 @@ from tests.dynamics.biped.helpers import (
     inverse,
     state_of,
 )
-from tests.dynamics.biped.test_extremes_friction import long_footed, momentum_and_energy
+from tests.dynamics.biped.stepping.test_extremes_friction import long_footed, momentum_and_energy
 
 pytestmark = pytest.mark.long
 
