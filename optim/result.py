@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 class OptimStatus(Enum):
     """Outcome of a method; each value says what it means."""
 
-    OPTIMAL = "proved optimal to the method's tolerance, for what bound_of says"
+    OPTIMAL = "proved optimal to the method's tolerance, for what bound_of names"
     FEASIBLE = "meets every constraint; not proved optimal"
     LIMIT = "stopped at a limit of iterations or time; the best point so far"
     INACCURATE = "the numbers do not agree to the accuracy that was asked for"
     VIOLATED = "a point that breaks a constraint: see residuals"
-    INFEASIBLE = "proved: no point meets every constraint, for what bound_of says"
+    INFEASIBLE = "proved: no point meets every constraint, of what bound_of names"
     FAILED = "no usable answer"
 
     @property
@@ -80,13 +80,19 @@ class Result:
         """
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
 
+    @property
+    def status_in_words(self) -> str:
+        """The status and what it means, with what a proof is of: all points, or those of a grid."""
+        says = self.status.value.replace("what bound_of names", self.bound_of or "all points")
+        return f"{self.status.name}: {says}"
+
     def _repr_html_(self) -> str:
         """What a notebook shows: outcome, value and bound, what is missed, and what it took."""
         missed = ", ".join(f"{name} {by:.3g}" for name, by in self.residuals.items() if by > 0)
         bound = "nothing proved" if self.lower_bound is None else f"{self.lower_bound:.8g}"
         rows = {
             "method": self.method,
-            "status": f"{self.status.name}: {self.status.value}",
+            "status": self.status_in_words,
             "message": self.message,
             "value": "no point" if self.x is None else f"{self.value:.8g}",
             "lower bound": f"{bound}, {self.bound_of}" if self.bound_of else bound,

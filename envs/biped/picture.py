@@ -120,4 +120,5 @@ def _frame(
         status="ok" if not status.terminal else status.name.lower().replace("_", " "),
         floor=own[0],
         weight=own[1],
+        walked=float(state.totals.walked),
     )

@@ -25,14 +25,22 @@ LONGEST = 60.0
 """A gait that takes longer is shown so far [s]."""
 
 
-def gait_shown(problem: GaitProblem, gait: Gait, name: str, steps: int = WALKED) -> Shown:
+def gait_shown(
+    problem: GaitProblem,
+    gait: Gait,
+    name: str,
+    steps: int = WALKED,
+    floor: float | None = None,
+) -> Shown:
     """A problem's gait; name: what it is called, steps: that a periodic one is repeated for.
-    Nothing is simulated: rate, torque and forces are those of the grid, over its own time."""
+    Nothing is simulated: rate, torque and forces are those of the grid, over its own time.
+    floor: friction of the floor that is drawn, None: the limit that the gait keeps to."""
     course = _course(gait, steps if problem.is_periodic else 1)
     limits = problem.instance.limits.mu
     mu = None if limits is None else float(np.min(limits))
-    frames = _frames(course, gait.nodes.robot.step_length, gait.mean_rate, mu)
-    scene = Scene.grip() if mu is None else Scene.uniform(mu, mu)
+    floor = mu if floor is None else floor
+    frames = _frames(course, gait.nodes.robot.step_length, gait.mean_rate, floor)
+    scene = Scene.grip() if floor is None else Scene.uniform(floor, floor)
     drawing, walked = biped_drawing(frames, problem.params, scene, np.zeros(len(frames), bool))
     torque, rate = course["torque"], course["rate"]
     use = np.abs(course["friction"]) / course["normal"]

@@ -92,7 +92,7 @@ class Course(NamedTuple):
         )
 
     def numbers(self, walked: np.ndarray) -> tuple[tuple[str, np.ndarray, int], ...]:
-        """What stands above the picture; walked: by the hip so far [n] m."""
+        """What stands above the picture; walked: so far [n] m."""
         return (
             ("walked [m]", walked, 2),
             ("crank rate [rad/s]", self.rate, 2),
@@ -119,7 +119,7 @@ def shown(
     slips[0] = states.mode[0] != 0
     robot = drawn_robot(played.start_state.drawn, params)
     scene = drawn_scene(played.start_state.drawn, params)
-    drawing, walked = biped_drawing(frames, robot.params, scene, slips)
+    drawing, _ = biped_drawing(frames, robot.params, scene, slips)
     course = Course(
         torque=from_start(played.info["torque"]),
         rate=np.asarray(states.biped.crank_rate, float),
@@ -149,7 +149,7 @@ def shown(
         period=float(params.control_period),
         panels=(*course.panels(frames), *reward_panels(played, terms, "-", scale)),
         events=events_of(switches, frames, slips, ended),
-        numbers=course.numbers(walked),
+        numbers=course.numbers(infos["episode_walked"]),
         slips=slips,
         spans=None if smooth else sliding_spans(switches, frames[-1].time),
         drawing=drawing,

@@ -100,7 +100,8 @@ def walk_shown(walked: Walked, name: str) -> Shown:
         for i in range(count + 1)
     ]
     with jax.enable_x64(True):
-        drawing, way = biped_drawing(frames, robot.params, scene, slips)
+        drawing, hip = biped_drawing(frames, robot.params, scene, slips)
+    way = hip - hip[0]
     course = Course(
         torque=torque,
         rate=rate,

@@ -23,7 +23,8 @@ class BipedFrame:
     cannot slip. sticking: whether the foot holds. mean_crank_rate: over the walk or the last step,
     as the caller has it; commanded_rate: what is asked for [rad/s], None if nothing is.
     status: "ok", or the name of what ended the walk. floor: what the episode walks on, and weight:
-    of the robot in it [N]; None for those that the renderer was made for.
+    of the robot in it [N]; None for those that the renderer was made for. walked: by the centre of
+    mass since the episode's start [m]; None: the hip's way since the first step's start is shown.
     """
 
     phase: float
@@ -45,6 +46,7 @@ class BipedFrame:
     status: str = "ok"
     floor: tuple[Patch, ...] | None = None
     weight: float | None = None
+    walked: float | None = None
 
     def finite(self, fallback: BipedFrame | None) -> BipedFrame:
         """The same frame with each number that is not finite taken from `fallback`, or zero.

@@ -28,7 +28,7 @@ class Header(Board):
         super().__init__(canvas, box, TITLES)
 
     def move(self, frame: BipedFrame, walked: float) -> None:
-        """Show a frame; `walked` is the hip's way since the start of the first step [m]."""
+        """Show a frame; walked: how far [m]."""
         use = (
             written(abs(frame.friction_force) / frame.normal_force, 2)
             if frame.normal_force > 0

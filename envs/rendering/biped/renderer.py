@@ -83,7 +83,8 @@ class BipedRenderer:
         self._trace.move(left, right)
         self._linkage.move(pose, frame.floor_position)
         self._contact.move(frame, self._surface, self._scale)
-        self._header.move(frame, hip - self._mechanism.start)
+        way = hip - self._mechanism.start
+        self._header.move(frame, way if frame.walked is None else frame.walked)
         self._strips.move(self._history, frame)
         return self._canvas.picture()
 

@@ -51,10 +51,9 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
             unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
             picture = png(draw_gait(problem, result), title)
-            walk, lines = (
-                gait_shown(problem, result.best, problem.goal.words),
-                gait_rows(problem, result, replays),
-            )
+            floor = None if flags["mu"] is None else min(flags["mu"])
+            walk = gait_shown(problem, result.best, problem.goal.words, floor=floor)
+            lines = gait_rows(problem, result, replays)
             page = result_page(title, lines, (walk,), picture)
             files |= {PICTURE: picture, REPORT: page_text(page)}
     elif flags["pictures"]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.biped.linkage import BARS, Mechanism
+from stickslip.optimise.gait_report import presses
 from stickslip.paper import drawing
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 ROBOTS, MOST_STEPS = 9, 3
 """Drawn at most, over so many of the gait's steps."""
+MOSTLY = 0.95
+"""Share of the friction used that is drawn whole where it grows without limit."""
 APART = 0.85
 """From one picture to the next, in the robot's heights."""
 WIDTHS = {"main": 2.4, "mid": 1.5, "slim": 0.9}
@@ -31,25 +34,34 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     draw_robots(top, problem, gait)
     turned = (gait.theta - np.pi / 2) / np.pi + np.arange(gait.grid.steps)[:, None]
     line = {"color": theme.MOTOR, "lw": 1.4}
+    loaded = presses(gait)
     for j in range(gait.grid.steps):
         rate.plot(turned[j], gait.crank_rate[j], **line)
         torque.plot(turned[j], gait.torque[j], **line)
-        use = gait.friction_force[j] / gait.normal_force[j]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            use = gait.friction_force[j] / gait.normal_force[j]
+        use = np.where(loaded[j], use, np.nan)
         friction.plot(turned[j], use, color=theme.HOLDS, lw=1.4)
     drawing.mark(rate, y=gait.mean_rate)
     drawing.name_panel(rate, "crank rate [rad/s]", "dashed: mean")
     if problem.torque_limit is not None:
         for sign in (1, -1):
             drawing.mark(torque, y=sign * float(problem.torque_limit))
-    drawing.name_panel(torque, "motor's torque [N m]", "dashed: limit")
+    limited = "" if problem.torque_limit is None else "dashed: limit"
+    drawing.name_panel(torque, "motor's torque [N m]", limited)
     limits = problem.instance.limits.mu
     if limits is not None:
         for j, mu in enumerate(limits):
             for sign in (1, -1):
                 friction.plot([j, j + 1], [sign * mu] * 2, color=theme.MUTED, lw=0.9, ls="--")
-    drawing.name_panel(
-        friction, "friction / normal force [-]", "dashed: limit", "steps, from exchange to exchange"
-    )
+    notes = ["dashed: limit"] if limits is not None else []
+    notes += [] if loaded.all() else ["gaps: nothing presses the foot down"]
+    below = "steps, from exchange to exchange"
+    drawing.name_panel(friction, "friction / normal force [-]", "; ".join(notes), below)
+    if not loaded.all():
+        drawn = np.abs(gait.friction_force[loaded] / gait.normal_force[loaded])
+        most = 1.5 * float(np.quantile(drawn, MOSTLY)) if drawn.size else 1.0
+        friction.set_ylim(-most, most)
     for axis in (rate, torque, friction):
         axis.set_xlim(0, gait.grid.steps)
     return figure
@@ -84,7 +96,10 @@ def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait, robots: int = ROBO
     axis.set_ylim(-0.02 * mechanism.top, 1.06 * mechanism.top)
     axis.set_xticks([])
     axis.grid(visible=False)
-    drawing.name_panel(axis, "link by link [m]", "dark: the supporting leg; blue: the crank")
+    note = "dark: the supporting leg; blue: the crank"
+    if steps < gait.grid.steps:
+        note += f"; the first {steps} of {gait.grid.steps} steps"
+    drawing.name_panel(axis, "link by link [m]", note)
 
 
 def _clock(gait: Gait, steps: int) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,11 @@ from stickslip.records.table import Table
 if TYPE_CHECKING:
     from stickslip.optim import Gait, GaitProblem, GaitResult, Replay
 
+UNLOADED = 1e-3
+"""Share of the weight below which the ground counts as carrying nothing."""
+NO_LIMIT = 1e3
+"""Friction use beyond which a number says nothing more."""
+
 
 def gait_rows(
     problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
@@ -24,7 +29,7 @@ def gait_rows(
     found = [
         ("objective", problem.goal.words),
         ("walk", f"{walk}, {problem.cells} cells each"),
-        ("status", f"{result.status.name}: {result.status.value}"),
+        ("status", result.status_in_words),
         ("message", result.message),
     ]
     if result.gait is None:
@@ -42,20 +47,33 @@ def gait_rows(
     return found
 
 
+def presses(gait: Gait) -> np.ndarray:
+    """Where the foot is pressed down by more than a share UNLOADED of the weight: elsewhere a
+    friction use or a zero-moment point is a quotient of nothing."""
+    return gait.normal_force > UNLOADED * gait.nodes.robot.weight
+
+
 def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
     """The gait's own numbers."""
     robot, rate, spent = gait.nodes.robot, gait.crank_rate, gait.spent
+    loaded = presses(gait)
+    friction = f"{gait.friction_use:.5g} of the normal force at most"
+    edge = f"{np.min(gait.zmp[loaded]):.4g} to {np.max(gait.zmp[loaded]):.4g} m"
+    if not loaded.all():
+        friction = "without limit: in places nothing presses the foot down"
+        edge += " where something does"
+    of = "" if gait.grid.steps == 1 else f", of all {gait.grid.steps} steps"
     speed = gait.mean_rate / np.pi * robot.step_length
     transport = gait.cost_of_transport(problem.copper_loss)
     return [
         ("mean crank rate", f"{gait.mean_rate:.6g} rad/s, {speed:.4g} m/s"),
         ("crank rate", f"{np.min(rate):.4g} to {np.max(rate):.4g} rad/s"),
         ("torque", f"{np.min(gait.torque):.4g} to {np.max(gait.torque):.4g} N m"),
-        ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
+        ("friction used", friction),
         ("normal force", f"{np.min(gait.normal_force):.4g} to {np.max(gait.normal_force):.4g} N"),
-        ("zero-moment point", f"{np.min(gait.zmp):.4g} to {np.max(gait.zmp):.4g} m"),
-        ("positive work", f"{spent['work']:.6g} J"),
-        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J"),
+        ("zero-moment point", edge),
+        ("positive work", f"{spent['work']:.6g} J{of or ' a step'}"),
+        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J{of or ' a step'}"),
         ("cost of transport", f"{transport:.5g}, copper included"),
     ]
 
@@ -79,9 +97,11 @@ def _missed(residuals: Mapping[str, float]) -> str:
 def _replayed(one: Replay) -> str:
     floor = "foot held" if one.mu is None else f"mu {one.mu:g}"
     slid = "no slip" if one.kept else f"slid {one.slid:.2g} m, {one.status.name}"
+    use = f"{one.friction_use:.4g}" if one.friction_use < NO_LIMIT else "without limit"
     return (
         f"{floor}: {slid}; {one.mean_rate:.6g} rad/s (promised {one.promised_mean_rate:.6g}), "
-        f"{one.work:.6g} J ({one.promised_work:.6g}), friction used {one.friction_use:.4g}"
+        f"{one.work:.6g} J to exchange {one.steps} (promised for the whole walk "
+        f"{one.promised_work:.6g}), friction used {use}"
     )
 
 

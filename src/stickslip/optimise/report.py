@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
-from stickslip.optim import PostureProblem, PostureResult
+from stickslip.optim import OptimStatus, PostureProblem, PostureResult
 from stickslip.optim.posture.missed import tolerated
 from stickslip.records.table import Column, Table
 
@@ -29,6 +29,8 @@ FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg a
 """Columns of a drive that say what it is; all others follow from them."""
 NOTABLE = 0.05
 """Relative difference of the value between waypoints above which there is a warning."""
+MOST_SHARE = 10.0
+"""Beyond it a difference is told in the criterion's unit, not as a share of the value."""
 UNITS = {
     "leg_range": "rad",
     "start_angles": "rad",
@@ -59,7 +61,7 @@ def rows(
     found = [
         ("criterion", f"{problem.criterion.name}: {about}" if about else problem.criterion.name),
         ("waypoints", f"{len(problem.x)}, from {problem.x[0]:.4g} to {problem.x[-1]:.4g} m"),
-        ("status", f"{result.status.name}: {result.status.value}"),
+        ("status", result.status_in_words),
         ("message", "" if result.message == result.status.value else result.message),
         ("grid", _grid(result, unit)),
         ("value", f"{result.value:.8g}{unit}" if result.x is not None else "no drive found"),
@@ -86,7 +88,7 @@ def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
     said = []
     if abs(result.discretisation) > NOTABLE:
         said.append(
-            f"between the waypoints the value is {result.discretisation:+.0%} off: {spacing:.3g} m "
+            f"between the waypoints the value is {_off(problem, result)} off: {spacing:.3g} m "
             "apart they are too far from each other for this ground; take a smaller --spacing"
         )
     if result.feasible and not result.fine_feasible:
@@ -99,7 +101,7 @@ def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
 
 def _bound(result: PostureResult, unit: str) -> str:
     if result.lower_bound is None:
-        return "none proved"
+        return "" if result.status is OptimStatus.INFEASIBLE else "none proved"
     bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
     if result.gap < 0:
         bound += "; this drive is none of them: off the grid nothing is proved"
@@ -122,8 +124,17 @@ def _between(problem: PostureProblem, result: PostureResult, unit: str) -> str:
     """The drive on its finer waypoints."""
     missed = _missed(problem, result.fine_residuals)
     held = "feasible" if result.fine_feasible else f"misses {missed}"
-    value = f"{result.fine_value:.8g}{unit} ({result.discretisation:+.1%})"
+    value = f"{result.fine_value:.8g}{unit} ({_off(problem, result)})"
     return f"{value}, at every {result.fine_spacing:.3g} m, legs moving evenly; {held}"
+
+
+def _off(problem: PostureProblem, result: PostureResult) -> str:
+    """How far the value between waypoints is off: a share, or of a value near 0 the difference."""
+    share = result.discretisation
+    if abs(share) <= MOST_SHARE:
+        return f"{share:+.1%}"
+    unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
+    return f"{result.fine_value - result.value:+.3g}{unit}"
 
 
 def _missed(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
