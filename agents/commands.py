@@ -105,7 +105,8 @@ def train_command(given: Options) -> bool:
         machine.write_products(trained)
         report_training(trained)
     print(
-        f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s; all of it in {directory}"
+        f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s, evaluations aside; "
+        f"all of it in {directory}"
     )
     on_task = ""
     if trained.config.task is not None:

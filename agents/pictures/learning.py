@@ -38,8 +38,6 @@ class Panel(NamedTuple):
     share: float = 1.0
     """Unit of the column in that of the panel."""
     log: bool = False
-    ceiling: float = 0.0
-    """Cut off at so many times the last value; 0 for nothing cut off."""
 
 
 SCORE = Panel("score (0: doing nothing, 1: best known)", None, "task_score")
@@ -64,7 +62,7 @@ def plot_panels(
     steps = int((metrics.get("timesteps") or [0])[-1])
     name = config.algorithm.upper()
     where = f"the {machine}" if config.task is None else config.task
-    title = f"{name} on {where}: {seconds:.0f} s of training"
+    title = f"{name} on {where}: {seconds:.0f} s of training, evaluations aside"
     if steps < config.timesteps:
         title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
     rows = -(-len(panels) // COLUMNS)
@@ -100,9 +98,10 @@ def _draw(axis: Axes, panel: Panel, metrics: Curves, tests: Curves, scale: float
         axis.plot(steps, values, color=colour, lw=width, marker=marker, ms=4)
         if table is tests and f"{column}_low" in table:
             low, high = (panel.share * np.asarray(table[f"{column}_{end}"]) for end in LIMITS)
-            axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)
-        if panel.ceiling and np.isfinite(values[-1]):
-            axis.set_ylim(0, panel.ceiling * values[-1])
+            if len(steps) == 1:  # where a band has no width
+                axis.vlines(steps, low, high, color=colour, lw=1.0)
+            else:
+                axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)
 
 
 def _explain(figure: Figure) -> None:

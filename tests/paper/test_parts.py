@@ -5,7 +5,7 @@ import pytest
 
 from stickslip.paper.registry import FIGURES, figures_of
 from stickslip.paper.result import Claim, Setting
-from stickslip.paper.text import claims_text, csv_text
+from stickslip.paper.text import claims_in_words, claims_text, csv_text
 from stickslip.paper.torque import peak_of
 from stickslip.paper.walks import Slide, Walk
 
@@ -66,6 +66,10 @@ def test_cells_hold_numbers_to_ten_digits_words_and_nothing_for_nan():
 def test_bars_in_a_claim_do_not_break_the_table():
     claim = Claim("|f| <= N", "1", "agrees", "because")
     assert claims_text({"fig1": [claim]}).splitlines()[-1].count("|") == 6
+    said = claims_in_words({"fig1": [claim]}, width=24).splitlines()
+    assert said[0] == "fig1: agrees"
+    assert " ".join("".join(said[1:3]).split()) == "the chapter states: |f| <= N"
+    assert max(map(len, said)) <= 24
     with pytest.raises(ValueError, match="verdict = 'maybe'; accepted: agrees"):
         Claim("a", "b", "maybe", "c")
     for bad in (1, 2401, 48.0, True, "48", None):

@@ -30,7 +30,7 @@ PANELS = (
     Panel("mean crank rate [rad/s]", "mean_crank_rate", "mean_crank_rate"),
     Panel("falls [% of episodes]", "falls", "falls", share=100.0),
     Panel("distance slid [m/m]", "slip_per_metre", "slip_per_metre", log=True),
-    Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", ceiling=3.0),
+    Panel("energy [J/m]", "energy_per_metre", "energy_per_metre", log=True),
     Panel("exploration noise [N m]", "noise", None),
 )
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from stickslip.agents.biped.pictures.gait_shown import WALKED, gait_shown
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
+from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.convex.goal import goal_of
@@ -20,6 +22,10 @@ from stickslip.records.table import json_text
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
 REPORT = "report.html"
+NOT_WALKED = (
+    "no replay walks this gait, on the edge of what the model covers; --min-normal, --zmp and "
+    "--reserve keep away from it"
+)
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
@@ -38,6 +44,8 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     result = solve(problem, progress=True)
     replays = _replays(problem, result, flags)
     print(table(gait_rows(problem, result, replays)), end="")
+    if replays and all(one.status > Status.SLIP_ONSET for one in replays.values()):
+        print(f"warning: {NOT_WALKED}", file=sys.stderr)
     found = gait_content(problem, result, replays, _asked(flags))
     files: dict[str, bytes | str] = {RESULT: json_text(found)}
     if result.gait is not None:

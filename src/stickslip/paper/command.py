@@ -15,7 +15,7 @@ from stickslip.optim.progress import Bar
 from stickslip.paper.drawing import png
 from stickslip.paper.registry import Figure, figures_of
 from stickslip.paper.result import Claim, Setting
-from stickslip.paper.text import claims_table, claims_text, csv_text
+from stickslip.paper.text import claims_in_words, claims_table, claims_text, csv_text
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 
@@ -34,7 +34,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
         overwrite=given["overwrite"],
         to=sys.stderr,
     )
-    print(claims_text(claims), end="")
+    print(claims_in_words(claims), end="")
     files = files_of(Path(given["out"]), figures_of(given["figures"]))
     return Content({"claims": claims_table(claims)}, {"files": list(map(str, files))})
 
