@@ -19,12 +19,9 @@ class Chart {
 
   build() {
     if (this.plot) this.plot.destroy();
-    const ink = colour("muted");
-    const grid = { stroke: colour("rule"), width: 1 };
-    const font = "11px system-ui, sans-serif";
     const axes = [
-      { stroke: ink, grid, font, size: 34, label: this.axis, labelSize: 16, labelFont: font, ticks: { size: 4 } },
-      { stroke: ink, grid, font, size: 52, ticks: { size: 4 } },
+      axisWith(true, this.log, { size: 34, label: this.axis, labelSize: 16, labelFont: FONT }),
+      axisWith(false, false, { size: widthOf }),
     ];
     const paths = this.steps ? uPlot.paths.stepped({ align: -1 }) : undefined;
     const lines = this.series.map((one) => ({
@@ -32,9 +29,12 @@ class Chart {
       value: (_, number) => (number == null ? "–" : brief(number)),
     }));
     const options = {
-      width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 22, 0, 0],
+      width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 26, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
-      scales: { x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) }, y: { range: (_, low, high) => this.range(low, high) } },
+      scales: {
+        x: { time: false, distr: this.log ? 3 : 1, range: () => this.reach() },
+        y: { range: (_, low, high) => this.range(low, high) },
+      },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
       hooks: { draw: [(plot) => this.drawLimits(plot)] },
     };
@@ -44,12 +44,16 @@ class Chart {
     this.plot.over.addEventListener("click", (event) => this.seek(this.plot.posToVal(event.offsetX, "x")));
   }
 
+  /** Of x: all of the time, or what there are values for. */
+  reach() {
+    if (this.span) return [0, this.span];
+    const [low, high] = [this.data[0][0], this.data[0].at(-1)];
+    return this.log ? logRangeOf(low, high) : rangeOf(low, high);
+  }
+
   range(low, high) {
     const known = [low, high, ...this.limits].filter(Number.isFinite);
-    if (!known.length) return [0, 1];
-    const [least, most] = [Math.min(...known), Math.max(...known)];
-    const room = 0.06 * (most - least) || 0.1 * Math.abs(most) || 1;
-    return [least - room, most + room];
+    return known.length ? rangeOf(Math.min(...known), Math.max(...known), 0.06) : [0, 1];
   }
 
   drawLimits(plot) {
@@ -93,7 +97,7 @@ function joined(series) {
 /** About four figures. */
 function brief(number) {
   const size = Math.abs(number);
-  if (size !== 0 && (size < 1e-3 || size >= 1e6)) return number.toExponential(2).replace("-", "−");
+  if (size !== 0 && (size < 1e-3 || size >= 1e6)) return number.toExponential(2).replace("+", "").replaceAll("-", "−");
   return written(number, size < 10 ? 3 : size < 100 ? 2 : size < 1000 ? 1 : 0);
 }
 

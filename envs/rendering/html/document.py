@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.html.data import Page
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js")
+SCRIPTS = (
+    *("data.js", "draw.js", "scene.js", "axes.js", "charts.js", "card.js", "player.js"),
+    "main.js",
+)
 """Of a page, in the order in which they stand in it, as one script."""
 LIBRARY = "uPlot.iife.min.js"
 
