@@ -48,7 +48,7 @@ class Player {
     const legend = [
       any((one) => one.slips) ? "Orange: slips. " : "",
       any((one) => one.events.some((event) => event.kind === "support")) ? "Fine lines: the legs change support. " : "",
-      any((one) => one.ended) ? "A dark bar: the end before its time. " : "",
+      any((one) => one.ended) ? "A bar across the strip: the end before its time. " : "",
     ].join("");
     return element(
       "div", { class: "controls" }, buttons, this.slider, ...this.cards.map((card) => card.strip),

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import base64
-import shutil
-from collections.abc import Callable, Iterator
+import io
+import re
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
 from stickslip.envs.rendering.html.document import page_text
+from stickslip.records.table import Column, Table
 from tests.envs.rendering.html.pages import finer, page, walked
 from tests.envs.rendering.html.test_document import evil_page
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 PIXELS = """
 const canvas = document.querySelectorAll("canvas.picture")[arguments[0]];
 return canvas.toDataURL();
@@ -45,42 +46,6 @@ const orange = [];
 for (let x = 0; x < strip.width; x++) if (row[4 * x] > 180 && row[4 * x + 2] < 80) orange.push(x);
 return [orange[0] / strip.width, (orange[orange.length - 1] + 1) / strip.width];
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Chrome]:
-    """Headless Chromium that keeps what its console says."""
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    found = [path for path in map(shutil.which, BROWSERS) if path]
-    driver = shutil.which("chromedriver")
-    if not found or driver is None:
-        pytest.skip("no Chromium with its chromedriver: apt-get install chromium chromium-driver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = found[0]
-    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    made = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield made
-    made.quit()
-
-
-@pytest.fixture
-def opened(browser: Chrome, tmp_path: Path) -> Callable[..., Chrome]:
-    """Show a page's text in a window of so many pixels, by day or by night."""
-
-    def show(text: str, width: int = 1000, night: bool = False) -> Chrome:
-        path = tmp_path / "page.html"
-        path.write_text(text, encoding="utf-8")
-        window = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500}
-        scheme = [{"name": "prefers-color-scheme", "value": "dark" if night else "light"}]
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", window)
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
-        browser.get_log("browser")  # of the page before
-        browser.get(path.as_uri())
-        return browser
-
-    return show
 
 
 @pytest.fixture(scope="module")
@@ -232,6 +197,62 @@ def test_night_by_the_system_and_by_the_button(opened: Callable[..., Chrome], tw
     press(browser, "d")
     assert browser.execute_script(colour) == dark
     assert browser.get_log("browser") == []
+
+
+@pytest.mark.parametrize("night", [False, True])
+def test_words_on_colours_can_be_read(opened: Callable[..., Chrome], two: str, night: bool):
+    browser = opened(two, night=night)
+    seen = {}
+    for time in (0.0, 2.5, 10.0):
+        browser.execute_script(
+            "const one = document.querySelector('input[type=range]'); one.value = arguments[0];"
+            "one.dispatchEvent(new Event('input'))",
+            time,
+        )
+        for text, *colours in browser.execute_script(
+            "return ['.badge', '.play'].map((name) => document.querySelector(name)).map((one) => {"
+            "const { color, backgroundColor } = getComputedStyle(one);"
+            "return [one.textContent, color, backgroundColor] })"
+        ):
+            seen[text] = contrast(*colours)
+    assert len(seen) == 4  # sticks, slips, toppled; play
+    assert min(seen.values()) >= 4.5, seen  # WCAG's level AA
+
+
+def contrast(*colours: str) -> float:
+    """Of two colours of CSS, as WCAG defines it."""
+    light = []
+    for colour in colours:
+        parts = np.array([int(part) / 255 for part in re.findall(r"\d+", colour)[:3]])
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        light.append(linear @ [0.2126, 0.7152, 0.0722] + 0.05)
+    return max(light) / min(light)
+
+
+@pytest.mark.parametrize("night", [False, True])
+def test_a_table_that_scrolls_says_so_and_wraps_in_phrases(
+    opened: Callable[..., Chrome], night: bool
+):
+    names = ("episode", "task", "mu", "payload [kg]", "return in the sweep", "the same")
+    row = ["greatest return", "slippery", "0.15", "3.333", "8.3598", "to the last bit"]
+    wide = Table([Column(one, words=one.islower() and "the" in one) for one in names], [row] * 4)
+    browser = opened(page_text(Page("Wide", tables=(("", wide),))), 390, night)
+    rows = "return [...document.querySelectorAll('td')].map((one) => one.offsetHeight)"
+    assert max(browser.execute_script(rows)) < 60  # two lines
+    ends = []
+    for place in (0, 10_000):
+        browser.execute_script("document.querySelector('.scroll').scrollLeft = arguments[0]", place)
+        shot = base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {})["data"])
+        picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), int)
+        left, top, right = browser.execute_script(
+            "const box = document.querySelector('.scroll').getBoundingClientRect();"
+            "return [box.left, box.top, box.right].map(Math.round)"
+        )
+        lines, page = slice(top + 4, top + 100), picture[2, 2]
+        ends.append(
+            [np.abs(picture[lines, x] - page).sum(1).min() > 40 for x in (left + 1, right - 2)]
+        )
+    assert ends == [[False, True], [True, False]]
 
 
 def test_everything_to_press_has_a_name(opened: Callable[..., Chrome], two: str):
