@@ -8,7 +8,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from documentation import executed, inserts, notebooks, reference
+from documentation import executed, inserts, notebooks, reference, tables
 
 
 def on_startup(**kwargs: Any) -> None:
@@ -42,8 +42,8 @@ def on_page_markdown(markdown: str, page: Page, **kwargs: Any) -> str:
 
 
 def on_page_content(html: str, **kwargs: Any) -> str:
-    """Name the sources where they lie."""
-    return reference.with_real_paths(html)
+    """Name the sources where they lie, and mark the cells of tables."""
+    return tables.with_lengths(reference.with_real_paths(html))
 
 
 def _filled(entry: Any, generated: dict[str, list[str]]) -> Any:
