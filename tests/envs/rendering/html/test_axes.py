@@ -13,6 +13,7 @@ from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
 from stickslip.envs.rendering.html.document import page_text
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
     from selenium.webdriver import Chrome
 
 RECORD = """
@@ -82,7 +83,7 @@ def axes(browser: Chrome, opened: Callable[..., Chrome]):
     browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", known)
 
 
-def curve(title: str, values, x=STEPS, log: bool = False) -> Curve:
+def curve(title: str, values: ArrayLike, x: ArrayLike = STEPS, log: bool = False) -> Curve:
     line = Line("one", np.asarray(values, float))
     return Curve("steps", np.asarray(x, float), Panel(title, "-", (line,)), log=log)
 
@@ -104,7 +105,7 @@ CURVES = (
     curve("none", np.full(30, np.nan)),
 )
 LOGARITHMIC = (
-    curve("a fifth", LEVEL, x=np.float32([0.05, 0.1, 0.2]), log=True),
+    curve("a fifth", LEVEL, x=np.array([0.05, 0.1, 0.2], np.float32), log=True),
     curve("narrow", LEVEL, x=[0.11, 0.13, 0.19], log=True),
     curve("wide", LEVEL, x=[1e-4, 1, 1e5], log=True),
     curve("widest", LEVEL, x=[1e-9, 1, 1e9], log=True),
