@@ -41,7 +41,8 @@ class Definition(Design):
 
 
 class Whole(TypedDict):
-    """What is read of sweep.json. units: of axes and of what is kept."""
+    """What is read of sweep.json. units: of axes and of what is kept. drawn: the
+    tasks whose resets draw."""
 
     definition: Definition
     digest: str
@@ -49,3 +50,4 @@ class Whole(TypedDict):
     chunks: int
     units: dict[str, str]
     finished: NotRequired[list[str]]
+    drawn: NotRequired[list[str]]

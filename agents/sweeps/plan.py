@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.run import A_STEP, is_random
+from stickslip.agents.evaluation.run import A_STEP
 from stickslip.agents.optimum.checkpoint import digest_of
 from stickslip.agents.sweeps.playing.case import Case, case_of, marks_of
 from stickslip.agents.sweeps.playing.program import Tile, memory_at_hand
@@ -88,7 +88,7 @@ class Plan:
         """A plan that is not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
         cases = tuple(case_of(machine, one, design) for one in played)
-        if not any(is_random(one.params) for one in cases):
+        if not any(one.draws for one in cases):
             episodes = 1  # all would be the same
         pairs = [(one.task, one.policy) for one in cases]
         if not pairs:
@@ -197,6 +197,11 @@ class Plan:
     def kept_units(self) -> dict[str, str]:
         """Of what is written of an episode."""
         return dict(self.machine.swept().kept_units(self.cases[0].env))
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """The tasks whose resets draw."""
+        return tuple(dict.fromkeys(one.task for one in self.cases if one.draws))
 
     @property
     def finished(self) -> tuple[str, ...]:

@@ -33,13 +33,15 @@ class SweepArrays:
 
     dims: task, policy, the gridded axes, "sample" where axes are random, and seed where the rows
     are episodes. coordinates: the labels of each dimension, [its length]; of random axes by their
-    own names, [samples]. arrays: each of the shape of dims. units: of axes and arrays.
+    own names, [samples]. arrays: each of the shape of dims. units: of axes and arrays. drawn: the
+    tasks whose resets draw, None where that is not known.
     """
 
     dims: tuple[str, ...]
     coordinates: dict[str, np.ndarray]
     arrays: dict[str, np.ndarray]
     units: dict[str, str]
+    drawn: tuple[str, ...] | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """An array. ValueError for an unknown name."""
@@ -125,7 +127,7 @@ def sweep_arrays(path: str | Path, *, summaries: bool = False) -> SweepArrays:
         name: about.units.get(name) or about.units.get(name.rpartition("_")[0], "-")
         for name in (*coordinates, *arrays)
     }
-    return SweepArrays(dims, coordinates, arrays, units)
+    return SweepArrays(dims, coordinates, arrays, units, about.drawn)
 
 
 def _dims(about: About) -> dict[str, int]:

@@ -50,6 +50,8 @@ class About:
     units: dict[str, str]
     finished: tuple[str, ...]
     """What summaries have of the episodes alone that did not fall."""
+    drawn: tuple[str, ...] | None = None
+    """The tasks whose resets draw; None where the file does not say."""
 
     @property
     def axes(self) -> dict[str, AxisEntry]:
@@ -109,7 +111,10 @@ def read_about(path: str | Path) -> About:
                 raise RefusedError("its definition has no axes or cases")
             finished = tuple(map(str, content.get("finished", ())))  # none in version 0.2.0
             count = int(content["chunks"])
-            return About(definition, str(content["digest"]), layout, count, units, finished)
+            known = content.get("drawn")
+            drawn = None if known is None else tuple(map(str, known))
+            digest = str(content["digest"])
+            return About(definition, digest, layout, count, units, finished, drawn)
     except ValueError as error:
         raise ValueError(f"{file}: {error}; accepted: the directory of a sweep") from error
 
@@ -181,6 +186,7 @@ def _content(plan: Plan) -> dict[str, object]:
         "episodes": plan.total,
         "units": plan.units | plan.kept_units,
         "finished": list(plan.finished),
+        "drawn": list(plan.drawn),
         "begun": datetime.now(UTC).isoformat(timespec="seconds"),
         "commit": commit(),
         "versions": versions(),

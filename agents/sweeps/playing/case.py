@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import horizon, without_resets
+from stickslip.agents.evaluation.run import is_random
 from stickslip.agents.optimum.checkpoint import digest_of
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.protocol import Controller, Planner
@@ -40,7 +41,8 @@ class Played(NamedTuple):
 class Case:
     """The same, made ready: the structure has a place for every axis.
 
-    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode.
+    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode. draws:
+    whether a reset draws anything that no axis sets.
     """
 
     task: str
@@ -50,6 +52,7 @@ class Case:
     player: PyTree
     fields: dict[str, tuple[str, ...]]
     steps: int
+    draws: bool = True
 
     @property
     def place(self) -> str:
@@ -79,7 +82,8 @@ def case_of(machine: AnyMachine, given: Played, design: Design) -> Case:
             told = ", ".join(f"{name} = {value:g}" for name, value in values.items())
             raise ValueError(f"at {told}: {error}") from error
     steps = max(horizon(one) for one in corners)
-    return Case(given.task, given.policy, env, params, player, fields, steps)
+    draws = is_random(corners[-1])
+    return Case(given.task, given.policy, env, params, player, fields, steps, draws)
 
 
 def _require_player(given: Played, env: AnyEnv) -> Controller[PyTree, PyTree, PyTree]:

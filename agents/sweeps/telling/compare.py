@@ -14,7 +14,15 @@ from stickslip.agents.sweeps.files.directory import read_about
 from stickslip.agents.sweeps.reading import SweepArrays, sweep_arrays
 from stickslip.agents.sweeps.telling.regions import where
 from stickslip.agents.sweeps.telling.told import PLAINLY, Told
-from stickslip.agents.sweeps.telling.words import APART, slip_of, summary_table
+from stickslip.agents.sweeps.telling.words import (
+    APART,
+    BEST,
+    alone,
+    draws,
+    error_of,
+    slip_of,
+    summary_table,
+)
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
@@ -95,6 +103,7 @@ def compare_in_words(both: Common, told: Told, names: tuple[str, str] = ("first"
     lines += [f"{dim}: {a} in A, {b} in B" for dim, (a, b) in both.renamed.items()]
     for at, task in enumerate(one.coordinates["task"]):
         lines.append(f"{task}:")
+        lines += [f"  {words}" for words in _alone(both, at)]
         for which, policy in enumerate(one.coordinates["policy"]):
             lines += [f"  {policy}:", *_policy(both, at, which, told)]
     return "\n".join(lines)
@@ -107,9 +116,7 @@ def summary_of(both: Common, told: Told) -> Table:
     own = ("task", "policy", "points")
     heads = [Column(name, words=name != "points") for name in own]
     heads += [Column("A_earns_more"), Column("B_earns_more"), Column("not_told_apart")]
-    kept = [
-        i for i, one in enumerate(parts[0].columns) if one.name not in (*own, "best_told_apart")
-    ]
+    kept = [i for i, one in enumerate(parts[0].columns) if one.name not in (*own, BEST)]
     for label, part in zip("AB", parts, strict=True):
         heads += [replace(part.columns[i], name=f"{part.columns[i].name}_{label}") for i in kept]
     rows = []
@@ -170,13 +177,16 @@ def _policy(both: Common, at: int, which: int, told: Told) -> Iterator[str]:
         yield f"    slides at worst {worst[0]} in A, {worst[1]} in B"
 
 
+def _alone(both: Common, at: int) -> list[str]:
+    """What single episodes tell; that every difference is real only where it is so of both."""
+    said = [alone(one, at) for one in both[:2] if draws(one, at) is not False]
+    return list(dict.fromkeys(filter(None, said))) if said else [alone(both.one, at)]
+
+
 def _change(both: Common, at: int, which: int) -> tuple[np.ndarray, np.ndarray]:
     """By how much the second earns more at each point, and whether the two are told apart."""
     change = both.other["reward_mean"][at, which] - both.one["reward_mean"][at, which]
-    errors = [
-        np.nan_to_num(one["reward_std"][at, which]) ** 2 / one["episodes"][at, which]
-        for one in both[:2]
-    ]
+    errors = [error_of(one, at)[which] for one in both[:2]]
     return change, np.abs(change) > APART * np.sqrt(errors[0] + errors[1])
 
 
@@ -214,7 +224,7 @@ def _picked(found: SweepArrays, places: tuple[np.ndarray, ...]) -> SweepArrays:
     labels = {
         name: one[own[name]] if name in own else one for name, one in found.coordinates.items()
     }
-    return SweepArrays(found.dims, labels, arrays, found.units)
+    return replace(found, coordinates=labels, arrays=arrays)
 
 
 def _listed(labels: np.ndarray) -> str:

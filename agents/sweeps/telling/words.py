@@ -23,6 +23,8 @@ SLIPS = 0.01
 """Sliding by more than this share of the way is told of [m/m]."""
 NO_WAY = 0.1
 """Mean way below which nothing is said per metre [m]."""
+BEST = "best_told_apart"
+"""Share of the points at which a policy is the best, and told from the next one."""
 
 
 def in_words(found: SweepArrays, told: Told = PLAINLY) -> str:
@@ -34,12 +36,16 @@ def in_words(found: SweepArrays, told: Told = PLAINLY) -> str:
 
 
 def summary_table(found: SweepArrays, told: Told = PLAINLY) -> Table:
-    """The same in numbers: a row a task and policy, over all its points; see `in_words`."""
+    """The same in numbers: a row a task and policy, over all its points; see `in_words`.
+
+    point_mean_least, point_mean_most: of the means that its points have. Failures and BEST are
+    shares.
+    """
     slips = slip_of(found, told.slip)
     heads = [Column(name, words=True) for name in ("task", "policy")]
     heads += [Column("points"), Column("episodes")]
-    heads += [Column("return_mean"), Column("return_least"), Column("return_most")]
-    heads += [Column(told.failures), Column("best_told_apart")]
+    heads += [Column("return_mean"), Column("point_mean_least"), Column("point_mean_most")]
+    heads += [Column(told.failures), Column(BEST)]
     heads += [] if slips is None else [Column("slip_worst", "m/m")]
     rows = []
     for at, task in enumerate(found.coordinates["task"]):
@@ -80,14 +86,41 @@ def measured(found: SweepArrays, at: int, told: Told) -> list[tuple[str, str, np
 
 def best_of(found: SweepArrays, at: int) -> tuple[np.ndarray, np.ndarray]:
     """The policy with the greatest mean return at every point of a task, by its place, and whether
-    it is told apart from the next one (95 %, episodes taken as independent)."""
-    mean, std = found["reward_mean"][at], np.nan_to_num(found["reward_std"][at])
-    error = std**2 / found["episodes"][at]
+    it is told apart from the next one (see `error_of`; 95 %, episodes taken as independent)."""
+    mean, error = found["reward_mean"][at], error_of(found, at)
     order = np.argsort(-mean, axis=0, kind="stable")
     first, second = order[:1], order[1:2]
     lead = np.take_along_axis(mean, first, 0) - np.take_along_axis(mean, second, 0)
     spread = np.sqrt(np.take_along_axis(error, first, 0) + np.take_along_axis(error, second, 0))
     return first[0], (lead > APART * spread)[0]
+
+
+def error_of(found: SweepArrays, at: int) -> np.ndarray:
+    """Squared standard error of every mean return of a task [policies, ...].
+
+    0 where no reset draws: every difference is real. Infinite of one episode where one draws, or
+    where that is not known: nothing is told apart.
+    """
+    count = found["episodes"][at]
+    if draws(found, at) is False:
+        return np.zeros(count.shape)
+    return np.where(count > 1, np.nan_to_num(found["reward_std"][at]) ** 2 / count, np.inf)
+
+
+def draws(found: SweepArrays, at: int) -> bool | None:
+    """Whether a task's resets draw, None where that is not known."""
+    return None if found.drawn is None else str(found.coordinates["task"][at]) in found.drawn
+
+
+def alone(found: SweepArrays, at: int) -> str:
+    """What one episode a point tells, '' where there are more and resets draw."""
+    drawn = draws(found, at)
+    if drawn is False:
+        return "no reset draws anything: every difference is real"
+    if found["episodes"][at].max() > 1:
+        return ""
+    why = "resets draw" if drawn else "whether resets draw is not known"
+    return f"one episode a point, and {why}: nothing is told apart"
 
 
 def _task(found: SweepArrays, at: int, told: Told) -> Iterator[str]:
@@ -151,7 +184,8 @@ def _best(found: SweepArrays, at: int, dims: tuple[str, ...]) -> Iterator[str]:
                 f"  best by return: {policy} at {100 * own.mean():.0f} % of the points"
                 + (f", most where {place}" if place else "")
             )
-    if found["episodes"][at].max() == 1:
-        yield "  one episode a point: nothing tells chance from difference, unless no reset draws"
+    if said := alone(found, at):
+        yield f"  {said}"
     if (even := float((~apart).mean())) > 0:
-        yield f"  no best told from the next at {100 * even:.0f} % of the points"
+        words = "two are best" if draws(found, at) is False else "no best told from the next"
+        yield f"  {words} at {100 * even:.0f} % of the points"

@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from stickslip.agents import SweepArrays
-from stickslip.agents.sweeps.telling.compare import common, compare_in_words, compare_table
-from stickslip.agents.sweeps.telling.pictures import view_of, write_pictures
+from stickslip.agents.sweeps.telling.compare import (
+    common,
+    compare_in_words,
+    compare_table,
+    summary_of,
+)
+from stickslip.agents.sweeps.telling.pictures import write_pictures
 from stickslip.agents.sweeps.telling.regions import where
 from stickslip.agents.sweeps.telling.told import PLAINLY, Told
+from stickslip.agents.sweeps.telling.views import view_of
 from stickslip.agents.sweeps.telling.words import in_words, summary_table
 
 MU = np.array([0.02, 0.04, 0.06, 0.1, 0.2])
@@ -73,6 +79,37 @@ def test_a_region_in_the_middle_and_one_nowhere():
     assert where(shares, found.dims[2:], found) == "mu from 0.04 to 0.1"
     assert where(np.ones((5, 3)), found.dims[2:], found) == ""
     assert where(np.zeros((5, 3)), found.dims[2:], found) == ""
+
+
+def alone_at_points(drawn: tuple[str, ...] | None) -> SweepArrays:
+    """One episode at each point, b earning the more everywhere."""
+    one = example()
+    arrays = {n: np.minimum(one[n], 1) for n in ("episodes", "falls", "topple", "ok")}
+    returns = np.stack([np.zeros((5, 3)), np.ones((5, 3))])[None]
+    arrays |= {"reward_mean": returns, "reward_std": np.full(returns.shape, np.nan)}
+    return SweepArrays(one.dims, one.coordinates, arrays, one.units, drawn)
+
+
+@pytest.mark.parametrize(
+    ("drawn", "apart", "said"),
+    [
+        ((), 1.0, "no reset draws anything: every difference is real"),
+        (("ice",), 0.0, "one episode a point, and resets draw: nothing is told apart"),
+        (None, 0.0, "whether resets draw is not known: nothing is told apart"),
+    ],
+)
+def test_one_episode_tells_policies_apart_only_where_nothing_is_drawn(drawn, apart, said):
+    found = alone_at_points(drawn)
+    text = in_words(found)
+    assert said in text
+    assert ("best by return: b at 100 %" in text) == bool(apart)
+    assert ("no best told from the next at 100 %" in text) == (not apart)
+    column = [one.name for one in summary_table(found).columns].index("best_told_apart")
+    assert [row[column] for row in summary_table(found).rows] == [0.0, apart]
+    words = compare_in_words(common(found, found), PLAINLY)
+    assert said in words
+    table = summary_of(common(found, alone_at_points(drawn)), PLAINLY)
+    assert [row[5] for row in table.rows] == [1.0, 1.0]  # the same twice
 
 
 def random_axes() -> SweepArrays:
