@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,15 +20,26 @@ from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.machine import AnyMachine, TrainingTask
+    from stickslip.agents.protocol import AnyEnv, Timed
     from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trained import Trained
 
 KEY_OF_SCORE = "task_score"
 """Of a run on a named task, before all others."""
+MEAN = "mean_"
+"""Before the names of some measures, whose training column is without."""
+
+
+class Shown(NamedTuple):
+    """How a column is shown. share: its unit in that of the panel. words: behind its title."""
+
+    unit: str = "-"
+    share: float = 1.0
+    words: str = ""
 
 
 def report_training(trained: Trained[Configuration]) -> Path | None:
@@ -51,6 +62,10 @@ def training_page(trained: Trained[Configuration], machine: AnyMachine) -> Page:
     where = f"the {machine.title}" if config.task is None else config.task
     steps, best = best_evaluation(directory)
     task = machine.training_task(config)
+    units = _units(machine, task)
+    scale = _scale(task)
+    scaled = {"return": Shown(words=f"of rewards times {scale:.4g}")}
+    training = units if scale == 1 else units | scaled
     policy = load_policy(trained.policy)
     players = [(where, trained.name, task.env, policy, task.tested)]
     facts = (
@@ -66,8 +81,8 @@ def training_page(trained: Trained[Configuration], machine: AnyMachine) -> Page:
         facts=facts,
         episodes=first_episodes(players, 0, scale_of(config.task)),
         curves=(
-            *_curves(directory / "evaluations.csv", machine.evaluated, "in evaluations"),
-            *_curves(directory / "metrics.csv", machine.episode, "in training episodes"),
+            *_curves(directory / "evaluations.csv", machine.evaluated, "in evaluations", units),
+            *_curves(directory / "metrics.csv", machine.episode, "in training episodes", training),
         ),
         over="Learning",
         closing=(("Configuration", Table(columns, _settings(config))),),
@@ -97,7 +112,28 @@ def _settings(config: Configuration) -> list[tuple[str, str]]:
     return found
 
 
-def _curves(path: Path, names: Iterable[str], what: str) -> list[Curve]:
+def _units(machine: AnyMachine, task: TrainingTask[AnyEnv, Timed]) -> dict[str, Shown]:
+    """How the columns of both tables are shown: as the machine's evaluations show the measures of
+    their names. Of others nothing is known."""
+    found = {
+        name: Shown(one.unit, 100.0 if one.percent else 1.0)
+        for name, (one, _) in machine.measures(task.env).columns.items()
+    }
+    found |= {
+        name.removeprefix(MEAN): one for name, one in found.items() if name.startswith(MEAN)
+    } | {"length": Shown("steps")}
+    if unit := machine.unit_of(task.env).partition(" of ")[0]:
+        found["return"] = Shown(unit)
+    return found
+
+
+def _scale(task: TrainingTask[AnyEnv, Timed]) -> float:
+    """By how much the reward of training episodes is more than that of evaluations."""
+    scales = [getattr(one, "reward_scale", 1.0) for one in (task.training, task.tested)]
+    return float(scales[0]) / float(scales[1])
+
+
+def _curves(path: Path, names: Iterable[str], what: str, units: Mapping[str, Shown]) -> list[Curve]:
     """One panel for each of a table's columns that is there."""
     found = read_columns(path)
     x = np.array(found.get(KEY, []), float)
@@ -105,6 +141,8 @@ def _curves(path: Path, names: Iterable[str], what: str) -> list[Curve]:
     for name in (KEY_OF_SCORE, *names):
         if name in found and name != "episodes" and np.isfinite(found[name]).any():
             words = name.replace("_", " ")
-            line = Line(words, np.array(found[name]))
-            made.append(Curve("steps", x, Panel(f"{words} {what}", "-", (line,))))
+            shown = units.get(name, Shown())
+            line = Line(words, shown.share * np.array(found[name]))
+            title = f"{words} {what}" + (f", {shown.words}" if shown.words else "")
+            made.append(Curve("steps", x, Panel(title, shown.unit, (line,))))
     return made
