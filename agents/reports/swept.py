@@ -13,9 +13,11 @@ from stickslip.agents.sweeps.files.directory import read_about
 from stickslip.agents.sweeps.reading import sweep_arrays
 from stickslip.agents.sweeps.telling.again import MOST_STEPS, play_again
 from stickslip.agents.sweeps.telling.chosen import chosen_of
-from stickslip.agents.sweeps.telling.pictures import MOST_POLICIES, logarithmic, write_pictures
+from stickslip.agents.sweeps.telling.pictures import write_pictures
 from stickslip.agents.sweeps.telling.regions import along_axes
-from stickslip.agents.sweeps.telling.words import in_words, measured, summary_table
+from stickslip.agents.sweeps.telling.scales import logarithmic
+from stickslip.agents.sweeps.telling.views import MOST_POLICIES
+from stickslip.agents.sweeps.telling.words import BEST, in_words, measured, summary_table
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Curve, Line, Page, Panel
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
@@ -65,6 +67,7 @@ def report_sweep(
     """
     plan = replace(plan, layout=read_about(path).layout)
     found, told = sweep_arrays(path, summaries=True), plan.machine.swept().told
+    found = replace(found, drawn=plan.drawn)  # which a directory of before does not say
     text = in_words(found, told)
     tell(text)
     files = [write_whole(path / "summary.txt", text)]
@@ -110,6 +113,7 @@ def write_report(
         ),
         episodes=tuple(_shown(plan, one) for one in again),
         curves=tuple(_curves(plan, found)),
+        over="All episodes: over each axis the mean over all else",
         pictures=tuple((_caption(one), one.read_bytes()) for one in drawn),
         notes=(said,) if said else (),
     )
@@ -139,6 +143,7 @@ def _caption(picture: Path) -> str:
 def _facts(plan: Plan) -> tuple[tuple[str, str], ...]:
     rows = "a row a point" if plan.summaries else "a row an episode"
     draws = "apart at every point" if plan.independent else "the same at all points"
+    draws = draws if plan.drawn else "none: a reset draws nothing"
     return (
         ("episodes", f"{plan.total:,}"),
         ("points", f"{plan.design.points:,}"),
@@ -209,7 +214,8 @@ def _shown(plan: Plan, one: Again) -> Shown:
 
 
 def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
-    """What came of it over each axis, the mean over all other axes, a line a policy."""
+    """What came of it over each axis, the mean over all other axes, a line a policy; of a random
+    axis in bins, which the panel says."""
     dims, made = found.dims[2:], []
     policies = [shown_name(str(name)) for name in found.coordinates["policy"][:MOST_POLICIES]]
     several = len(found.coordinates["task"]) > 1
@@ -223,6 +229,8 @@ def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
                     Line(name, along[axis][1]) for name, along in zip(policies, each, strict=True)
                 )
                 head = f"{task}: {title}" if several else title
+                if axis not in dims and len(x) < len(found.coordinates[axis]):
+                    head += f", means of {len(x)} bins of {axis}"
                 made.append(
                     Curve(
                         Column(axis, found.units.get(axis, "-")).title,
@@ -235,20 +243,28 @@ def _curves(plan: Plan, found: SweepArrays) -> list[Curve]:
 
 
 def _summary(plan: Plan, found: SweepArrays) -> Table:
-    table = summary_table(found, plan.machine.swept().told)
-    rows = [
-        [
-            _figures(cell)
-            if isinstance(cell, float)
-            else ""
-            if cell is None
-            else shown_name(str(cell))
-            for cell in row
-        ]
-        for row in table.rows
+    """`summary_table` for people: shares in percent."""
+    told = plan.machine.swept().told
+    table, shares = summary_table(found, told), (told.failures, BEST)
+    heads = [
+        replace(
+            one,
+            name=one.name.replace("_", " "),
+            unit="%" if one.name in shares else one.unit,
+        )
+        for one in table.columns
     ]
-    heads = [replace(one, name=one.name.replace("_", " ")) for one in table.columns]
+    percent = [one.name in shares for one in table.columns]
+    rows = [
+        [_cell(cell, per) for cell, per in zip(row, percent, strict=True)] for row in table.rows
+    ]
     return Table(heads, rows)
+
+
+def _cell(value: object, percent: bool) -> str:
+    if isinstance(value, float):
+        return f"{100 * value:.3g}" if percent else _figures(value)
+    return "" if value is None else shown_name(str(value))
 
 
 def _figures(value: float) -> str:

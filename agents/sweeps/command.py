@@ -38,17 +38,18 @@ def sweep_command(given: Options) -> Content | None:
     machine.swept().require_no_structure(axes)
     options = {name: given.get(name) for name in every_option()}
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
-    played, about = played_by(machine, given["policy"], options, given["task"])
+    design = design_of(axes, given["samples"], given["design_seed"])
+    played, about = played_by(machine, given["policy"], options, given["task"], design)
     plan = Plan.of(
         machine,
         played,
-        design_of(axes, given["samples"], given["design_seed"]),
+        design,
         episodes=given["episodes"],
         independent=given["independent"],
         summaries=given["summaries"],
     )
     print(about)
-    print(size_in_words(plan), flush=True)
+    print(size_in_words(plan, given["episodes"]), flush=True)
     begun = time.monotonic()
     with interruptible() as stop:
         try:
@@ -79,8 +80,9 @@ def sweep_command(given: Options) -> Content | None:
     return Content({"summary": summary_table(told.found, machine.swept().told)}, about)
 
 
-def size_in_words(plan: Plan) -> str:
-    """Axes with units, and how many episodes of how many steps that makes."""
+def size_in_words(plan: Plan, asked: int) -> str:
+    """Axes with units, and how many episodes of how many steps that makes. asked: episodes of a
+    point."""
     words = []
     for name, one in plan.design.axes.items():
         unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
@@ -96,8 +98,11 @@ def size_in_words(plan: Plan) -> str:
     words.append(
         f"{plan.total:,} episodes of up to {steps} steps: {policies} "
         f"{'policy' if policies == 1 else 'policies'} x {tasks} task{'s' if tasks > 1 else ''} x "
-        f"{plan.design.points:,} points x {plan.episodes} episodes"
+        f"{plan.design.points:,} point{'' if plan.design.points == 1 else 's'} x "
+        f"{plan.episodes} episode{'' if plan.episodes == 1 else 's'}"
     )
+    if plan.episodes != asked:
+        words.append(f"1 episode a point, not {asked}: no reset draws anything")
     return "\n".join(words)
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.evaluation.given import validated_player
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
 from stickslip.agents.sweeps.playing.case import Played
+from stickslip.agents.sweeps.worded import worded
 from stickslip.agents.tasks.places import (
     controller_of,
     every_option,
@@ -21,6 +23,7 @@ from stickslip.envs.tasks.ladder import task_by_name
 if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.sweeps.design import Design
 
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
@@ -52,10 +55,14 @@ def played_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Played]
 
 
 def played_by(
-    machine: AnyMachine, who: Sequence[str], options: Options, tasks: Sequence[str] | None
+    machine: AnyMachine,
+    who: Sequence[str],
+    options: Options,
+    tasks: Sequence[str] | None,
+    design: Design,
 ) -> tuple[list[Played], str]:
     """Those named on a command line on tasks of the ladder or, as `evaluate` has it, on their own
-    changed by options; and what the task is, in words.
+    changed by options; and what the task is, in words, without what axes replace.
 
     ValueError where policies have several tasks of their own: a sweep plays all on the same.
     """
@@ -78,7 +85,13 @@ def played_by(
                 )
         _require_own(who, machine)
         _, found = played_on([one.name for one in named], list(who))
-        return found, "\n".join(f"{one.name}: {one.title}" for one in named)
+        lines = []
+        for one in named:
+            env, params = next((it.env, it.params) for it in found if it.task == one.name)
+            lost = worded(machine, env, params, design, "", "").replaced
+            lines.append(f"{one.name}: {one.title}")
+            lines += [f"  replaced by axes: {', '.join(lost)}"] if lost else []
+        return found, "\n".join(lines)
     _require_own(who, machine)
     players = read_named(who, machine)
     places = places_of(players, options, machine)
@@ -89,6 +102,9 @@ def played_by(
             "--task NAME for all"
         )
     (place,) = places
+    env = next(iter(place.who.values()))
+    left = worded(machine, env, place.params, design, place.label, place.details)
+    place = replace(place, label=left.label or machine.title, details=left.details)
     found = [
         Played(
             place.label,

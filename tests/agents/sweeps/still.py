@@ -14,4 +14,15 @@ class StillParams(MassParams):
     randomisation: None = None
 
 
+@dataclass(frozen=True)
+class StillEnv(MassEnv):
+    """The environment that has them."""
+
+    params_kind = StillParams
+
+    @property
+    def default_params(self):
+        return StillParams(time_limit=0.5)
+
+
 STILL = (MassEnv(), StillParams(time_limit=0.5))

@@ -1,13 +1,16 @@
 """The commands `sweep` and `compare` from their flags to their files."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stickslip.agents import read_sweep
+from stickslip.agents import read_sweep, sweep_arrays
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs.rendering.html.reading import read_episodes
+from tests.agents.mass import MassMachine
+from tests.agents.sweeps.still import StillEnv
 
 SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
 AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]
@@ -54,8 +57,30 @@ def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     (row,) = told["summary"]
     assert (row["policy"], row["points"], row["episodes"]) == ("pull", 6, 18)
-    assert row["return_least"] < row["return_mean"] < row["return_most"]
+    assert row["point_mean_least"] < row["return_mean"] < row["point_mean_most"]
+    assert returns.min() < row["point_mean_least"]  # one of episodes is another thing
     assert f"mean return {row['return_mean']:.3g}" in shown
+
+
+def test_one_episode_is_enough_where_no_reset_draws(capsys, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(MassMachine, "env", lambda self: StillEnv())
+    who = ["sweep", "mass", "--policy", "pull", "--axis", "mu=0.1:0.3:3", "--episodes", "5"]
+    assert main([*who, "--out", "a", "--no-episodes"]) == OK
+    shown = capsys.readouterr().out
+    assert "1 episode a point, not 5: no reset draws anything" in shown
+    assert "3 points x 1 episode\n" in shown
+    assert "none: a reset draws nothing" in Path("a/report.html").read_text(encoding="utf-8")
+    assert sweep_arrays("a", summaries=True).drawn == ()
+    assert main([*SWEEP, "--axis", "mu=0.1", "--out", "b", "--no-pictures"]) == OK
+    assert "1 point x 1 episode\n" in capsys.readouterr().out
+
+
+def test_the_page_has_shares_in_percent_and_says_what_is_binned():
+    drawn = [*SWEEP, "--axis", "mu=0.1:0.3:sobol", "--samples", "16", "--out", "a", "--no-episodes"]
+    assert main(drawn) == OK
+    page = Path("a/report.html").read_text(encoding="utf-8")
+    assert "failures [%]" in page
+    assert "means of 8 bins of mu" in page
 
 
 def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
