@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.optim.gait import between
+from stickslip.optim.gait.between import Polynomials
 from stickslip.optim.gait.convex.limits import ground_of, torque_of, zmp_of
 from stickslip.optim.gait.convex.program import STRAIN, TIME, TORQUE, WORK
 from stickslip.optim.gait.grid import Grid
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.numeric import Number
-    from stickslip.optim.gait.profile import Profile
+    from stickslip.optim.gait.profile import Closely, Profile
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Gait:
     """Crank acceleration a [n, K+1] at the nodes of a grid, straight between them, and b = crank
     rate^2, a parabola in each cell: b[k+1] = b[k] + h (a[k] + a[k+1]).
 
-    nodes, inside: the robot's profile at the grid's nodes and inside its cells [n, K, Q]. In the
+    nodes: the robot's profile at the grid's nodes; closely: what has it at `grid.samples`. In the
     acceleration there is no step but at an exchange of support, so torque and forces are continuous
     inside a step. The foot rests on the floor throughout.
     """
@@ -35,7 +37,7 @@ class Gait:
     a: Float[np.ndarray, "n K+1"]
     b: Float[np.ndarray, "n K+1"]
     nodes: Profile
-    within: Profile
+    closely: Closely
 
     @property
     def theta(self) -> Float[np.ndarray, "n K+1"]:
@@ -97,26 +99,41 @@ class Gait:
         return a + rise * x, self.b[row, cell] + 2 * a * x + rise * x**2
 
     @cached_property
-    def inner(self) -> tuple[Float[np.ndarray, "n K Q"], Float[np.ndarray, "n K Q"]]:
-        """a and b at `grid.inside`."""
-        x = self.grid.inside[0]
+    def inner(self) -> tuple[Float[np.ndarray, "n K D+1"], Float[np.ndarray, "n K D+1"]]:
+        """a and b at `grid.samples`."""
+        x = self.grid.samples - self.theta[:, :-1, None]
         a = self.a[:, :-1, None]
         rise = (np.diff(self.a, axis=1) / self.grid.h)[..., None]
         return a + rise * x, self.b[:, :-1, None] + 2 * a * x + rise * x**2
 
     @cached_property
+    def torque_between(self) -> Polynomials:
+        """Of the motor in each cell [N m]."""
+        return Polynomials(torque_of(self.closely.profile, *self.inner))
+
+    @cached_property
+    def ground_between(self) -> tuple[Polynomials, Polynomials]:
+        """Friction and normal force in each cell [N]."""
+        friction, normal = ground_of(self.closely.profile, *self.inner)
+        return Polynomials(friction), Polynomials(normal)
+
+    @cached_property
+    def slowest(self) -> float:
+        """Least b at the nodes and between them, in closed form; 0 at rest, negative where the
+        crank would turn back."""
+        return float(np.min(between.lowest(self.grid, self.a, self.b)))
+
+    @cached_property
     def spent(self) -> dict[str, float]:
-        """The terms of the objectives, integrated between the nodes, too: see program.TERMS."""
-        weight = self.grid.inside[1]
-        a, b = self.inner
-        with np.errstate(divide="ignore"):
-            pace = weight / np.sqrt(np.maximum(b, 0.0))
-        torque = torque_of(self.within, a, b)
+        """The terms of the objectives, integrated between the nodes, too: see program.TERMS. The
+        time in closed form."""
+        torque = self.torque_between
+        work, strain = between.positive_and_squared(torque, self.grid.h)
         return {
-            TIME: float(np.sum(pace)),
-            TORQUE: float(np.sum(torque**2 * pace)),
-            WORK: float(np.sum(np.maximum(torque, 0.0) * weight)),
-            STRAIN: float(np.sum(torque**2 * weight)),
+            TIME: self.duration,
+            TORQUE: between.over_time(self.grid, self.a, self.b, lambda at: torque(at) ** 2),
+            WORK: work,
+            STRAIN: strain,
         }
 
     @property
@@ -125,10 +142,15 @@ class Gait:
         found = terms_on_grid(self.grid, self.b, self.torque)
         return {term: float(value) for term, value in found.items()}
 
-    @property
+    @cached_property
+    def times(self) -> Float[np.ndarray, "n K"]:
+        """In each cell [s], in closed form; infinite where the crank stands still in it."""
+        return between.times(self.grid, self.a, self.b)
+
+    @cached_property
     def duration(self) -> float:
         """Of all steps [s]; infinite where the crank stands still on the way."""
-        return self.spent[TIME]
+        return float(np.sum(self.times))
 
     @property
     def mean_rate(self) -> float:
@@ -138,8 +160,12 @@ class Gait:
     @cached_property
     def friction_use(self) -> float:
         """Largest |friction| / normal force, at the nodes and between them [-]."""
-        between = friction_use(*ground_of(self.within, *self.inner))
-        return max(self.friction_at_nodes, float(between))
+        friction, normal = self.ground_between
+
+        def use(at: np.ndarray) -> np.ndarray:
+            return np.asarray(friction_uses(friction(at), normal(at)))
+
+        return max(self.friction_at_nodes, float(np.max(between.peak(use))))
 
     @property
     def friction_at_nodes(self) -> float:
@@ -181,5 +207,12 @@ def friction_use(
 ) -> float | Float[Array, ""]:
     """Largest |friction| / normal force; infinite where nothing presses the foot down. xp: as
     above."""
+    return xp.max(friction_uses(friction, normal, xp))
+
+
+def friction_uses(
+    friction: Float[Number, "..."], normal: Float[Number, "..."], xp: ModuleType = np
+) -> Float[Number, "..."]:
+    """The same of each."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return xp.max(xp.where(normal > 0, xp.abs(friction) / normal, np.inf))
+        return xp.where(normal > 0, xp.abs(friction) / normal, np.inf)

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 POINTS = 4
-"""Of Gauss and Legendre in each cell."""
+"""Of Gauss and Legendre in each cell, for bounds on every gait."""
+DEGREE, SAMPLES = 6, 400
+"""Of the polynomials through samples in a cell, at least, and how many samples a step has, about:
+in cells of pi / 8 a degree of 5 has errors of 3e-3 in the inertia functions."""
 CLOSER = 1.5
 """Power of a node's number that its distance from rest goes with. The first cell's time is in error
 by its length to the power 1.5: above 4/3 that is of second order in the number of cells."""
@@ -77,3 +80,13 @@ class Grid:
         if self.to_rest:
             share[-1, -1], weight[-1, -1] = 1 - x[::-1] ** 2, (2 * x * w)[::-1]
         return share * self.h[..., None], weight * self.h[..., None]
+
+    @cached_property
+    def samples(self) -> Float[np.ndarray, "n K D+1"]:
+        """Crank angles in each cell, its ends included, through which polynomials are laid [rad]:
+        Chebyshev's."""
+        degree = max(DEGREE, -(-SAMPLES // self.cells))
+        share = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
+        found = self.theta[:, :-1, None] + share * self.h[..., None]
+        found[..., -1] = self.theta[:, 1:]
+        return found

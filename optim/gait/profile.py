@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import jax
@@ -16,6 +17,8 @@ from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
+
+    from stickslip.optim.gait.grid import Grid
 
 BLOCK = 512
 """Crank angles computed at once: one program for every number of them."""
@@ -66,6 +69,20 @@ class Robot:
     def weight(self) -> float:
         """[N]"""
         return self.mass * self.gravity
+
+
+@dataclass(frozen=True)
+class Closely:
+    """The profile at a grid's samples, worked out when it is first asked for."""
+
+    params: BipedParams
+    robot: Robot
+    grid: Grid
+
+    @cached_property
+    def profile(self) -> Profile:
+        """[n, K, D+1]"""
+        return profile_of(self.params, self.robot, self.grid.samples)
 
 
 def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:

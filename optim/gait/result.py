@@ -41,11 +41,14 @@ class Certificate:
 class GaitResult(Result):
     """The outcome of `solve` for a gait problem: see Result; value and bound are those of the grid.
 
-    gait: the best one of the grid, its limits kept at the nodes. held: a gait whose limits hold
-    between the nodes, too (to 1e-8 of their size), and held_value its value, integrated between
-    them; None where none was found. every_bound: no gait whatever is better, of any acceleration
-    that may change at any place (None: not proved); its integral is a quadrature, whose error is
-    not bounded. So the best possible lies between every_bound and held_value, whatever the grid.
+    gait: the best one of the grid, its limits kept at the nodes; between them its crank may stand
+    still, and its duration is infinite then. held: a gait whose limits hold between the nodes, too,
+    to 1e-8 of their size (1e-7 where the rounds of tightening end before that), as polynomials
+    through samples in each cell tell; b > 0 but for rest at the walk's ends, and the mean rate, in
+    closed form. held_value is its value, integrated between the nodes; None where none was found.
+    every_bound: no gait whatever is better, of any acceleration that may change at any place (None:
+    not proved); its integral is a quadrature, whose error is not bounded. So the best possible lies
+    between every_bound and held_value, whatever the grid.
     certificate: of the grid's optimum.
     """
 

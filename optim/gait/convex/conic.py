@@ -32,8 +32,8 @@ def solve_conic(
     """The best gait of the grid by second-order cones (cvxpy with Clarabel), with its proofs.
 
     certify: "every", of every gait, on the grid or off it, with a gait that keeps its limits
-    between the nodes, which takes another solve or more; "grid", of gaits of the grid alone: then
-    held and every_bound are None.
+    between the nodes and comes to rest nowhere on its way, which takes another solve or more;
+    "grid", of gaits of the grid alone: then held and every_bound are None.
 
     The program of a structure is built once and kept; other numbers solve it again. evaluations:
     how often it was solved. Status: OPTIMAL where the bound of `certificate`, worked out apart from
@@ -59,6 +59,8 @@ def solve_conic(
     evaluation = problem.looked_at(answer.gait)
     held, held_value, more = held_between(answer) if whole else (None, np.inf, 0)
     status, message = _judged(problem, answer, evaluation.feasible)
+    if whole and held is None:
+        message += "; no gait was found that keeps its limits between the nodes, too"
     proved = np.isfinite(certificate.bound)
     every = answer.every
     x = np.concatenate([[answer.gait.b[0, 0]], answer.gait.a.ravel()])

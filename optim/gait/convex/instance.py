@@ -19,7 +19,7 @@ from stickslip.optim.gait.convex.limits import (
 from stickslip.optim.gait.convex.program import Numbers, Structure
 from stickslip.optim.gait.convex.units import Units
 from stickslip.optim.gait.gait import Gait
-from stickslip.optim.gait.profile import profile_of
+from stickslip.optim.gait.profile import Closely, profile_of
 from stickslip.optim.gait.proof.certificate import Sample
 
 if TYPE_CHECKING:
@@ -64,6 +64,16 @@ class Instance:
     def rows(self) -> tuple[Rows, Rows]:
         """The limits at the nodes and inside the cells, SI."""
         return rows_of(self.profiles[0], self.limits), rows_of(self.profiles[1], self.limits)
+
+    @cached_property
+    def closely(self) -> Closely:
+        """What has the profile at the grid's samples."""
+        return Closely(self.params, self.robot, self.grid)
+
+    @cached_property
+    def rows_between(self) -> Rows:
+        """The limits at the grid's samples, SI."""
+        return rows_of(self.closely.profile, self.limits)
 
     @cached_property
     def units(self) -> Units:
@@ -150,8 +160,8 @@ class Instance:
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:
         """The gait with these accelerations that begins with b = first, SI."""
-        nodes, within = self.profiles
-        return Gait(self.grid, a, squares_of(self.grid, a, first), nodes, within)
+        b = squares_of(self.grid, a, first)
+        return Gait(self.grid, a, b, self.profiles[0], self.closely)
 
     def gait_of(self, solved: Solved) -> Gait:
         """The gait that a program found. What rounding leaves at an end that is given is taken off
@@ -166,9 +176,7 @@ class Instance:
 
     def use(self, **changes: object) -> Instance:
         """The same with some limits changed; what was computed of the profiles is kept."""
-        other = replace(self, limits=replace(self.limits, **changes))
-        other.__dict__["profiles"] = self.profiles
-        return other
+        return self.towards(limits=replace(self.limits, **changes))
 
     def finer(self, times: int) -> Instance:
         """The same on a grid of so many times the cells."""
@@ -177,7 +185,7 @@ class Instance:
     def towards(self, **changes: object) -> Instance:
         """The same with other fields."""
         other = replace(self, **changes)
-        other.__dict__["profiles"] = self.profiles
+        other.__dict__.update(profiles=self.profiles, closely=self.closely)
         return other
 
 

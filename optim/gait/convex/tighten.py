@@ -7,31 +7,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.optim.gait.between import Polynomials, lowest, peak
 from stickslip.optim.gait.convex.limits import STANDING
-from stickslip.optim.gait.convex.program import program_of
+from stickslip.optim.gait.convex.program import TIME, program_of
 
 if TYPE_CHECKING:
     from stickslip.optim.gait.convex.answer import Answer
     from stickslip.optim.gait.convex.instance import Instance
+    from stickslip.optim.gait.convex.program import Numbers
     from stickslip.optim.gait.gait import Gait
+    from stickslip.optim.gait.grid import Grid
 
-ROUNDS = 6
+ROUNDS = 9
 HELD = 1e-8
 """By how much a limit may be missed, in its unit of size."""
 LAST = 1e-7
 """The same after the last round."""
-MUCH = 0.3
-"""Later than by this share a gait stands still between two nodes. Then it has to keep moving."""
-SHARE = 0.05
-"""Of the mean rate: how fast at least, doubled as often as that does not do."""
-MORE = 1.25
-"""What is taken off, over what is missed: the worst place lies between the points looked at."""
+MOVING, QUARTER = 0.005, 0.25
+"""What the crank rate is kept above: this share of the lift-off rate, or of the mean rate asked for
+where that is less. Slower at its crest, a walk is at the mercy of how long a motor holds its
+torque: with 4000 holds a step, as in `replay`, half of that may end in a fall backwards."""
+STARTED = 0.1 * np.pi
+"""Way from rest over which that grows from 0 [rad]."""
+MORE = 1.1
+"""What is taken off, over what is missed: the gait found next bulges elsewhere."""
 
 
 def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
     """The gait, its value between the nodes, and how often the program was solved.
 
-    The walk's time between the nodes is kept to the longest one, too, by asking for less.
+    The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
+    known once the crank stands still nowhere.
     """
     instance, gait = answer.instance, answer.gait
     numbers = instance.numbers(relaxed=answer.relaxed)
@@ -39,31 +45,36 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
     if free:
         numbers.weights.clear()
         structure = structure._replace(terms=())
-    solves, share = 0, SHARE
+    solves, before = 0, np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * ROUNDS, LAST):
-        missed, late = overshoot(instance, gait, free), _late(instance, gait)
-        if np.max(missed) <= tolerance and late <= tolerance:
+        missed, slow = overshoot(instance, gait, free), too_slow(instance, gait)
+        late = _late(instance, gait)
+        if max(np.max(missed), np.max(slow), late) <= tolerance:
             return gait, _value(instance, gait), solves
         if tolerance == LAST:
             break
         taken = MORE * np.where(missed > HELD, missed, 0.0)
-        slower, C = 0.0, numbers.C - taken
-        if 0 < late < MUCH:
-            slower = late
-        elif late > 0:  # it stands still between two nodes
-            floor = (share * instance.units.rate * np.pi * instance.grid.steps) ** 2
-            floor = floor / (numbers.longest or np.inf) ** 2 / instance.rows[0].size[-1]
-            standing = np.array(instance.limits.names) == STANDING
-            C = np.where(standing[:, None], np.minimum(C, -floor), C)
-            share = 2 * share
-        longest = None if numbers.longest is None else numbers.longest / (1 + slower)
-        numbers = replace(numbers, C=C, longest=longest)
+        stuck = missed > np.maximum(before / 2, HELD)
+        taken = taken + np.where(stuck, _slack(instance, gait, numbers), 0.0)
+        numbers = _kept_moving(instance, gait, replace(numbers, C=numbers.C - taken), slow)
+        before = missed
+        if numbers.longest is not None and 0 < late < np.inf:
+            took = min(gait.on_grid[TIME] * instance.units.rate, numbers.longest)
+            numbers = replace(numbers, longest=took / (1 + late))
         solved = program_of(structure).solve(numbers)
         solves += 1
         if solved.a is None or solved.b is None:
             break
         gait = instance.gait_of(solved)
     return None, np.inf, solves
+
+
+def _slack(instance: Instance, gait: Gait, numbers: Numbers) -> np.ndarray:
+    """What the gait leaves of each limit at the nodes [m, nodes], in units of their size. Where one
+    is missed between nodes that leave much of it, taking less than that off changes nothing."""
+    rows = instance.rows[0]
+    spent = (rows.A * gait.a + rows.B * gait.b).reshape(len(rows.names), -1)
+    return np.maximum(numbers.C - spent / rows.size[:, None], 0.0)
 
 
 def _late(instance: Instance, gait: Gait) -> float:
@@ -73,15 +84,61 @@ def _late(instance: Instance, gait: Gait) -> float:
 
 def overshoot(instance: Instance, gait: Gait, free: str = "") -> np.ndarray:
     """What the limits are missed by in each cell, given to both of its nodes [m, nodes], in units
-    of their size; `free` may be missed."""
-    nodes, inside = instance.rows
-    size = nodes.size[:, None, None]
-    at = nodes.excess(gait.a, gait.b) / size
-    between = np.max(inside.excess(*gait.inner), axis=-1) / size
-    left = np.concatenate([between, np.full_like(between[..., :1], -np.inf)], axis=-1)
-    right = np.concatenate([np.full_like(between[..., :1], -np.inf), between], axis=-1)
-    worst = np.maximum(at, np.maximum(left, right)).reshape(len(nodes.names), -1)
-    return np.where(np.array(nodes.names)[:, None] == free, -np.inf, worst)
+    of their size; `free` may be missed, and of what keeps b above 0 `too_slow` tells."""
+    rows = instance.rows_between
+    between = peak(Polynomials(rows.excess(*gait.inner) / rows.size[:, None, None, None]))
+    worst = _at_nodes(between).reshape(len(rows.names), -1)
+    apart = [name in (free, STANDING) for name in rows.names]
+    return np.where(np.array(apart)[:, None], -np.inf, worst)
+
+
+def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
+    """By how much the least b of a cell, in closed form, is below what it is kept above, at its
+    nodes [nodes]; in a cell at rest the b that the acceleration there leads to. In the limit's unit
+    of size."""
+    grid, least = gait.grid, lowest(gait.grid, gait.a, gait.b)
+    share = np.ones_like(least)
+    for rests, end, sign in _ends(grid):
+        if rests:
+            least[end, end] = sign * 2 * grid.h[end, end] * gait.a[end, end]
+            way = np.abs(grid.theta[end] - grid.theta[end, end])
+            nearer = np.minimum(way[:-1], way[1:])
+            nearer[end] = grid.h[end, end]
+            share[end] = np.minimum(share[end], nearer / STARTED)
+    size = instance.rows_between.size[-1]
+    asked = np.inf
+    if instance.longest is not None:
+        asked = np.pi * grid.steps / instance.longest
+    floor = min(MOVING * instance.limits.lift_off, QUARTER * asked) ** 2
+    return _at_nodes(floor * share - least).ravel() / size
+
+
+def _ends(grid: Grid) -> tuple[tuple[bool, int, int], ...]:
+    """Whether the walk rests there, the place in both axes, and the sign of time's way from it."""
+    return (grid.from_rest, 0, 1), (grid.to_rest, -1, -1)
+
+
+def _at_nodes(cells: np.ndarray) -> np.ndarray:
+    """Of both cells that a node has a part in, the larger [..., K+1]."""
+    none = np.full_like(cells[..., :1], -np.inf)
+    left, right = (np.concatenate(pair, axis=-1) for pair in ((cells, none), (none, cells)))
+    return np.maximum(left, right)
+
+
+def _kept_moving(instance: Instance, gait: Gait, numbers: Numbers, slow: np.ndarray) -> Numbers:
+    """b at both nodes of a cell kept by what is missing above what it is now; where the walk rests
+    the acceleration is."""
+    grid, row = gait.grid, instance.limits.names.index(STANDING)
+    size = instance.rows_between.size[row]
+    A, C, now = numbers.A.copy(), numbers.C.copy(), gait.b.ravel() / size
+    for rests, end, sign in _ends(grid):
+        if rests and slow[end] > 0:
+            reach = sign * 2 * grid.h[end, end]
+            now[end] = reach * gait.a[end, end] / size
+            A[row, end] = -reach * instance.units.b / size
+    floor = np.where(slow > 0, now + MORE * slow, -np.inf)
+    C[row] = np.minimum(C[row], -floor)
+    return replace(numbers, A=A, C=C)
 
 
 def _value(instance: Instance, gait: Gait) -> float:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.optim.gait.between import peak
 from stickslip.optim.gait.convex.answer import Answer, answered, conditions
 from stickslip.optim.gait.convex.demand import least_demand
 from stickslip.optim.gait.convex.goal import goal_of
-from stickslip.optim.gait.convex.limits import FRICTION, NORMAL, TORQUE, ZMP, ground_of, torque_of
+from stickslip.optim.gait.convex.limits import FRICTION, NORMAL, TORQUE, ZMP
 from stickslip.optim.gait.convex.tighten import held_between
 from stickslip.optim.gait.proof.impossible import excluded, nothing_left, relaxed
 from stickslip.optim.result import OptimStatus
@@ -136,17 +137,15 @@ def _needed(instance: Instance, limit: str) -> tuple[str, bool, int]:
     if solved.a is None or solved.b is None:
         return "", proved, 2
     gait = instance.gait_of(solved)
+    if limit == NORMAL:  # a crank that stands still may have it, too
+        normal = gait.ground_between[1]
+        least = -float(np.max(peak(lambda at: -normal(at))))
+        text = f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
+        return f"{text} ({instance.grid.cells} cells a step)", proved, 2
     certificate = conditions(instance, gait, solved, 0.0, 0.0)
     answer = Answer(gait, certificate, None, solved, instance, 1, limit)
     held, _, solves = held_between(answer)
-    gait = gait if held is None else held
-    if limit == TORQUE:
-        most = float(np.max(np.abs(torque_of(gait.within, *gait.inner))))
-        most = max(most, float(np.max(np.abs(gait.torque))))
-        text = f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed"
-    else:
-        least = float(
-            min(np.min(ground_of(gait.within, *gait.inner)[1]), np.min(gait.normal_force))
-        )
-        text = f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
+    torque = (gait if held is None else held).torque_between
+    most = float(np.max(peak(lambda at: np.abs(torque(at)))))
+    text = f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed"
     return f"{text} ({instance.grid.cells} cells a step)", proved, 2 + solves

@@ -110,11 +110,9 @@ def gait_csv(problem: GaitProblem, result: GaitResult) -> str:
     gait = result.best
     steps = np.repeat(np.arange(gait.grid.steps), gait.grid.cells + 1)
     rate = gait.crank_rate
-    with np.errstate(divide="ignore"):
-        pace = 2 * gait.grid.h / (rate[:, :-1] + rate[:, 1:])
-    ends = np.concatenate([[0.0], np.cumsum(np.sum(pace, axis=1))[:-1]])
+    ends = np.concatenate([[0.0], np.cumsum(np.sum(gait.times, axis=1))[:-1]])
     begun = np.zeros((gait.grid.steps, 1))
-    time = ends[:, None] + np.concatenate([begun, np.cumsum(pace, axis=1)], axis=1)
+    time = ends[:, None] + np.concatenate([begun, np.cumsum(gait.times, axis=1)], axis=1)
     columns = {
         "step": steps,
         "crank angle [rad]": gait.theta.ravel(),

@@ -1,0 +1,193 @@
+"""Between a gait's nodes: b as the parabola it is, and all else by the polynomial through samples.
+
+In a cell of length h the acceleration is a + c x and b = b0 + 2 a x + c x^2, so the crank moves as
+x'' = a + c x in time: hyperbolic or circular functions, the same seen from either end. A cell is
+passed in the time
+
+    2 h / (rate + next rate) f(z),   z = sqrt|c| h / (rate + next rate)
+
+with f(z) = artanh(z) / z where c > 0, arctan(z) / z where c < 0; z < 1 there unless b falls to 0.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebval, chebvander
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jaxtyping import Float
+
+    from stickslip.optim.gait.grid import Grid
+
+STRAIGHT = 1e-4
+"""z below which f(z) and the motion are two terms of their series."""
+MOMENTS = 24
+"""Points of Gauss and Legendre in time, in a cell or in each half of one that has a vertex."""
+LOOKS, CLOSER_LOOKS = 33, 17
+"""Places of a cell where a largest value is looked for, and around the best of them."""
+PIECES = 64
+"""Of a cell, for integrals over the crank angle of what may have a kink (Simpson's rule)."""
+
+
+def lowest(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> np.ndarray:
+    """The least b of each cell, in closed form [n, K]; 0 in one that begins or ends at rest, but
+    for one in which the crank would turn back."""
+    b = _rested(grid, b)
+    start, slope = b[:, :-1], a[:, :-1]
+    c = np.diff(a, axis=1) / grid.h
+    bowl = (slope < 0) & (a[:, 1:] > 0)
+    dip = start - slope**2 / np.where(bowl, c, 1.0)
+    return np.where(bowl, dip, np.minimum(start, b[:, 1:]))
+
+
+def times(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> np.ndarray:
+    """The time in each cell [n, K] s; infinite where the crank stands still in it."""
+    rate = np.sqrt(np.maximum(_rested(grid, b), 0.0))
+    passed = _passed(grid.h, rate[:, :-1] + rate[:, 1:], np.diff(a, axis=1) / grid.h)
+    return np.where(lowest(grid, a, b) < 0, np.inf, passed)
+
+
+def over_time(
+    grid: Grid, a: np.ndarray, b: np.ndarray, square: Callable[[np.ndarray], np.ndarray]
+) -> float:
+    """The integral over time of what `square` gives at shares [n, K, Q] of the cells.
+
+    Points are placed in time, from where a cell or its half is slowest, with the crank's own
+    motion: nothing is large there however slow the crank is.
+    """
+    passed = times(grid, a, b)
+    if not np.all(np.isfinite(passed)):
+        return np.inf
+    points, weights = np.polynomial.legendre.leggauss(MOMENTS)
+    points, weights = (points + 1) / 2, weights / 2
+    total = 0.0
+    for start, sign, length, rate, end, slope, c in _legs(grid, a, _rested(grid, b)):
+        taken = np.where(length > 0, _passed(length, rate + end, c), 0.0)
+        x = _moved(taken[..., None] * points, rate, slope, c)
+        x = start[..., None] + sign * np.minimum(x, length[..., None])
+        share = x / grid.h[..., None]
+        total += float(np.sum(square(share) * weights * taken[..., None]))
+    return total
+
+
+class Polynomials:
+    """Through values at `grid.samples` [..., n, K, D+1], one in each cell."""
+
+    def __init__(self, values: np.ndarray):
+        degree = values.shape[-1] - 1
+        places = np.cos(np.pi * np.arange(degree, -1, -1) / degree)
+        found = values @ np.linalg.inv(chebvander(places, degree)).T
+        self._coefficients = np.moveaxis(found, -1, 0)[..., None]
+
+    def __call__(self, share: Float[np.ndarray, "... Q"]) -> np.ndarray:
+        """At shares of the cells."""
+        return chebval(2 * share - 1, self._coefficients, tensor=False)
+
+
+def peak(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """The largest value in each cell of what `function` gives at shares [Q] or [..., Q].
+
+    The best of LOOKS places, then of CLOSER_LOOKS around it, then the vertex of the parabola
+    through three.
+    """
+    share, spread = np.linspace(0.0, 1.0, LOOKS), 1 / (LOOKS - 1)
+    values = function(share)
+    best = np.argmax(values, axis=-1)[..., None]
+    centre = np.clip(share[best], spread, 1 - spread)
+    first = np.max(values, axis=-1)
+    values = function(centre + spread * np.linspace(-1.0, 1.0, CLOSER_LOOKS))
+    best = np.argmax(values, axis=-1)[..., None]
+    inner = np.clip(best, 1, CLOSER_LOOKS - 2)
+    before, at, after = (np.take_along_axis(values, inner + i, -1)[..., 0] for i in (-1, 0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend, tilt = 2 * at - before - after, (after - before) / 2
+        top = at + tilt**2 / (2 * bend)
+        within = (bend > 0) & (np.abs(tilt) <= bend) & np.isfinite(top)
+    found = np.maximum(first, np.max(values, axis=-1))
+    return np.maximum(found, np.where(within, top, -np.inf))
+
+
+def positive_and_squared(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> tuple[float, float]:
+    """The integrals over the crank angle of max(T, 0) and of T^2."""
+    values = torque(np.linspace(0.0, 1.0, 2 * PIECES + 1))
+    left, middle, right = values[..., :-1:2], values[..., 1::2], values[..., 2::2]
+    weight = h[..., None] / PIECES
+    simpson = (left + 4 * middle + right) / 6
+    positive = np.where((left >= 0) & (right >= 0), simpson, 0.0)
+    crosses = left * right < 0
+    height = np.maximum(left, right)
+    part = height**2 / (2 * np.where(crosses, np.abs(left - right), 1.0))
+    squared = (left**2 + 4 * middle**2 + right**2) / 6
+    positive = np.where(crosses, part, positive)
+    return float(np.sum(positive * weight)), float(np.sum(squared * weight))
+
+
+def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:
+    """b with what rounding leaves at rest taken away."""
+    if not (grid.from_rest or grid.to_rest):
+        return b
+    b = b.copy()
+    if grid.from_rest:
+        b[0, 0] = 0.0
+    if grid.to_rest:
+        b[-1, -1] = 0.0
+    return b
+
+
+def _passed(length: np.ndarray, rates: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """The time over a length, the sum of the rates at its ends being `rates`."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        z = np.sqrt(np.abs(c)) * length / rates
+        small = z < STRAIGHT
+        safe = np.where(small, 0.5, z)
+        bowl = np.arctanh(np.where(c > 0, np.minimum(safe, 1.0), 0.0)) / safe
+        factor = np.where(c > 0, bowl, np.arctan(safe) / safe)
+        factor = np.where(small, 1 + np.sign(c) * z**2 / 3, factor)
+        return np.where(rates > 0, 2 * length / rates * factor, np.inf)
+
+
+def _legs(grid: Grid, a: np.ndarray, b: np.ndarray) -> list[tuple]:
+    """Each cell as two parts in which b grows: where each starts, which way it goes, how long it
+    is, its rates at both ends, a at its start (>= 0), and c."""
+    h, c = grid.h, np.diff(a, axis=1) / grid.h
+    bowl = c > 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vertex = np.where(c == 0, np.where(a[:, :-1] >= 0, h, 0.0), -a[:, :-1] / c)
+    vertex = np.clip(vertex, 0.0, h)
+    low, left, right = a[:, :-1] + c * vertex, b[:, :-1], b[:, 1:]
+    turned = (a[:, :-1] < 0) != (a[:, 1:] < 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        extreme = np.where(turned, left - a[:, :-1] ** 2 / c, np.where(vertex > 0, right, left))
+    rates = [np.sqrt(np.maximum(one, 0.0)) for one in (left, extreme, right)]
+    zero = np.zeros_like(h)
+    rise = np.where(turned, 0.0, low)
+    found = []
+    for sign, end, rate, slope, length in (
+        (-1, zero, rates[0], a[:, :-1], vertex),
+        (1, h, rates[2], -a[:, 1:], h - vertex),
+    ):
+        start = np.where(bowl, vertex, end)
+        way = np.where(bowl, sign, -sign)[..., None]
+        begins, ends = np.where(bowl, rates[1], rate), np.where(bowl, rate, rates[1])
+        pull = np.maximum(np.where(bowl, sign * rise, slope), 0.0)
+        found.append((start, way, length, begins, ends, pull, c))
+    return found
+
+
+def _moved(time: np.ndarray, rate: np.ndarray, slope: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """How far x'' = slope + c x goes from x' = rate."""
+    rate, slope, c = (one[..., None] for one in (rate, slope, c))
+    root = np.sqrt(np.abs(c))
+    turn = root * time
+    small = turn < STRAIGHT
+    root = np.where(small, 1.0, root)
+    bowl = np.where(small | (c < 0), 0.0, turn)
+    first = np.where(c > 0, np.sinh(bowl), np.sin(turn)) / root
+    half = np.where(c > 0, np.sinh(bowl / 2), np.sin(turn / 2)) / root
+    first = np.where(small, time * (1 + c * time**2 / 6), first)
+    second = np.where(small, time**2 / 2 * (1 + c * time**2 / 12), 2 * half**2)
+    return rate * first + slope * second
