@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.problem import scattered, size_of
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
 from stickslip.optim.start import begin, shortcomings
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 FLOOR = 1e-9
 """What is missed by less than this, in scaled margins, costs no penalty: it is rounding."""
+LEAST, MOST = 1.0, 1e3
+"""What the value at the start counts as in the objective's scale, in parts of what the objective
+changes by over the bounds: see size_of. A scale that is too small would have penalties be cheap."""
 SAMPLE = 64
 """Bytes of a number of a sample, and of what computing it takes, at least."""
 COVARIANCE = 40
@@ -33,8 +37,9 @@ COVARIANCE = 40
 class Evolution(NamedTuple):
     """How cma searches. seed: of the samples; nothing else is random, and NumPy's global state is
     neither read nor written. evaluations: of the objective, at most, to whole generations, besides
-    the start's own. sigma: first standard deviation, as a part of each number's range. population:
-    of a generation. penalty: price of a missed scaled margin, of the objective's scale."""
+    those before it begins. sigma: first standard deviation, as a part of each number's range.
+    population: of a generation. penalty: price of a missed scaled margin, of the objective's
+    scale."""
 
     seed: int
     evaluations: int
@@ -76,11 +81,13 @@ def solve_cma(
 
     start: a decision vector; None: the middle of the bounds, which must be finite. The others: see
     Evolution; population: None for cma's 4 + 3 log(n) of the n numbers that are free; given ones
-    are not searched.
+    are not searched. The objective's scale is its value at the start, or what it changes by from
+    there to one generation over the whole of the bounds where that is more.
 
     Nothing is proved: FEASIBLE where cma's own criteria stopped it, LIMIT at `evaluations`,
-    VIOLATED without a feasible sample, FAILED without a value to begin with. evaluations: points.
-    details: stop (cma's reasons), seed. ImportError without the package.
+    VIOLATED without a feasible sample (the message says what stopped it), FAILED without a value to
+    begin with. evaluations: points, with the start's and that generation's. details: stop (cma's
+    reasons), seed. ImportError without the package.
     """
     package()
     began = time.perf_counter()
@@ -94,13 +101,14 @@ def solve_cma(
     if isinstance(begun, Result):
         return begun
     x, value = begun
-    found = evolve(problem, search, x, value, max(abs(value), 1e-12), progress)
+    others = problem.objectives(scattered(problem, search.population))
+    found = evolve(problem, search, x, value, size_of(value, others, LEAST, MOST), progress)
     return problem.result(
         found.x,
         method="cma",
         began=began,
         status=found.status,
-        evaluations=found.evaluations,
+        evaluations=found.evaluations + len(others),
         message=found.words + shortcomings(problem, found.x),
         details={"stop": found.stop, "seed": search.seed},
     )

@@ -10,6 +10,7 @@ from scipy.optimize import OptimizeResult, minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.options import COUNT, require_scalar
+from stickslip.optim.problem import scattered, size_of
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
 from stickslip.optim.start import begin, shortcomings
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 
 SLSQP_STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
 """SLSQP's; any other is INACCURATE: it stopped, and not at what it calls a solution."""
+PROBES = 8
+"""Points over the bounds that say how much the objective changes, and LEAST, MOST: the parts of
+that which its value at the start counts as, at least and at most (see size_of)."""
+LEAST, MOST = 0.01, 100.0
 DENSE = 64
 """Bytes of a pair of numbers in SLSQP's matrices."""
 
@@ -33,12 +38,14 @@ def solve_gradient(
 ) -> Result:
     """A local optimum from `start`, a decision vector; None: the middle of the bounds.
 
-    tolerance: SLSQP's ftol, of the objective in parts of its size at the start. The best of the
-    points tried that meet all constraints is returned where the last one does not.
+    tolerance: SLSQP's ftol, of the objective in parts of its size: its value at the start, or what
+    it changes by over the bounds (PROBES points) where that is far from it. The best of the points
+    tried that meet all constraints is returned where the last one does not.
 
-    Nothing is proved of the value: FEASIBLE, LIMIT, VIOLATED, INACCURATE where scipy gave up at a
-    point that meets the constraints, FAILED without a value to begin with. evaluations: of value
-    and slopes. details: scipy's own status, message and iterations.
+    Nothing is proved of the value: FEASIBLE, LIMIT, VIOLATED where no point tried met the
+    constraints (the message says how scipy ended), INACCURATE where scipy gave up at a point that
+    meets them, FAILED without a value to begin with. evaluations: of value and slopes, PROBES
+    included. details: scipy's own status, message and iterations.
     """
     began = time.perf_counter()
     iterations = require_integer("iterations", iterations, high=COUNT)
@@ -70,10 +77,12 @@ def solve_gradient(
 
 
 class _Run:
-    """The objective in parts of its first size, in the free numbers, noting the best point met."""
+    """The objective in parts of its size, in the free numbers, noting the best point met."""
 
     def __init__(self, problem: Problem[Any], x: np.ndarray, value: float):
-        self.free, self.scale, self.evaluations = problem.free, max(abs(value), 1e-12), 1
+        others = np.array([problem.objective(one) for one in scattered(problem, PROBES)])
+        self.free, self.evaluations = problem.free, 1 + PROBES
+        self.scale = size_of(value, others, LEAST, MOST)
         self.first = self.free.reduce(x)
         self.best: np.ndarray | None = None
         self.best_value = np.inf

@@ -36,6 +36,23 @@ def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
     return np.sum(np.maximum(-margins, 0), axis=-1)
 
 
+def scattered(problem: AnyProblem, count: int) -> Float[np.ndarray, "count n"]:
+    """Points over the whole of the bounds, the same at every call."""
+    low, high = problem.bounds
+    return np.random.default_rng(0).uniform(low, high, (count, len(low)))
+
+
+def size_of(value: float, others: np.ndarray, least: float, most: float) -> float:
+    """A positive size of an objective, to divide it by: |value| at the start, within `least` and
+    `most` of what the objective typically changes by from there to `others`. So neither a start of
+    value 0 nor a constant that is added to all of them decides."""
+    change = np.abs(others[np.isfinite(others)] - value)
+    if not np.any(change):
+        return abs(value) or 1.0
+    typical = max(float(np.median(change)), 1e-9 * max(abs(value), float(np.max(change))))
+    return float(np.clip(abs(value), least * typical, most * typical))
+
+
 class Structure(Enum):
     """What a method may ask of a problem; each value says what it means."""
 
@@ -173,7 +190,8 @@ class Problem(ABC, Generic[R]):
     ) -> R:
         """A method's result at a point: value, residuals and feasibility are the problem's own.
 
-        A status that promises feasibility becomes VIOLATED where the point breaks a constraint.
+        A point that breaks a constraint is VIOLATED however the method ended, which its message
+        says; FAILED and INFEASIBLE stay.
         began: time.perf_counter() when the method began. others: the remaining fields.
         """
         x, kind = np.array(x, dtype=float).reshape(-1), self.result_kind
