@@ -33,6 +33,10 @@ class OptimStatus(Enum):
         return self in (OptimStatus.OPTIMAL, OptimStatus.FEASIBLE)
 
 
+HOPELESS = (OptimStatus.INFEASIBLE, OptimStatus.FAILED)
+"""Those that stay as they are where a point breaks a constraint; all others become VIOLATED."""
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """A point, looked at once.
@@ -116,7 +120,7 @@ class Result:
         """The result at a point that was evaluated: see Problem.result."""
         return cls(
             method=method,
-            status=status if evaluation.feasible or not status.solved else OptimStatus.VIOLATED,
+            status=status if evaluation.feasible or status in HOPELESS else OptimStatus.VIOLATED,
             x=x,
             value=evaluation.value,
             feasible=evaluation.feasible,

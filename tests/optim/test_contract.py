@@ -62,6 +62,24 @@ def test_a_point_is_evaluated_once_for_a_result():
     assert found.residuals == {"disc": 1.5}
 
 
+@pytest.mark.parametrize("ended", OptimStatus)
+def test_a_point_that_breaks_a_constraint_is_violated_however_the_method_ended(ended):
+    kept = (OptimStatus.FAILED, OptimStatus.INFEASIBLE)
+    for x, expected in ((0.0, ended), (3.0, ended if ended in kept else OptimStatus.VIOLATED)):
+        found = Nearest(TARGET, 1.5).result([x, 0.0], method="by hand", status=ended, began=0.0)
+        assert found.status is expected
+
+
+def test_a_problem_without_a_feasible_point_ends_violated_and_says_how(method):
+    options = {"evaluations": 60} if method == "cma" else {}
+    found = solve(Nearest(TARGET, 1.5, given=1.8), method, **options)
+    assert found.status is OptimStatus.VIOLATED
+    assert not found.feasible
+    ended = "stopped by maxfevals" if method == "cma" else "SLSQP: "
+    assert found.message.startswith(ended)
+    assert "misses disc by 0.3" in found.message
+
+
 def test_a_problem_is_offered_what_it_fits():
     assert set(methods_of(Nearest(TARGET, 1))) == {"gradient", "cma"}
     assert set(methods_of(Steps(TARGET, 1))) == {"cma"}

@@ -37,7 +37,7 @@ def solve_cma(
 
     start, angles: see start_point. seed, evaluations, sigma, population, penalty: see Evolution and
     the method for all problems, which this is but for its start and the objective's scale.
-    evaluations: drives. FAILED without a pose to begin.
+    evaluations: drives. VIOLATED without a feasible one among them, FAILED without a pose to begin.
     """
     package()
     began = time.perf_counter()
