@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +19,21 @@ from stickslip.optim.result import Evaluation, Result
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, PyTree
 
     Function = Callable[[Any, Array, Array], tuple[Array, Array]]
 
+ACCEPTED = (
+    "function(data, x, draw) of JAX operations, which returns (values [k], margins [m]): "
+    "numbers or rows of numbers, no margins as jnp.zeros(0)"
+)
+UNTRACEABLE = (
+    jax.errors.ConcretizationTypeError,
+    jax.errors.TracerArrayConversionError,
+    jax.errors.TracerIntegerConversionError,
+)
+"""What JAX raises where a function asks a number that is being traced what it is."""
 MEMBER = 2000
 """Bytes that a member of a batch takes for each of its numbers while it is evaluated, about."""
 
@@ -31,14 +43,16 @@ class FunctionProblem(Problem[Result]):
     """A problem whose values and margins one function computes.
 
     function(data, x, draw): what is to be minimised [k] and the margins [m], satisfied where >= 0
-    and scaled to about 1; pure, of arrays in float64. It is static: define it at a module's top.
+    and scaled to about 1; pure, of arrays in float64. A number counts as a row of one, a list of
+    numbers as a row. It is traced once when the problem is made, and ValueError says what it
+    returned where that will not do. It is static: define it at a module's top.
     data: a pytree of what it needs. low, high [n]: the bounds. goal: which of the k values
     `objective` is. draw: the number of a random draw, for functions that make one of it. kind:
     what is known of the structure; SMOOTH where slopes exist nearly everywhere. forward: whether
     the gradient is taken by forward differentiation, which is cheaper through a simulation.
 
-    A value that is no number is infinite, a margin that is none is missed by 1, and slopes that
-    are none are 0.
+    A value that is not finite counts as infinite, slopes that are not as 0. A margin of +inf, a
+    limit met by any amount, is met by 1; one of NaN or -inf is missed by 1.
     """
 
     function: Function
@@ -59,6 +73,9 @@ class FunctionProblem(Problem[Result]):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
             )
+        values = self.sizes[0]
+        if not 0 <= self.goal < values:
+            raise ValueError(f"goal = {self.goal!r}; accepted: 0 to {values - 1}, of {values}")
 
     @property
     def structure(self) -> frozenset[Structure]:
@@ -77,15 +94,25 @@ class FunctionProblem(Problem[Result]):
 
     def drawn(self, draw: int) -> FunctionProblem:
         """The same problem with another draw."""
-        return replace(self, draw=int(draw))
+        other = copy(self)
+        vars(other).pop("free", None)  # of this draw
+        object.__setattr__(other, "draw", int(draw))
+        return other
 
     @cached_property
     def sizes(self) -> tuple[int, int]:
         """How many values and margins there are, found without computing any."""
+        x = jax.ShapeDtypeStruct((self.n,), np.float64)
+        draw = jax.ShapeDtypeStruct((), np.uint32)
         with jax.enable_x64(True):
-            x = jax.ShapeDtypeStruct((self.n,), np.float64)
-            draw = jax.ShapeDtypeStruct((), np.uint32)
-            values, margins = jax.eval_shape(partial(self.function, self.data), x, draw)
+            try:
+                values, margins = _at.eval_shape(self.function, self.data, x, draw)
+            except UNTRACEABLE as error:
+                why = str(error).split("\n", 1)[0]
+                raise ValueError(
+                    "function asks what a number is while it is traced, as `if x[0] > 0`, float(x) "
+                    f"and NumPy do (jnp.where, jnp.sin do not): {why}; accepted: {ACCEPTED}"
+                ) from error
         return values.shape[0], margins.shape[0]
 
     def at(self, x: Float[np.ndarray, "n"]) -> tuple[np.ndarray, np.ndarray]:
@@ -170,20 +197,57 @@ def _finite(slopes: np.ndarray) -> np.ndarray:
 
 
 def _sound(values: np.ndarray, margins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Infinite values and margins of -1 where they are no numbers."""
-    return np.where(np.isfinite(values), values, np.inf), np.where(
-        np.isfinite(margins), margins, -1.0
-    )
+    """Infinite values and margins of -1 or 1 where they are not finite: see FunctionProblem."""
+    finite = np.where(np.isfinite(margins), margins, np.where(margins == np.inf, 1.0, -1.0))
+    return np.where(np.isfinite(values), values, np.inf), finite
+
+
+def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
+    """Values [k] and margins [m] as floats; ValueError for what is neither."""
+    found = function(data, x, draw)
+    pair = found if isinstance(found, tuple | list) and len(found) == 2 else ()
+    rows = [row for one in pair if (row := _row(one, x.dtype)) is not None]
+    if len(rows) < 2 or rows[0].size == 0:
+        raise ValueError(f"function returned {_shown(found)}; accepted: {ACCEPTED}")
+    return rows[0], rows[1]
+
+
+def _row(found: object, dtype: DTypeLike) -> Array | None:
+    """A row of floats from a number, a row or a list of numbers; None for what is none."""
+    if isinstance(found, tuple | list):
+        no_rows = [one for one in found if not isinstance(one, tuple | list)]
+        numbers = [one for one in no_rows if getattr(one, "ndim", 0) == 0]
+        rows = [row.astype(dtype) for one in numbers if (row := _row(one, dtype)) is not None]
+        if len(rows) < len(found):
+            return None
+        return jnp.concatenate(rows) if rows else jnp.zeros(0, dtype)
+    known = jax.Array | np.ndarray | np.generic | float | int
+    if not isinstance(found, known) or np.ndim(found) > 1:
+        return None
+    row = jnp.atleast_1d(jnp.asarray(found))
+    if jnp.issubdtype(row.dtype, jnp.integer):
+        row = row.astype(dtype)
+    return row if jnp.issubdtype(row.dtype, jnp.floating) else None
+
+
+def _shown(found: object) -> str:
+    """What a function returned, in words."""
+    if isinstance(found, jax.Array | np.ndarray | np.generic):
+        return f"{found.dtype}{list(found.shape)}"
+    if isinstance(found, tuple | list):
+        inside = ", ".join(_shown(one) for one in found[:4]) + (", ..." if len(found) > 4 else "")
+        return f"({inside})" if isinstance(found, tuple) else f"[{inside}]"
+    return "None" if found is None else type(found).__name__
 
 
 @partial(jax.jit, static_argnums=0)
 def _at(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
-    return function(data, x, draw)
+    return _computed(function, data, x, draw)
 
 
 @partial(jax.jit, static_argnums=0)
 def _at_all(function: Function, data: PyTree, X: Array, draws: Array) -> tuple[Array, Array]:
-    return jax.vmap(partial(function, data))(X, draws)
+    return jax.vmap(partial(_computed, function, data))(X, draws)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
@@ -191,7 +255,7 @@ def _slope(
     function: Function, goal: int, forward: bool, data: PyTree, x: Array, draw: Array
 ) -> tuple[Array, Array]:
     def value(x: Array) -> tuple[Array, Array]:
-        found = function(data, x, draw)[0][goal]
+        found = _computed(function, data, x, draw)[0][goal]
         return found, found
 
     if not forward:
@@ -202,4 +266,4 @@ def _slope(
 
 @partial(jax.jit, static_argnums=0)
 def _jacobian(function: Function, data: PyTree, x: Array, draw: Array) -> Array:
-    return jax.jacfwd(lambda x: jnp.asarray(function(data, x, draw)[1]))(x)
+    return jax.jacfwd(lambda x: _computed(function, data, x, draw)[1])(x)

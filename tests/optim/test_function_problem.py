@@ -62,11 +62,86 @@ def test_what_is_no_number_is_infinite_missed_and_flat():
     assert one.objectives([[-0.5, 0.0], [1.0, 0.0]]).tolist() == [np.inf, 0.0]
 
 
+def test_a_limit_met_by_any_amount_is_met_and_others_that_are_not_finite_are_missed():
+    def limits(data, x, draw):
+        return x[:1], x[0] / jnp.asarray([0.0, 1.0]) + jnp.asarray([0.0, 1.0])
+
+    one = FunctionProblem(limits, None, np.full(1, -0.5), np.ones(1))
+    assert one.evaluate([0.5]).margins.tolist() == [1.0, 1.5]
+    assert one.evaluate([0.5]).feasible
+    assert one.evaluate([-0.5]).margins.tolist() == [-1.0, 0.5]
+    assert one.evaluate([0.0]).margins.tolist() == [-1.0, 1.0]  # 0 / 0
+    assert one.sample([[0.5], [-0.5]])[1].tolist() == [0.0, 1.0]
+
+
+RETURNED = {
+    "numbers": lambda x: (x[0], x[1]),
+    "lists": lambda x: ([x[0]], [x[1]]),
+    "tuples": lambda x: ((x[0],), (x[1],)),
+    "a list of both": lambda x: [x[:1], x[1:]],
+}
+
+
+@pytest.mark.parametrize("name", RETURNED)
+def test_numbers_and_lists_are_rows(name):
+    def function(data, x, draw):
+        return RETURNED[name](x)
+
+    one = FunctionProblem(function, None, np.zeros(2), np.ones(2))
+    assert one.sizes == (1, 1)
+    assert one.at([0.2, 0.3])[0].tolist() == [0.2]
+    assert one.at([0.2, 0.3])[1].tolist() == [0.3]
+    assert one.gradient([0.2, 0.3]).tolist() == [1.0, 0.0]
+    assert one.jacobian([0.2, 0.3]).tolist() == [[0.0, 1.0]]
+
+
+def test_integers_and_no_margins_are_rows_of_floats():
+    def counted(data, x, draw):
+        return jnp.sum(x > 0.25).astype(int), []
+
+    one = FunctionProblem(counted, None, np.zeros(2), np.ones(2))
+    assert one.sizes == (1, 0)
+    assert one.objectives([[0.2, 0.3], [0.0, 0.0]]).tolist() == [1.0, 0.0]
+    assert one.gradient([0.2, 0.3]).tolist() == [0.0, 0.0]
+
+
+UNFIT = {
+    "None": (lambda x: None, "returned None"),
+    "a value alone": (lambda x: x[0], r"returned float64\[\]"),
+    "three": (lambda x: (x, x, x), r"returned \(float64\[2\], float64\[2\], float64\[2\]\)"),
+    "a table": (lambda x: (x[None], x), r"returned \(float64\[1, 2\], float64\[2\]\)"),
+    "rows in a list": (
+        lambda x: ([x, x], []),
+        r"returned \(\[float64\[2\], float64\[2\]\], \[\]\)",
+    ),
+    "no value": (lambda x: ([], x), r"returned \(\[\], float64\[2\]\)"),
+    "words": (lambda x: ("low", x), r"returned \(str, float64\[2\]\)"),
+    "yes or no": (lambda x: (x, x > 0), r"returned \(float64\[2\], bool\[2\]\)"),
+    "a branch": (lambda x: (x if x[0] > 0 else -x, x), "asks what a number is while it is traced"),
+    "float": (lambda x: (float(x[0]), x), "asks what a number is while it is traced"),
+    "NumPy": (lambda x: (np.sin(x), x), "asks what a number is while it is traced"),
+}
+
+
+@pytest.mark.parametrize("name", UNFIT)
+def test_what_a_function_may_not_return_is_said_when_the_problem_is_made(name):
+    returned, words = UNFIT[name]
+
+    def function(data, x, draw):
+        return returned(x)
+
+    with pytest.raises(ValueError, match=words) as refusal:
+        FunctionProblem(function, None, np.zeros(2), np.ones(2))
+    assert "accepted: function(data, x, draw) of JAX operations" in str(refusal.value)
+    assert len(str(refusal.value)) < 500
+
+
 def test_a_draw_decides_and_nothing_else():
     noisy = problem(data={"scale": 10.0, "noise": 1.0})
     x = np.array([0.1, 0.2, 0.5])
     drawn = [noisy.drawn(i).objective(x) for i in range(3)]
     assert len(set(drawn)) == 3
+    assert [noisy.drawn(i).free.objective(x[:2]) for i in range(3)] == drawn
     batch = noisy.at_all(np.tile(x, (3, 1)), np.arange(3))[0][:, 0]
     assert batch == pytest.approx(drawn, rel=1e-14)
 
@@ -77,9 +152,10 @@ def test_a_draw_decides_and_nothing_else():
         ({"low": LOW[:2]}, r"accepted: \[n\], low <= high"),
         ({"low": HIGH + 1}, "low <= high"),
         ({"high": np.array([1, np.nan, 1])}, "high"),
+        ({"goal": 2}, "goal = 2; accepted: 0 to 1"),
     ],
 )
-def test_bounds_that_will_not_do(changes, words):
+def test_fields_that_will_not_do(changes, words):
     with pytest.raises(ValueError, match=words):
         problem(**changes)
     with pytest.raises(ValueError, match=r"accepted: \(3,\)"):
