@@ -98,7 +98,7 @@ def _designs() -> Iterator[Instance]:
             family="design",
             what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
             goals=(f"{goal} [{unit}]",),
-            flags=Flags(smooth=False),
+            flags=Flags(smooth=False, lipschitz=False),
             n=n,
         )
 

@@ -17,6 +17,7 @@ from stickslip.dynamics.biped.kinematics import (
     exchange_mismatch,
 )
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
@@ -46,6 +47,9 @@ LEAST_STEP = 0.9
 """Of the reference robot's step."""
 COPPER_LOSS = 0.5
 CRANK_RATE = 3.0
+VALUE_ROOM, MARGIN_ROOM = 1e3, 1e2
+"""Beyond these, values and margins grow by the logarithm alone: robots that walk stay far within,
+and the forces of a linkage that does not close mean nothing (1e20 weights)."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,10 @@ class BipedDesign:
     [J/m]. names: of what the vector multiplies. Margins: the linkage closes at ANGLES crank angles;
     the exchange is free of impact within MISMATCH; the step is no shorter than LEAST_STEP of the
     reference; the foot presses on the ground.
+
+    A design that misses any of them has a value, too, that is no lower for it: a step counts as
+    half the reference's at least, and a foot that does not press as one that hardly does. All is
+    finite; where the linkage ceases to close, forces jump.
     """
 
     goal: str
@@ -78,9 +86,20 @@ class BipedDesign:
             ]
         )
         if self.goal == "friction":
-            return jnp.max(jnp.abs(need.friction_force) / need.normal_force)[None], margins
-        power = jnp.maximum(need.torque, 0) * CRANK_RATE + COPPER_LOSS * need.torque**2
-        return (jnp.mean(power) * np.pi / CRANK_RATE / length)[None], margins
+            pressed = jnp.maximum(need.normal_force, FEASIBLE * weight)
+            value = jnp.max(jnp.abs(need.friction_force) / pressed)
+        else:
+            power = jnp.maximum(need.torque, 0) * CRANK_RATE + COPPER_LOSS * need.torque**2
+            value = jnp.mean(power) * np.pi / CRANK_RATE / length
+            value = value * jnp.where(length > data / 2, 1.0, length / (data / 2))
+        return within(value, VALUE_ROOM)[None], within(margins, MARGIN_ROOM)
+
+
+def within(x: Float[Array, "*any"], room: float) -> Float[Array, "*any"]:
+    """x where |x| <= room; beyond, +-room (1 + log(|x| / room)): one goes on where the other ends,
+    and so does its slope."""
+    size = jnp.maximum(jnp.abs(x) / room, 1.0)
+    return jnp.where(size > 1, jnp.sign(x) * room * (1 + jnp.log(size)), x)
 
 
 def biped_design(goal: str, masses: bool = False) -> FunctionProblem:
