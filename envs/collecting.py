@@ -101,6 +101,7 @@ def collect(
     key = seed
     if isinstance(seed, int | np.integer):
         key = jax.random.key(require_integer("seed", seed, low=0, high=2**32 - 1))
+    require_kind("seed", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random")
     program = _Program(env, policy, tuple(keep), steps)
     params, policy_params = jax.tree.map(jnp.asarray, (params, policy_params))
     _require_room(program, params, policy_params, num_envs)

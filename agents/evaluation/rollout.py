@@ -90,6 +90,7 @@ def rollout(
     validated_controller("controller", controller)
     if isinstance(key, int | np.integer):
         key = episode_key(require_integer("key", key, low=0, high=2**32 - 1))
+    require_kind("key", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random")
     count = horizon(params) if steps is None else require_integer("steps", steps, high=MOST_STEPS)
     return _rollout(without_resets(env), count, controller, params, key)
 

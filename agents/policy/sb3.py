@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.wrappers import NormalizeObservation
 
 from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -20,10 +23,15 @@ def from_sb3(model: BaseAlgorithm) -> MLPPolicy:
 
     Equals model.predict(obs, deterministic=True); if the model's environment is wrapped in
     VecNormalize with norm_obs, its present mean and variance become shift and scale, and the policy
-    takes the raw observations. Raises ValueError for any other algorithm or network.
+    takes the raw observations. A model without an environment, as one that was loaded without
+    `env=`, does not know how its observations were normalised: RuntimeWarning. Raises ValueError
+    for any other algorithm or network, and for environments in Gymnasium's NormalizeObservation,
+    whose numbers are each environment's own.
     """
+    from stable_baselines3.common.base_class import BaseAlgorithm
     from torch import nn
 
+    require_kind("model", model, BaseAlgorithm, "a PPO or SAC model of Stable-Baselines3")
     squash, layers = _actor(model)
     weights, biases, activations = [], [], []
     for layer in layers:
@@ -73,6 +81,19 @@ def _actor(model: BaseAlgorithm) -> tuple[str, list[Any]]:
 
 def _normalisation(model: BaseAlgorithm, size: int):
     """Shift, scale and clip of the observation."""
+    envs = model.get_env()
+    if envs is None:
+        warnings.warn(
+            "the model has no environment: it is taken to have been trained on observations that "
+            "nothing normalised; if VecNormalize did, load it with env= that",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+    elif any(envs.env_is_wrapped(NormalizeObservation)):
+        raise ValueError(
+            "its environments are wrapped in NormalizeObservation, each with numbers of its own; "
+            "accepted: environments in Stable-Baselines3's VecNormalize, or as they are"
+        )
     wrapper = model.get_vec_normalize_env()
     if wrapper is None or not wrapper.norm_obs:
         return jnp.zeros(size, jnp.float32), jnp.ones(size, jnp.float32), None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -60,7 +61,8 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
         return
     if np.ndim(params.crank) > 0:
         return  # a batch: Status.NO_EXCHANGE tells the members apart
-    mismatch = float(_mismatch(params))
+    with jax.ensure_compile_time_eval():  # a robot of plain numbers inside the caller's own jit
+        mismatch = float(_mismatch(params))
     accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
     if not mismatch < accepted:
         raise ValueError(

@@ -123,6 +123,10 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         switches = event.reached
     else:
         size, switches = None, event.reached & event.happens & ~begun.final
+    accepted = ~event.happens | switches | begun.final
+    # at the trial's own end: at an exchange the next trial starts on the other foot
+    lifts = accepted & (end.normal_force <= 0) & (status <= Status.SLIP_ONSET)
+    status = jnp.where(lifts, Status.LIFT_OFF, status).astype(jnp.int32)
     return Trial(
         step=step,
         mode=mode,
@@ -140,7 +144,7 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         direction=-jnp.sign(end.friction_force),
         kind=event.kind,
         time=event.time,
-        accepted=~event.happens | switches | begun.final,
+        accepted=accepted,
         switches=switches,
         final=begun.final,
         status=status,

@@ -261,6 +261,7 @@ def require_function(function: Any, points: np.ndarray) -> None:
         ) from error
     for point in points:
         try:
+            jax.eval_shape(function, jnp.asarray(point, float))  # Python's `if` on x, for one
             with jax.ensure_compile_time_eval():
                 value: Any = function(jnp.asarray(point, float))
                 shape = jnp.shape(value)

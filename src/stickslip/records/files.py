@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterator
 
 PARTIAL = ".part"
+LONGEST_NAME = 255
+"""Bytes of a file's name that file systems take."""
 REMAINS = re.compile(r"\.(.+)-[^-]{1,16}\.part", re.DOTALL)
 
 
@@ -34,7 +36,10 @@ def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    name = path.with_name(f".{path.name}-{secrets.token_hex(4)}{PARTIAL}")
+    token = secrets.token_hex(4)
+    name = path.with_name(f".{path.name}-{token}{PARTIAL}")
+    if len(os.fsencode(name.name)) > LONGEST_NAME:
+        name = path.with_name(f".{token}{PARTIAL}")
     file = open(name, "xb")  # noqa: SIM115, what is not made here is not deleted here
     try:
         with file:

@@ -41,6 +41,7 @@ NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
         (lambda: rollout(ENV, PARAMS, WHO, 0), "params = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(ENV, PARAMS, PARAMS, 0), "controller = Biped"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(ENV, WHO, PARAMS, -1), "key = -1"),
+        (lambda: rollout(ENV, WHO, PARAMS, 3.0), "key = 3.0; accepted: an integer"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(VEHICLE, Optimum(), VEHICLE.default_params, 0), "controller = Opt"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(gymnasium.make("stickslip/Biped-v0"), WHO, PARAMS, 0), "env = "),  # pyright: ignore[reportArgumentType]
         (lambda: show(ENV, PARAMS, WHO), "params'] = Crank"),  # pyright: ignore[reportArgumentType]
@@ -56,6 +57,7 @@ NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
         (lambda: load_policy("biped_ice"), "did you mean biped-ice?"),
         (lambda: collect(ENV, PARAMS, WHO, num_envs=1, steps=1), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
+        (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed="a"), "seed = 'a'"),  # pyright: ignore[reportArgumentType]
     ],
 )
 def test_what_stands_in_the_wrong_place_is_refused_by_name(call, said):

@@ -350,6 +350,22 @@ def test_sb3_normalisation_comes_along():
 
 
 @SB3
+def test_observations_normalised_elsewhere_are_not_passed_over(tmp_path):
+    from gymnasium.wrappers import NormalizeObservation
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
+    model = sb3_model("PPO", DummyVecEnv([lambda: NormalizeObservation(Box())]))
+    with pytest.raises(ValueError, match=r"NormalizeObservation.*accepted: .*VecNormalize"):
+        from_sb3(model)
+    sb3_model("PPO").save(tmp_path / "model.zip")
+    with pytest.warns(RuntimeWarning, match="no environment"):
+        from_sb3(PPO.load(tmp_path / "model.zip", device="cpu"))
+    with pytest.raises(ValueError, match="model = 'x'; accepted: a PPO or SAC model"):
+        from_sb3("x")  # type: ignore[arg-type]
+
+
+@SB3
 def test_other_sb3_models_are_refused():
     from torch import nn
 

@@ -66,6 +66,7 @@ def test_traced_points_are_refused_but_two_points_are_a_line():
         (lambda x: x**1.5, ("second derivative of function at x = 0", "finite")),
         (lambda x, y: x, ("function(0) fails", "one number")),
         (lambda x: np.sin(x), ("function(0) fails", "jax.numpy")),
+        (lambda x: x if x < 5 else 2 * x - 5, ("function(0) fails", "boolean", "jax.numpy")),
         (lambda x: "high", ("function(0) fails", "jax.numpy")),
     ],
 )
