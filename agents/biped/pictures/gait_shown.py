@@ -82,9 +82,7 @@ def gait_shown(
 def _course(gait: Gait, repeats: int) -> dict[str, np.ndarray]:
     """The gait at equal intervals of time."""
     count = gait.grid.steps * repeats
-    rate = np.tile(gait.crank_rate, (repeats, 1))
-    with np.errstate(divide="ignore"):
-        pace = 2 * np.tile(gait.grid.h, (repeats, 1)) / (rate[:, :-1] + rate[:, 1:])
+    pace = np.tile(gait.times, (repeats, 1))
     ends = np.cumsum(np.sum(np.minimum(pace, 1e3), axis=1))
     begun = np.concatenate([[0.0], ends[:-1]])[:, None]
     time = begun + np.concatenate([np.zeros((count, 1)), np.cumsum(pace, axis=1)], axis=1)

@@ -104,10 +104,7 @@ def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait, robots: int = ROBO
 
 def _clock(gait: Gait, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """Crank angle turned [rad] and time [s] at the nodes of the first steps."""
-    rate = gait.crank_rate[:steps]
-    with np.errstate(divide="ignore"):
-        pace = 2 * gait.grid.h[:steps] / (rate[:, :-1] + rate[:, 1:])
-    time = np.concatenate([[0.0], np.cumsum(np.minimum(pace, 1e3).ravel())])
+    time = np.concatenate([[0.0], np.cumsum(np.minimum(gait.times[:steps], 1e3).ravel())])
     turned = gait.theta[:steps] - np.pi / 2 + np.pi * np.arange(steps)[:, None]
     return np.concatenate([[0.0], turned[:, 1:].ravel()]), time
 
