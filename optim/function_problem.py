@@ -221,8 +221,9 @@ def _row(found: object, dtype: DTypeLike) -> Array | None:
         if len(rows) < len(found):
             return None
         return jnp.concatenate(rows) if rows else jnp.zeros(0, dtype)
-    known = jax.Array | np.ndarray | np.generic | float | int
-    if not isinstance(found, known) or np.ndim(found) > 1:
+    if not isinstance(found, jax.Array | np.ndarray | np.generic | float | int):
+        return None
+    if np.ndim(found) > 1:
         return None
     row = jnp.atleast_1d(jnp.asarray(found))
     if jnp.issubdtype(row.dtype, jnp.integer):
