@@ -64,6 +64,11 @@ def solve(
     return cast("R", function(problem, progress=progress, **options))
 
 
+def options_of_method(problem: Problem[Any], method: str) -> tuple[str, ...]:
+    """Names of the options that `solve` takes for one of `methods_of` a problem."""
+    return accepted_options(_function(methods_of(problem)[method]))
+
+
 def accepted_options(function: Callable) -> tuple[str, ...]:
     """The keyword-only parameters of a method's function, without those of `solve` itself."""
     found = inspect.signature(function).parameters.values()

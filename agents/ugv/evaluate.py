@@ -107,7 +107,7 @@ def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
         "over_bound": (Column("cost / no drive below", "-", 3), _over("bound")),
         "wheel_energy": (Column("wheels", "J", 1), _whole("wheel_energy")),
         "total_energy": (Column("with legs", "J", 1), _whole("total_energy")),
-        "demand": (Column("friction", "-", 3), _whole("demand")),
+        "demand": (Column("friction used", "-", 3), _whole("demand")),
         "failures": (
             Column("failures", "%", 0, percent=True),
             lambda played: fraction_interval(played.fell),

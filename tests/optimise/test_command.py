@@ -152,7 +152,7 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ),
         ("ugv --spacing 1e-300", "makes 6.56e+300 waypoints"),
         ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
-        ("ugv --seed 3", "'seed' is no option of 'dp'; accepted: angles"),
+        ("ugv --seed 3", "--seed with --method dp; accepted: without it"),
     ],
 )
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):

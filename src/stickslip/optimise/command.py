@@ -11,6 +11,8 @@ from typing import Any
 from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim.progress import say_stage
+from stickslip.optim.solve import options_of_method
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import (
@@ -47,6 +49,10 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     if flags["method"] in NEEDS:
         import_module(NEEDS[flags["method"]])  # where it is missing, nothing is computed in vain
     options = {name: flags[name] for name in ("angles", "seed") if flags[name] is not None}
+    taken = options_of_method(problem, flags["method"])
+    for name in options:
+        if name not in taken:
+            raise ValueError(f"--{name} with --method {flags['method']}; accepted: without it")
     options["polish"] = flags["polish"]
     result = solve(problem, flags["method"], progress=True, **options)
     spent = energies(problem, result.x)
@@ -105,6 +111,7 @@ def _drive(
         return {REPORT: _page_without(problem, result, track)} if flags["pictures"] else {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
+        say_stage("drawing")
         from stickslip.agents.ugv.drive_shown import drive_shown
         from stickslip.envs.rendering.html.document import page_text
         from stickslip.optimise.page import result_page

@@ -13,6 +13,7 @@ from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.convex.goal import goal_of
 from stickslip.optim.options import require_scalar
+from stickslip.optim.progress import say_stage
 from stickslip.optimise.gait_flags import GaitFlags
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
 from stickslip.optimise.products import limit_of, require_folder, write_all
@@ -51,6 +52,7 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     if result.gait is not None:
         files[NODES] = gait_csv(problem, result)
         if flags["pictures"]:
+            say_stage("drawing")
             from stickslip.envs.rendering.html.document import page_text
             from stickslip.optimise.gait_picture import draw_gait
             from stickslip.optimise.page import result_page

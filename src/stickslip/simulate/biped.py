@@ -70,12 +70,24 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     if picture is not None:
         from stickslip.simulate.picture import plot_walk
 
-        title = f"Torque {shorten(given['torque'], 60)}, floor: {floor_words(scene)}"
+        title = f"Torque {_shown_torque(given['torque'])}, floor: {floor_words(scene)}"
+        if walk.status.name not in WHOLE:
+            gone = float(walk.trajectory.final.time - walk.trajectory.states.time[0])
+            title += f": {walk.status.name} after {gone:.3g} s"
         written.append(plot_walk(walk, scene, picture, title))
     print(f"Written: {', '.join(map(str, written))}")
     about = {"setting": _in_words(setting), "files": list(map(str, written))}
     tables = {"summary": summary, "events": event_table(walk)}
     return walk.status.name in WHOLE, Content(tables, about)
+
+
+def _shown_torque(text: str) -> str:
+    """A number with its unit; a file or arithmetic as it was given."""
+    try:
+        float(text)
+    except ValueError:
+        return shorten(text, 60)
+    return f"{text} N m"
 
 
 def scene_of(given: WalkFlags) -> Scene:
