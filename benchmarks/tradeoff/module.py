@@ -9,10 +9,10 @@ from benchmarks.tradeoff.points import COSTS, promises_of
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 
 MODULES = {
+    "coefficients.series": ("Chebyshev",),
+    "coefficients.table": ("Table",),
     "fidelity": ("Joint", "Paper", "Reduced"),
-    "integrators": ("RK4", "Euler", "EventExact", "RK4Split", "SemiImplicitEuler"),
-    "series": ("Chebyshev",),
-    "table": ("Table",),
+    "stepping.integrators": ("RK4", "Euler", "EventExact", "RK4Split", "SemiImplicitEuler"),
 }
 """Where the classes are defined."""
 

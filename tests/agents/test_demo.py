@@ -52,8 +52,8 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
         rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
         products.plot_learning(tmp_path, SMALL, make_task(SMALL).rest)
     assert titles == [
-        "PPO on the biped: 4 s of training, unfinished: 384 of 768 steps",
-        "PPO on the biped: 8 s of training",
+        "PPO on the biped: 4 s of training, evaluations aside, unfinished: 384 of 768 steps",
+        "PPO on the biped: 8 s of training, evaluations aside",
     ]
 
 

@@ -68,7 +68,7 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert abs(off) > 0.05
     assert found["fine_spacing"] == pytest.approx(np.diff(at["front wheel"])[0] / 10, rel=1e-6)
     assert f"{found['fine_value']:.8g} J ({off:+.1%})" in printed
-    assert f"warning: between the waypoints the value is {off:+.0%} off: 0.937 m" in warned
+    assert f"warning: between the waypoints the value is {off:+.1%} off: 0.937 m" in warned
     assert "4 x 4 leg angles, on which the legs can use 100% of their rate" in printed
     angles = np.array(found["leg_angles"])
     np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)

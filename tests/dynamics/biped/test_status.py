@@ -101,14 +101,13 @@ def test_a_fast_crank_lifts_the_foot_off(float64):
     assert_finite((after, contact))
 
 
-@pytest.mark.parametrize("dt", [0.02, 0.005])
-def test_a_foot_that_nothing_presses_down_at_the_end_of_a_step_lifts_off(float64, dt):
+def test_a_foot_that_nothing_presses_down_at_the_end_of_a_step_lifts_off(float64):
     """The normal force dips below 0 for 1.5 ms before the exchange of support, behind which it is
     18 N again: a step that ends on the exchange looks at the near side, too."""
     long_footed = replace(default_params(), heel=jnp.asarray(3.0), toe=jnp.asarray(3.0))
     scene = Scene.uniform(jnp.asarray(0.097), jnp.asarray(0.0873))
     start = BipedState(phase=jnp.asarray(2.88), crank_rate=jnp.asarray(5.3))
-    walked = simulate(long_footed, scene, start, 1.8, 0.2, dt)
+    walked = simulate(long_footed, scene, start, 1.8, 0.2, 0.02)
     assert Status(int(walked.status)) == Status.LIFT_OFF
     assert 0.155 < float(walked.final.time) <= 0.1625
 
