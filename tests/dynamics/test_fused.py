@@ -324,7 +324,7 @@ def test_functions_too_costly_for_one_loop_compile(width, depth, size):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("rows", [700, 20_000])
+@pytest.mark.parametrize("rows", [pytest.param(700, marks=pytest.mark.long), 20_000])
 def test_members_with_large_arrays_of_their_own(rows, float64):
     """Blocks are smaller then; where one member is too large, there is no kernel."""
     function = fused(lambda table, x: jnp.sin(table[x.astype(int)]) * x)

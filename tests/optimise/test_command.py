@@ -185,6 +185,7 @@ def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
     }
 
 
+@pytest.mark.long
 def test_vehicles_are_drawn_at_waypoints_with_room_between_them():
     problem = PostureProblem.along(Track.bump(), spacing=0.5)
     places = problem.x[chosen(problem, 6)]

@@ -16,9 +16,19 @@ FINE = 201
 """Places a cell."""
 SLOW = [
     ("work", {}, {"mu": 0.5, "mean_rate": 1.5, "steps": 60}),
-    ("torque_over_phase", {}, {"mu": 0.3, "mean_rate": 0.7, "steps": 60}),
+    pytest.param(
+        "torque_over_phase",
+        {},
+        {"mu": 0.3, "mean_rate": 0.7, "steps": 60},
+        marks=pytest.mark.long,
+    ),
     ("energy", {"payload": 10.0, "gravity": 3.7}, {"mu": 0.3, "mean_rate": 0.8, "steps": 40}),
-    ("torque", {"payload": 3.0}, {"mean_rate": 0.4, "torque_limit": 5.0, "steps": 30}),
+    pytest.param(
+        "torque",
+        {"payload": 3.0},
+        {"mean_rate": 0.4, "torque_limit": 5.0, "steps": 30},
+        marks=pytest.mark.long,
+    ),
 ]
 """Gaits of the grid whose crank comes to rest between two nodes."""
 
@@ -108,7 +118,9 @@ def test_where_no_gait_is_held_between_the_nodes_the_message_says_so():
     ("given", "limits"),
     [
         ({}, {"mean_rate": 6.0, "torque_limit": 4.0, "steps": 20}),
-        ({}, {"mean_rate": 3.0, "torque_limit": 4.0, "steps": 60}),
+        pytest.param(
+            {}, {"mean_rate": 3.0, "torque_limit": 4.0, "steps": 60}, marks=pytest.mark.long
+        ),
         ({"payload": 5.0, "gravity": 3.7}, {"mean_rate": 2.0, "torque_limit": 4.0, "steps": 24}),
     ],
 )
@@ -134,7 +146,11 @@ def test_a_floor_with_a_fiftieth_more_than_the_least_friction_is_walked_without_
     [
         ({}, {"mu": 0.15225, "torque_limit": 2.5285, "steps": 60}),
         ({"payload": 10.0}, {"mu": 0.1, "torque_limit": 6.0, "steps": 40, "zmp": True}),
-        ({"gravity": 1.62}, {"mu": 0.06, "torque_limit": 1.0, "steps": 30}),
+        pytest.param(
+            {"gravity": 1.62},
+            {"mu": 0.06, "torque_limit": 1.0, "steps": 30},
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_held_limits_are_kept_at_every_place_to_a_hundred_millionth(given: dict, limits: dict):
