@@ -1,1 +1,1 @@
-"""Speed against accuracy: settings, what was measured of them, what is promised."""
+"""Speed against accuracy of a walk: settings, what was measured of them, what is promised."""
