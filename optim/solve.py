@@ -64,9 +64,9 @@ def solve(
     return cast("R", function(problem, progress=progress, **options))
 
 
-def options_of_method(problem: Problem[Any], method: str) -> tuple[str, ...]:
+def options_of_method(method: Method) -> tuple[str, ...]:
     """Names of the options that `solve` takes for one of `methods_of` a problem."""
-    return accepted_options(_function(methods_of(problem)[method]))
+    return accepted_options(_function(method))
 
 
 def accepted_options(function: Callable) -> tuple[str, ...]:

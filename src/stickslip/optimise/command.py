@@ -12,7 +12,7 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.progress import say_stage
-from stickslip.optim.solve import options_of_method
+from stickslip.optim.solve import methods_of, options_of_method
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import (
@@ -49,7 +49,7 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     if flags["method"] in NEEDS:
         import_module(NEEDS[flags["method"]])  # where it is missing, nothing is computed in vain
     options = {name: flags[name] for name in ("angles", "seed") if flags[name] is not None}
-    taken = options_of_method(problem, flags["method"])
+    taken = options_of_method(methods_of(problem)[flags["method"]])
     for name in options:
         if name not in taken:
             raise ValueError(f"--{name} with --method {flags['method']}; accepted: without it")
