@@ -147,6 +147,14 @@ class Gait:
         """In each cell [s], in closed form; infinite where the crank stands still in it."""
         return between.times(self.grid, self.a, self.b)
 
+    @property
+    def clock(self) -> Float[np.ndarray, "n K+1"]:
+        """When each node is passed, from the walk's beginning on [s]; infinite behind a cell in
+        which the crank stands still."""
+        within = np.cumsum(self.times, axis=1)
+        begins = np.concatenate([[0.0], np.cumsum(np.sum(self.times, axis=1))[:-1]])[:, None]
+        return begins + np.concatenate([np.zeros_like(begins), within], axis=1)
+
     @cached_property
     def duration(self) -> float:
         """Of all steps [s]; infinite where the crank stands still on the way."""

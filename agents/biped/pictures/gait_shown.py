@@ -82,10 +82,8 @@ def gait_shown(
 def _course(gait: Gait, repeats: int) -> dict[str, np.ndarray]:
     """The gait at equal intervals of time."""
     count = gait.grid.steps * repeats
-    pace = np.tile(gait.times, (repeats, 1))
-    ends = np.cumsum(np.sum(np.minimum(pace, 1e3), axis=1))
-    begun = np.concatenate([[0.0], ends[:-1]])[:, None]
-    time = begun + np.concatenate([np.zeros((count, 1)), np.cumsum(pace, axis=1)], axis=1)
+    again = min(gait.duration, 1e3) * np.arange(repeats)[:, None, None]
+    time = (gait.clock + again).reshape(count, -1)
     turned = np.tile(gait.theta, (repeats, 1)) - np.pi / 2 + np.pi * np.arange(count)[:, None]
     last = min(float(time[-1, -1]), LONGEST)
     at = np.linspace(0.0, last, max(FEWEST, int(np.ceil(last / PERIOD)) + 1))

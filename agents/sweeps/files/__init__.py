@@ -1,1 +1,1 @@
-"""What a sweep keeps on the disk, and how it is read."""
+"""What a sweep keeps on the disk: its directory, chunks and their columns."""

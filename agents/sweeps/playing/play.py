@@ -20,6 +20,8 @@ QUANTILES = (5, 50, 95)
 """Of a summary [%]."""
 ENDINGS = tuple(one.name.lower() for one in Status)
 """How an episode ended, by the number of its last status."""
+FINE = ("ok", "slip_onset", "step_complete")
+"""Those that are no failures."""
 
 
 class StoppedError(Exception):

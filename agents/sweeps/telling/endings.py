@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.agents.pictures.sheet import save_sheet
 from stickslip.agents.shown_names import shown_name
-from stickslip.agents.sweeps.playing.play import ENDINGS
+from stickslip.agents.sweeps.playing.play import ENDINGS, FINE
 from stickslip.agents.sweeps.telling.scales import edges, logarithmic
 from stickslip.agents.sweeps.telling.views import (
     COLOURS,
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.reading import SweepArrays
 
 GOES_ON = "#E4E9ED"
-FINE = ("ok", "slip_onset", "step_complete")
-"""Endings that are none."""
 BAR = 0.8
 """Width of a bar, in parts of what a value has between its neighbours."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.shown_names import shown_name
-from stickslip.agents.sweeps.playing.play import ENDINGS
+from stickslip.agents.sweeps.playing.play import ENDINGS, FINE
 from stickslip.agents.sweeps.telling.regions import where
 from stickslip.agents.sweeps.telling.told import PLAINLY, Told
 from stickslip.records.table import Column, Table
@@ -148,11 +148,7 @@ def _failures(found: SweepArrays, at: int, which: int, failed: np.ndarray, fails
     if place := where(failed, found.dims[2:], found):
         text += f", most where {place}"
     counts = {name: int(found[name][at, which].sum()) for name in ENDINGS if name in found.arrays}
-    ends = {
-        name: n
-        for name, n in counts.items()
-        if n and name not in ("ok", "slip_onset", "step_complete")
-    }
+    ends = {name: n for name, n in counts.items() if n and name not in FINE}
     if ends:
         most = max(ends, key=lambda name: ends[name])
         text += f"; {100 * ends[most] / sum(ends.values()):.0f} % of them {most.replace('_', ' ')}"

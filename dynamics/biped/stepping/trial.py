@@ -124,9 +124,6 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
     else:
         size, switches = None, event.reached & event.happens & ~begun.final
     accepted = ~event.happens | switches | begun.final
-    # at the trial's own end: at an exchange the next trial starts on the other foot
-    lifts = accepted & (end.normal_force <= 0) & (status <= Status.SLIP_ONSET)
-    status = jnp.where(lifts, Status.LIFT_OFF, status).astype(jnp.int32)
     return Trial(
         step=step,
         mode=mode,
@@ -147,7 +144,7 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         accepted=accepted,
         switches=switches,
         final=begun.final,
-        status=status,
+        status=_loaded(status, accepted, end),
     )
 
 
@@ -220,6 +217,13 @@ def _status(problem: Problem, walk: Walk, first: Motion, taken: Taken, step):
     sound = taken.theta + taken.rate + taken.slide + taken.velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
     return status_at(problem, walk, first, step, taken.theta, sound)
+
+
+def _loaded(status, accepted, end: Motion):
+    """Lift-off where the trial stands and nothing presses the foot down at its end, which has to be
+    looked at there: behind an exchange the next trial starts on the other foot."""
+    lifts = accepted & (end.normal_force <= 0) & (status <= Status.SLIP_ONSET)
+    return jnp.where(lifts, Status.LIFT_OFF, status).astype(jnp.int32)
 
 
 def _controlled(

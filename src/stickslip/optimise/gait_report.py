@@ -110,13 +110,10 @@ def gait_csv(problem: GaitProblem, result: GaitResult) -> str:
     gait = result.best
     steps = np.repeat(np.arange(gait.grid.steps), gait.grid.cells + 1)
     rate = gait.crank_rate
-    ends = np.concatenate([[0.0], np.cumsum(np.sum(gait.times, axis=1))[:-1]])
-    begun = np.zeros((gait.grid.steps, 1))
-    time = ends[:, None] + np.concatenate([begun, np.cumsum(gait.times, axis=1)], axis=1)
     columns = {
         "step": steps,
         "crank angle [rad]": gait.theta.ravel(),
-        "time [s]": time.ravel(),
+        "time [s]": gait.clock.ravel(),
         "crank rate [rad/s]": rate.ravel(),
         "crank acceleration [rad/s^2]": gait.a.ravel(),
         "torque [N m]": gait.torque.ravel(),

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedState, simulate, step
-from tests.dynamics.biped.helpers import default_model, state_of
+from tests.dynamics.biped.helpers import default_model, default_params, state_of
 from tests.precision import mostly_single
 
 MEMBERS = 8
@@ -53,6 +53,17 @@ def test_a_batch_is_a_loop_of_single_walks(dtype):
             jax.tree.leaves(member(together, index)), jax.tree.leaves(alone), strict=True
         ):
             np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance)
+
+
+def test_a_robot_of_plain_numbers_walks_inside_a_callers_own_program(float64):
+    robot = default_params()
+
+    def walked(torque):
+        start = BipedState(phase=jnp.asarray(2.0), crank_rate=jnp.asarray(3.0))
+        return simulate(robot, Scene.grip(), start, torque, 0.02, 0.01).final
+
+    traced = jax.eval_shape(jax.vmap(walked), jnp.zeros(3))
+    assert traced.phase.shape == (3,)
 
 
 @mostly_single
