@@ -112,7 +112,8 @@ def _explain(figure: Figure) -> None:
         "training episodes, with exploration",
         "evaluation: whole episodes, without (band: 95 %)",
     ]
-    figure.legend(handles, labels, loc="upper right", ncols=2, frameon=False, fontsize=9.5)
+    # below: beside the title there is no room where a run is unfinished
+    figure.legend(handles, labels, loc="outside lower right", ncols=2, frameon=False, fontsize=9.5)
 
 
 def _unit(timesteps: int) -> tuple[str, float]:
