@@ -10,6 +10,7 @@ import pytest
 from stickslip.agents import MLPPolicy, save_policy
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of
+from stickslip.envs.tasks import WITHDRAWN
 
 
 def refusal(capsys, *arguments: str) -> str:
@@ -20,9 +21,11 @@ def refusal(capsys, *arguments: str) -> str:
     return said
 
 
-def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys):
+def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys, monkeypatch):
+    monkeypatch.setitem(WITHDRAWN, "BipedSteady-v99", "it walked through walls")
     assert main(["tasks"]) == OK
     lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "BipedSteady-v99: withdrawn, refused: it walked through walls"
     for name, task in TASKS.items():
         (line,) = (one for one in lines if one.startswith(f"{name} "))
         known = known_of(task)

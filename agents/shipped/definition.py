@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.foreign.reading import RefusedError
 from stickslip.dynamics.plain_checks import nearest, shown
-from stickslip.envs.tasks.ladder import TASKS
+from stickslip.envs.tasks.ladder import TASKS, WITHDRAWN, withdrawal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +41,8 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
     name, digest = (str(entry[one]) for one in KEPT)
     here = f"stickslip {version('stickslip')}"
     whose = f"a policy of the task {shown(name)}, saved by stickslip {_version(metadata)}"
+    if name in WITHDRAWN:
+        raise RefusedError(f"{whose}; {withdrawal(name)}, or the version that it came with")
     if name not in TASKS:
         raise RefusedError(
             f"{whose}; {here} has no such task{nearest(name, TASKS)}; accepted: "

@@ -11,6 +11,7 @@ from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, known_of
+from stickslip.envs.tasks import WITHDRAWN
 
 if TYPE_CHECKING:
     from stickslip.envs.tasks.known import Bound, Earned, Known, Learned
@@ -73,6 +74,7 @@ def _in_words() -> str:
             asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
             picture = f"![{task.title}](tasks/{task.name}.png)"
             found.append(f"{asked} Its 1 was earned by {known.how}.\n\n{picture}")
+    found += [f"**{name}**: withdrawn, refused: {reason}." for name, reason in WITHDRAWN.items()]
     return "\n\n".join(found)
 
 

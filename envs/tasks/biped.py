@@ -59,6 +59,8 @@ def _moving(up_to: float, **ranges: Plain) -> Plain:
     return {"phase": ANY_PHASE, "crank_rate": [0.0, up_to], **ranges}
 
 
+BIPED_WITHDRAWN: dict[str, str] = {}
+"""Why a version was withdrawn, by its name."""
 BIPED_TASKS = (
     _task(
         "BipedSteady",

@@ -54,6 +54,8 @@ def _task(
     return TaskDefinition(stem, title, about, "ugv", "UGVEnv", parameters, choices, unit)
 
 
+UGV_WITHDRAWN: dict[str, str] = {}
+"""Why a version was withdrawn, by its name."""
 UGV_TASKS = (
     _task(
         "UGVBump",

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import TASKS, task_by_name
+from stickslip.envs.tasks.ladder import TASKS, WITHDRAWN, task_by_name
 from stickslip.records.content import Content
 from stickslip.records.table import Column, Table
 
@@ -29,8 +29,10 @@ def tasks_command(names: Sequence[str]) -> Content:
         print("\n\n".join(map(_in_words, tasks)))
     else:
         print(_table(tasks).terminal() + NOTE.rstrip())
+        for name, reason in WITHDRAWN.items():
+            print(f"{name}: withdrawn, refused: {reason}")
     return Content(
-        facts={"tasks": [_record(task) for task in tasks]},
+        facts={"tasks": [_record(task) for task in tasks], "withdrawn": dict(WITHDRAWN)},
         units={"tasks": {"value": "each task's unit", "scores": "-", "failures": "-"}},
     )
 

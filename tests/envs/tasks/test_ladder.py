@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 import stickslip  # noqa: F401, registers
+from stickslip.agents.foreign.reading import RefusedError
+from stickslip.agents.shipped.definition import named_task_of
 from stickslip.envs import (
     TASKS,
     BipedEnv,
@@ -22,6 +24,7 @@ from stickslip.envs import (
     task_by_name,
 )
 from stickslip.envs.biped.params import NUMBERS
+from stickslip.envs.tasks.ladder import WITHDRAWN
 
 DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
@@ -51,8 +54,9 @@ def built(task: TaskDefinition) -> str:
 
 def test_no_definition_has_changed_under_its_name():
     assert {name: task.digest for name, task in TASKS.items()} == {
-        name: both[0] for name, both in DIGESTS.items()
+        name: both[0] for name, both in DIGESTS.items() if name not in WITHDRAWN
     }
+    assert not set(TASKS) & set(WITHDRAWN)
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -141,6 +145,20 @@ def test_an_unknown_task_brings_the_known_ones_and_the_nearest(name):
     if name == "BipedSprit-v0":
         with pytest.raises(ValueError, match=r"BipedSprint-v0.*\?"):
             task_by_name(name)
+
+
+def test_a_withdrawn_version_is_refused_with_the_reason_and_the_latest(monkeypatch):
+    monkeypatch.setitem(WITHDRAWN, "BipedSteady-v99", "it walked through walls")
+    for name in ("BipedSteady-v99", "stickslip/BipedSteady-v99"):
+        with pytest.raises(ValueError, match=r"withdrawn: it walked .*; accepted: BipedSteady-v"):
+            task_by_name(name)
+    with pytest.raises(RefusedError, match=r"saved by stickslip 1.0; .*withdrawn: it walked"):
+        named_task_of(
+            {
+                "named_task": {"name": "BipedSteady-v99", "digest": "0"},
+                "versions": {"stickslip": "1.0"},
+            }
+        )
 
 
 def test_plain_values_are_those_of_the_constructors():
