@@ -33,6 +33,7 @@ __all__ = [
     "MEMORY_LIMIT",
     "SMALL_SIZES",
     "as_number",
+    "as_real",
     "is_concrete",
     "memory_limit",
     "nearest",
@@ -69,7 +70,7 @@ def require_number(
     """
     if not is_concrete(value):
         return
-    array = _as_real(name, value, accepted)
+    array = as_real(name, value, accepted)
     rounded = _rounded(value, array, dtype)
     good = np.isfinite(array) & (array <= high) & ((array > low) if strict else (array >= low))
     fits = np.isfinite(rounded) & ((rounded > low) | (not strict) | (low != 0))
@@ -107,8 +108,10 @@ def require_integer(
     return int(value)
 
 
-def _as_real(name: str, value: Any, accepted: str) -> np.ndarray:
+def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
     """The value in its own type or in float64, or ValueError for what is no real number."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise ValueError(f"{name} is a masked array; accepted: {accepted}")
     try:
         array = np.asarray(value)
         if array.dtype == object and _whole(value):

@@ -17,11 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import (
+    as_real,
     is_concrete,
     require_choice,
     require_kind,
     require_known,
-    require_number,
 )
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from stickslip.envs.plain import Entries, Given
 
 AUTORESET = ("same_step", "next_step", "disabled")
+SATURATES = "finite numbers, which saturate beyond [-1, 1]"
+"""What an action is made of."""
 
 State = TypeVar("State")
 Params = TypeVar("Params")
@@ -148,9 +150,10 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     ]:
         """One control step: observation, state, reward, terminated, truncated, info.
 
-        action: one number in [-1, 1] for each of `action_names`. key: used only if this step resets
-        (the new episode is then `reset(key, params)`). Raises ValueError for an action of the wrong
-        shape, NaN or out of range, unless it is traced; inside a trace it is clipped.
+        action: one number for each of `action_names`, which saturates beyond [-1, 1] as a motor
+        does. key: used only if this step resets (the new episode is then `reset(key, params)`).
+        Raises ValueError for an action of the wrong shape and, unless it is traced, for one that is
+        not finite.
         """
         self.check_params(params)
         return _jit_step(self, key, state, self.check_action(action), params)
@@ -161,23 +164,35 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         require_kind(name, params, self.params_kind, accepted)
 
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
-        """Return the action, or raise ValueError saying what was given and what is accepted."""
+        """Return the action saturated to [-1, 1], a traced one unchanged.
+
+        action: [*batch, act]; batch: () or (n,). Raises ValueError for another shape and for a
+        number that is not finite, naming the member of the batch.
+        """
+        if batch and isinstance(action, list | tuple) and len(action) == batch[0]:
+            names = (f"action of member {i} of {batch[0]}" for i in range(batch[0]))
+            return np.stack([self._saturated(*one, ()) for one in zip(names, action, strict=True)])
+        return self._saturated("action", action, batch)
+
+    def _saturated(self, name: str, action: Any, batch: tuple[int, ...]) -> Any:
+        plain = type(action) is np.ndarray and action.dtype.kind in "fiu"
+        concrete = plain or is_concrete(action)
+        values = as_real(name, action, SATURATES) if concrete and not plain else action
         shape = (*batch, len(self.action_names))
-        is_plain = isinstance(action, np.ndarray)
-        if not (is_plain or isinstance(action, jax.Array)) or action.dtype.kind not in "fiu":
-            require_number("action", action, accepted="numbers in [-1, 1]")
-        if np.shape(action) != shape:
+        if np.shape(values) != shape:
             raise ValueError(
-                f"action has shape {np.shape(action)}; accepted: {shape}, "
-                f"one number in [-1, 1] for each of {', '.join(self.action_names)}"
+                f"{name} has shape {np.shape(values)}; accepted: {shape}, "
+                f"one number for each of {', '.join(self.action_names)}"
             )
-        if is_plain or is_concrete(action):
-            values = np.asarray(action)
-            good = np.abs(values) <= 1 + 1e-6  # false for NaN, too
-            if not good.all():
-                bad = values[~good].flat[0]
-                raise ValueError(f"action = {bad} is not accepted; accepted: numbers in [-1, 1]")
-        return action
+        if not concrete or (np.abs(values) <= 1).all():  # false for NaN
+            return values if isinstance(action, list | tuple) else action
+        for *member, i in np.argwhere(~np.isfinite(values)):
+            whose = f" of member {member[0]} of {batch[0]}" if member else ""
+            raise ValueError(
+                f"{name}{whose} = {values[(*member, i)]} ({self.action_names[i]}) is not accepted; "
+                f"accepted: {SATURATES}"
+            )
+        return np.clip(values, -1, 1)
 
     def __post_init__(self):
         require_choice("autoreset", self.autoreset, AUTORESET)

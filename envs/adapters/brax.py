@@ -51,7 +51,7 @@ class BraxEnv(base.Env):
 
     brax's own wrapper begins every episode of an environment in the state of its first one. With
     `wrap_env_fn=fresh_episodes` the starts, frictions and tracks are drawn anew for each, as the
-    task says. Actions are clipped to [-1, 1].
+    task says. Actions saturate beyond [-1, 1].
     """
 
     def __init__(
@@ -83,6 +83,7 @@ class BraxEnv(base.Env):
 
     def step(self, state: BraxState, action: Array) -> BraxState:
         """One control step."""
+        action = jnp.asarray(self.functional.check_action(action))
         obs, after, reward, terminated, truncated, info = pure_step(
             self.functional, None, state.pipeline_state, action, self.params
         )
@@ -154,6 +155,7 @@ class FreshEpisodes(base.Wrapper):
         """state, action: of all, [n, ...]."""
         inner = self.env.unwrapped
         env = replace(inner.functional, autoreset="same_step")
+        action = jnp.asarray(env.check_action(action, state.done.shape))
 
         def one(state: BraxState, action: Array) -> BraxState:
             chain, key = jax.random.split(jax.random.wrap_key_data(state.info["chain"]))

@@ -67,8 +67,7 @@ class GymnaxEnv(Generic[State, Params]):
         action: Real[Number, " act"] | Lists,
         params: Params | None = None,
     ) -> tuple[Any, ...]:
-        """One control step; see the class. Actions beyond [-1, 1] are refused outside of a trace
-        and clipped inside."""
+        """One control step; see the class."""
         obs, state, reward, terminated, truncated, info = self.functional.step(
             key, state, action, self._or_default(params)
         )

@@ -63,6 +63,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | --- | --- | --- | --- |
     | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
 
+    The motor saturates: beyond its range an action is its end. info["torque"] is what acted.
+
     ## Observation
     | entry | unit | range | when |
     | --- | --- | --- | --- |

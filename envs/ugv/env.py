@@ -59,8 +59,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     | 0 | rear leg rate | [-1, 1] | turn of the rear leg outwards, times `leg_rate` (1 rad/m) |
     | 1 | front leg rate | [-1, 1] | turn of the front leg outwards, the same |
 
-    An angle stops at the end of its range (30 to 150 degrees), so the leg then turns less than
-    asked.
+    A rate saturates at the end of its range, an angle at the end of its own (30 to 150 degrees).
+    info["rear_angle"] and info["front_angle"] are what came of both.
 
     ## Observation
     W is the vehicle's weight, r the wheels' radius.

@@ -126,9 +126,6 @@ def test_a_traced_action_beyond_its_range_is_clipped(start):
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        ([np.nan, 0.0], r"action = nan.*accepted: numbers in \[-1, 1\]"),
-        ([0.0, 1.01], r"action = 1\.0.*accepted: numbers in \[-1, 1\]"),
-        ([-np.inf, 0.0], r"action = -inf.*accepted"),
         ([0.0], r"shape \(1,\); accepted: \(2,\).*push, idle"),
         (0.0, r"shape \(\); accepted: \(2,\)"),
         ([[0.0, 0.0]], r"shape \(1, 2\); accepted: \(2,\)"),
@@ -141,7 +138,7 @@ def test_a_bad_action_is_refused_with_what_was_given_and_what_is_accepted(start,
 
 @pytest.mark.parametrize("action", [["a", "b"], [None, 0.0]])
 def test_an_action_that_is_no_number_is_refused(start, action):
-    with pytest.raises(ValueError, match=r"action = .* accepted: numbers"):
+    with pytest.raises(ValueError, match=r"action = .* accepted: finite numbers"):
         Toy().step(KEY, start, np.asarray(action), PARAMS)  # type: ignore[arg-type]
 
 

@@ -141,11 +141,10 @@ def test_unknown_options_of_reset_are_refused():
     ("action", "message"),
     [
         ([np.nan, 0], r"action = nan"),
-        ([0, 1.5], r"action = 1\.5.*accepted: numbers in \[-1, 1\]"),
         ([0.0], r"shape \(1,\); accepted: \(2,\)"),
         (0.0, r"shape \(\); accepted: \(2,\)"),
         ([[0.0, 0.0]], r"shape \(1, 2\)"),
-        ([0.0, None], r"action = \[0\.0, None\].*accepted: numbers in"),
+        ([0.0, None], r"action = \[0\.0, None\].*accepted: finite numbers"),
     ],
 )
 def test_a_bad_action_is_refused_and_the_episode_goes_on(action, message):
