@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.control.computed_torque import ComputedTorque
     from stickslip.agents.biped.control.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
-    from stickslip.agents.evaluate import evaluate, evaluate_task
+    from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.idle import Idle
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from stickslip.agents.reports.show import View, show
     from stickslip.agents.shipped.names import shipped_names
     from stickslip.agents.standard import StandardMachine
-    from stickslip.agents.sweep import sweep
     from stickslip.agents.sweeps.axis import Axis
     from stickslip.agents.sweeps.reading import SweepArrays, read_sweep, sweep_arrays
-    from stickslip.agents.train import Trained, train
+    from stickslip.agents.sweeps.sweep import sweep
+    from stickslip.agents.training.train import Trained, train
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
     from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
@@ -47,7 +47,7 @@ else:
                 "CrankSpeedPI",
             ),
             "biped.control.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
-            "evaluate": ("evaluate", "evaluate_task"),
+            "evaluation.evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": (
                 "Rollout",
                 "rollout",
@@ -74,10 +74,10 @@ else:
             "reports.show": ("View", "show"),
             "shipped.names": ("shipped_names",),
             "standard": ("StandardMachine",),
-            "sweep": ("sweep",),
+            "sweeps.sweep": ("sweep",),
             "sweeps.axis": ("Axis",),
             "sweeps.reading": ("SweepArrays", "read_sweep", "sweep_arrays"),
-            "train": (
+            "training.train": (
                 "Trained",
                 "train",
             ),

@@ -31,7 +31,7 @@ from stickslip.dynamics.biped.bodies.newton_euler import (
     condition_number,
     newton_euler,
 )
-from stickslip.dynamics.biped.kinematics import least_closure
+from stickslip.dynamics.biped.links import least_closure
 from stickslip.dynamics.biped.mechanism.link_motion import link_motion
 
 WITH_MEDIANS = ("conditions", "scales", "accuracy")

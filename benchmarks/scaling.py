@@ -37,12 +37,12 @@ from benchmarks.report import (
 from benchmarks.timing import seconds_of
 from stickslip.agents import CrankSpeedPI
 from stickslip.agents.biped.task import from_anywhere
-from stickslip.agents.sweep import run_plan
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.files import chunks
 from stickslip.agents.sweeps.named import played_on
 from stickslip.agents.sweeps.plan import Layout, Plan
 from stickslip.agents.sweeps.playing.play import Player
+from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.envs import BipedEnv
 
 TILES = (1, 16, 256, 1024, 4096, 32768, 262144)

@@ -5,22 +5,10 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from importlib.util import find_spec
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
-
-
-class _Package(ModuleType):
-    """A package in which no module takes the place of what is public under the same name.
-
-    Importing a module binds it in its package: `optim.solve` would be the module, not the function.
-    """
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (isinstance(value, ModuleType) and name in self.__dict__["_public"]):
-            super().__setattr__(name, value)
 
 
 def loaded_when_used(
@@ -33,8 +21,6 @@ def loaded_when_used(
     """
     module = sys.modules[package]
     public = {name: home for home, names in homes.items() for name in names}
-    vars(module)["_public"] = public
-    module.__class__ = _Package
 
     def load(name: str) -> Any:
         if name in public:

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.replay import Replay, replay
     from stickslip.optim.gait.result import Certificate, GaitResult
+    from stickslip.optim.instances.catalogue import FAMILIES, instance, suite
+    from stickslip.optim.instances.instance import Instance
+    from stickslip.optim.instances.objective import Objective
+    from stickslip.optim.instances.record import BudgetSpent, Record
     from stickslip.optim.posture.bounds.branch import DriveBound, bound_every_drive
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.names import METHODS
     from stickslip.optim.posture.problem import PostureProblem
     from stickslip.optim.posture.result import PostureResult
-    from stickslip.optim.posture.station import Station, station
+    from stickslip.optim.posture.stations.station import Station, station
     from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
     from stickslip.optim.result import Evaluation, OptimStatus, Result
-    from stickslip.optim.solve import methods_of, solve
-    from stickslip.optim.suite.catalogue import FAMILIES, instance, suite
-    from stickslip.optim.suite.instance import Instance
-    from stickslip.optim.suite.objective import Objective
-    from stickslip.optim.suite.record import BudgetSpent, Record
+    from stickslip.optim.solving import methods_of, solve
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -42,15 +42,15 @@ else:
             "posture.names": ("METHODS",),
             "posture.problem": ("PostureProblem",),
             "posture.result": ("PostureResult",),
-            "posture.station": ("Station", "station"),
+            "posture.stations.station": ("Station", "station"),
             "problem": ("FreeProblem", "Method", "Problem", "Structure"),
             "result": ("Evaluation", "OptimStatus", "Result"),
-            "solve": ("methods_of", "solve"),
+            "solving": ("methods_of", "solve"),
             "function_problem": ("FunctionProblem",),
-            "suite.catalogue": ("FAMILIES", "instance", "suite"),
-            "suite.instance": ("Instance",),
-            "suite.objective": ("Objective",),
-            "suite.record": ("BudgetSpent", "Record"),
+            "instances.catalogue": ("FAMILIES", "instance", "suite"),
+            "instances.instance": ("Instance",),
+            "instances.objective": ("Objective",),
+            "instances.record": ("BudgetSpent", "Record"),
         },
     )
 

@@ -13,7 +13,7 @@ from stickslip.agents.biped.pictures.plots import plot_comparison
 from stickslip.agents.biped.pictures.products import write_products
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demonstration import Demonstration
-from stickslip.agents.evaluate import evaluate
+from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
 from stickslip.agents.reports.writing import REPORT

@@ -12,7 +12,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.agents.optimisers.measures import ert, gaps, hits
     from stickslip.agents.optimisers.method import METHODS, Method
-    from stickslip.agents.optimisers.race import race
+    from stickslip.agents.optimisers.racing import race
     from stickslip.agents.optimisers.reading import read_results
     from stickslip.agents.optimisers.results import Run, write_results
 else:
@@ -21,7 +21,7 @@ else:
         {
             "measures": ("ert", "gaps", "hits"),
             "method": ("METHODS", "Method"),
-            "race": ("race",),
+            "racing": ("race",),
             "reading": ("read_results",),
             "results": ("Run", "write_results"),
         },

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.registry import machines
-from stickslip.optim.suite.catalogue import suite
-from stickslip.optim.suite.instance import SAME
+from stickslip.optim.instances.catalogue import suite
+from stickslip.optim.instances.instance import SAME
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

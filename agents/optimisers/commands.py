@@ -116,11 +116,11 @@ def _add_sources(parser: argparse.ArgumentParser) -> None:
 def _run(given: argparse.Namespace) -> Content | None:
     from stickslip.agents.commands import interruptible
     from stickslip.agents.optimisers.plan import RacePlan
-    from stickslip.agents.optimisers.race import run_race
+    from stickslip.agents.optimisers.racing import run_race
     from stickslip.agents.optimisers.words import counted_text, runs_table
     from stickslip.agents.sweeps.playing.play import StoppedError
     from stickslip.agents.view_files import require_folder
-    from stickslip.optim.suite.catalogue import suite
+    from stickslip.optim.instances.catalogue import suite
     from stickslip.records.content import Content
 
     require_folder(given.out)

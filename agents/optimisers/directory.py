@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.optimisers.plan import RacePlan
-    from stickslip.optim.suite.exports import Foreign
+    from stickslip.optim.instances.exports import Foreign
 
 ABOUT, FORMAT, VERSION = "race.json", "stickslip race", 1
 PRODUCT = re.compile(r"(results\.(parquet|csv)|report\.(md|html)|.+\.png)")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:

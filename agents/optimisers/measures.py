@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.agents.optimisers.merit import Target
 from stickslip.dynamics.plain_checks import require_choice
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.suite.instance import Instance
+    from stickslip.optim.instances.instance import Instance
 
 LEAST = 1e-12
 REFERENCE = 1.1

@@ -13,8 +13,8 @@ from stickslip.dynamics.plain_checks import nearest, require_choice, require_kin
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from stickslip.optim.suite.instance import Instance
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.instance import Instance
+    from stickslip.optim.instances.objective import Objective
 
     Optimiser = Callable[[Objective, int], object]
 

@@ -21,7 +21,7 @@ from stickslip.agents.optimisers.measures import (
 from stickslip.agents.pictures.sheet import save_sheet
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Literal
 from stickslip.agents.optimisers.method import METHODS, methods_of
 from stickslip.agents.optimisers.task import Task
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.optim.instances.catalogue import suite
+from stickslip.optim.instances.objective import OUTSIDE
 from stickslip.optim.options import require_scalar
-from stickslip.optim.suite.catalogue import suite
-from stickslip.optim.suite.objective import OUTSIDE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from stickslip.agents.optimisers.method import Method, Optimiser
-    from stickslip.optim.suite.exports import Foreign
+    from stickslip.optim.instances.exports import Foreign
 
 MOST = 10**6
 """Runs of one race."""

@@ -17,13 +17,13 @@ from stickslip.agents.foreign.reading import (
 from stickslip.agents.optimisers.names import EVENTS, OUTCOMES
 from stickslip.agents.optimisers.results import COLUMNS, SHORT, Run, runs_of_rows
 from stickslip.dynamics.plain_checks import nearest, shown
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
     from stickslip.agents.foreign.reading import Json
-    from stickslip.optim.suite.exports import Foreign
+    from stickslip.optim.instances.exports import Foreign
 
 MOST_ROWS = 5_000_000
 MOST = 1e300

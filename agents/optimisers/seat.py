@@ -25,7 +25,7 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.optim.suite.exports import Foreign
+    from stickslip.optim.instances.exports import Foreign
 
 MAKING = 900.0
 """How long building and compiling an instance may take [s]."""

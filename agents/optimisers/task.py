@@ -12,15 +12,15 @@ import numpy as np
 
 from stickslip.agents.optimisers.merit import Merit
 from stickslip.agents.optimisers.watched import Event, Watched
-from stickslip.optim.suite.catalogue import instance as instance_by_id
-from stickslip.optim.suite.record import BudgetSpent
+from stickslip.optim.instances.catalogue import instance as instance_by_id
+from stickslip.optim.instances.record import BudgetSpent
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Literal
 
     from stickslip.agents.optimisers.method import Method
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.suite.record import Record
+from stickslip.optim.instances.record import Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable

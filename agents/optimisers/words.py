@@ -12,7 +12,7 @@ from stickslip.agents.optimisers.measures import Cost, Expected, ert, gaps
 from stickslip.agents.optimisers.method import METHODS
 from stickslip.agents.optimisers.names import FAILED, OUTCOMES
 from stickslip.agents.optimisers.pictures import CLOSE, families
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

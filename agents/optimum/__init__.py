@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.agents.optimum.best_known import Known, known
     from stickslip.agents.optimum.controller import ValuePolicy
     from stickslip.agents.optimum.file import load_value_policy, save_value_policy
     from stickslip.agents.optimum.improved import Improved
-    from stickslip.agents.optimum.known import Known, known
-    from stickslip.agents.optimum.replay import Replay, replay
-    from stickslip.agents.optimum.solve import Solution, solve
+    from stickslip.agents.optimum.replayed import Replay, replay
     from stickslip.agents.optimum.state_map import StateMap
+    from stickslip.agents.optimum.value_iteration import Solution, solve
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -19,9 +19,9 @@ else:
             "controller": ("ValuePolicy",),
             "file": ("load_value_policy", "save_value_policy"),
             "improved": ("Improved",),
-            "known": ("Known", "known"),
-            "replay": ("Replay", "replay"),
-            "solve": ("Solution", "solve"),
+            "best_known": ("Known", "known"),
+            "replayed": ("Replay", "replay"),
+            "value_iteration": ("Solution", "solve"),
             "state_map": ("StateMap",),
         },
     )

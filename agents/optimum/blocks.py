@@ -11,7 +11,7 @@ from stickslip.agents.foreign.reading import RefusedError, read_bytes, refusing
 from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.training.state_file import pack, unpack
 from stickslip.dynamics.checks import shown
-from stickslip.optim.dynamic_programming.transitions import STOPS, Block
+from stickslip.optim.dynamic_programming.outcomes import STOPS, Block
 from stickslip.records.files import PARTIAL, write_whole
 
 FORMAT, VERSION = "stickslip transitions", 1

@@ -16,7 +16,7 @@ from stickslip.agents.optimisers.words import closeness_table, counted_text, fir
 from stickslip.agents.reports.course import sameness
 from stickslip.agents.reports.writing import REPORT, write_page, written_or_told
 from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
-from stickslip.optim.suite.catalogue import suite
+from stickslip.optim.instances.catalogue import suite
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

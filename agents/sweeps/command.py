@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 from stickslip.agents.commands import interruptible
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.reports.swept import report_sweep
-from stickslip.agents.sweep import run_plan
 from stickslip.agents.sweeps.design import design_of
 from stickslip.agents.sweeps.named import played_by
 from stickslip.agents.sweeps.names import FORMS
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.playing.play import StoppedError
+from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.agents.sweeps.telling.words import summary_table
 from stickslip.agents.tasks.places import every_option
 from stickslip.agents.view_files import require_folder
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.machine import Options
-    from stickslip.agents.sweep import Swept
+    from stickslip.agents.sweeps.sweep import Swept
 
 
 def sweep_command(given: Options) -> Content | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents.demonstration import Demonstration
-from stickslip.agents.evaluate import evaluate
+from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.policy import load_policy
 from stickslip.agents.reports.writing import REPORT

@@ -33,9 +33,9 @@ from benchmarks.optimisers.find import found_for, front_for
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
+from stickslip.optim.instances.instance import verified
+from stickslip.optim.instances.known import Known, keep
 from stickslip.optim.problem import FEASIBLE
-from stickslip.optim.suite.instance import verified
-from stickslip.optim.suite.known import Known, keep
 
 MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 

@@ -14,10 +14,10 @@ from scipy.optimize import minimize
 from stickslip.dynamics.biped import BipedState, simulate
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import FunctionProblem, GaitProblem, Instance, Objective, PostureProblem, solve
+from stickslip.optim.instances.biped.shooting import DT, HELD, TORQUE_LIMIT, Shooting
+from stickslip.optim.instances.exports import as_cvxpy, as_scipy
+from stickslip.optim.instances.ugv.split import drive_family
 from stickslip.optim.posture.graph.pareto import pareto_front
-from stickslip.optim.suite.biped.shooting import DT, HELD, TORQUE_LIMIT, Shooting
-from stickslip.optim.suite.exports import as_cvxpy, as_scipy
-from stickslip.optim.suite.ugv.split import drive_family
 from stickslip.optim.torque_split import TorqueSplit
 
 SEEDS = 3

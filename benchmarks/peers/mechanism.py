@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams, kinematics
-from stickslip.dynamics.biped.kinematics import LINK_OF_BODY
+from stickslip.dynamics.biped.links import LINK_OF_BODY
 
 SLOT = "slot"
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         forward_dynamics,
         inverse_dynamics,
     )
-    from stickslip.dynamics.biped.kinematics import (
+    from stickslip.dynamics.biped.links import (
         BODIES,
         SUPPORT_END,
         SUPPORT_START,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
     from stickslip.dynamics.biped.model import BipedModel, prepare
     from stickslip.dynamics.biped.params import LINKS, BipedParams
-    from stickslip.dynamics.biped.simulate import Trajectory, simulate, simulate_inverse, step
+    from stickslip.dynamics.biped.simulation import Trajectory, simulate, simulate_inverse, step
     from stickslip.dynamics.biped.state import BipedState, Contact, Events, floor_position
     from stickslip.dynamics.biped.stepping.integrators import (
         INTEGRATORS,
@@ -77,7 +77,7 @@ else:
                 "SemiImplicitEuler",
             ),
             "mechanism.joints": ("JOINT_FORCES",),
-            "kinematics": (
+            "links": (
                 "BODIES",
                 "SUPPORT_END",
                 "SUPPORT_START",
@@ -93,7 +93,7 @@ else:
             "coefficients.series": ("Chebyshev",),
             "trade.setting": ("Setting", "own_time"),
             "trade.settings": ("PRESETS", "Recommendation", "recommend"),
-            "simulate": ("Trajectory", "simulate", "simulate_inverse", "step"),
+            "simulation": ("Trajectory", "simulate", "simulate_inverse", "step"),
             "state": ("BipedState", "Contact", "Events", "floor_position"),
             "coefficients.table": ("Table",),
             "trade.walk_check": ("WalkCheck", "check_walk"),

@@ -19,7 +19,7 @@ from stickslip.dynamics.biped.contact import (
 )
 from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.floor import Friction, smoothed_direction
-from stickslip.dynamics.biped.kinematics import closing_margin
+from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt

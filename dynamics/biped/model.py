@@ -16,7 +16,7 @@ from stickslip.dynamics.biped.fidelity import (
     inertia_of,
     require_fidelity,
 )
-from stickslip.dynamics.biped.kinematics import (
+from stickslip.dynamics.biped.links import (
     as_batch,
     exchange_mismatch,
     least_closure,

@@ -237,7 +237,7 @@ class BipedParams:
             accepted = "a finite mass > 0 [kg]"
             require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
         if is_concrete(self):
-            from stickslip.dynamics.biped.kinematics import require_closure
+            from stickslip.dynamics.biped.links import require_closure
 
             require_closure(self)
         return self

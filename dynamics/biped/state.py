@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 from stickslip.dynamics.pytrees import register_pytree
 
@@ -91,7 +91,7 @@ class BipedState:
 
 def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
     """Where the supporting ankle stands on the floor [m]: steps by step length, plus slide."""
-    from stickslip.dynamics.biped.kinematics import step_length
+    from stickslip.dynamics.biped.links import step_length
     from stickslip.dynamics.biped.model import BipedModel
 
     length = params.step_length if isinstance(params, BipedModel) else step_length(params)

@@ -13,7 +13,13 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.contact.placed import Pose
     from stickslip.dynamics.ugv.contact.rolling import wheel_turns
     from stickslip.dynamics.ugv.contact.wheel import Contact
-    from stickslip.dynamics.ugv.equilibrium import (
+    from stickslip.dynamics.ugv.ground.surface import Surface
+    from stickslip.dynamics.ugv.names import TRACKS
+    from stickslip.dynamics.ugv.odometer import Odometer
+    from stickslip.dynamics.ugv.params import UGVParams
+    from stickslip.dynamics.ugv.pose_solver import PoseSolver
+    from stickslip.dynamics.ugv.poses import place, pose
+    from stickslip.dynamics.ugv.statics import (
         Equilibrium,
         Forces,
         balance,
@@ -21,12 +27,6 @@ if TYPE_CHECKING:
         ground_forces,
         leg_torques,
     )
-    from stickslip.dynamics.ugv.ground.surface import Surface
-    from stickslip.dynamics.ugv.names import TRACKS
-    from stickslip.dynamics.ugv.odometer import Odometer
-    from stickslip.dynamics.ugv.params import UGVParams
-    from stickslip.dynamics.ugv.pose import place, pose
-    from stickslip.dynamics.ugv.pose_solver import PoseSolver
     from stickslip.dynamics.ugv.track import Track
     from stickslip.dynamics.ugv.trade.checking import SettingCheck, check_poses
     from stickslip.dynamics.ugv.trade.recommendation import Recommendation, recommend
@@ -36,7 +36,7 @@ else:
         __name__,
         {
             "trade.checking": ("SettingCheck", "check_poses"),
-            "equilibrium": (
+            "statics": (
                 "Equilibrium",
                 "Forces",
                 "balance",
@@ -48,7 +48,7 @@ else:
             "odometer": ("Odometer",),
             "params": ("UGVParams",),
             "contact.placed": ("Pose",),
-            "pose": ("place", "pose"),
+            "poses": ("place", "pose"),
             "pose_solver": ("PoseSolver",),
             "trade.recommendation": ("Recommendation", "recommend"),
             "contact.rolling": ("wheel_turns",),

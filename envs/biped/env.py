@@ -17,7 +17,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.drive import Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
-from stickslip.dynamics.biped.simulate import stepped
+from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.stepping.integrators import Integrator
 from stickslip.dynamics.biped.trade.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known

@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.dynamics.ugv import PoseSolver
-from stickslip.dynamics.ugv.pose import stand
+from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
@@ -31,7 +31,7 @@ from stickslip.envs.ugv.plain import from_plain
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.station import Station, station_of, torque_left
+from stickslip.optim.posture.stations.station import Station, station_of, torque_left
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

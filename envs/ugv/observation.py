@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim.posture.criteria import Criterion
-    from stickslip.optim.posture.station import Station
+    from stickslip.optim.posture.stations.station import Station
 
 MAX_SLOPE = 1.6
 """Greatest slope angle and pitch that are told apart [rad]."""

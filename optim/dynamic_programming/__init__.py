@@ -7,6 +7,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.optim.dynamic_programming.grid import Axis, Cell, Grid, Place, Sheet
     from stickslip.optim.dynamic_programming.lookahead import Ahead, Found, look_ahead
+    from stickslip.optim.dynamic_programming.outcomes import Transitions, transitions
     from stickslip.optim.dynamic_programming.process import Outcome, Process
     from stickslip.optim.dynamic_programming.sweeps import (
         Values,
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
         finite_horizon,
         greedy,
     )
-    from stickslip.optim.dynamic_programming.transitions import Transitions, transitions
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -23,7 +23,7 @@ else:
             "lookahead": ("Ahead", "Found", "look_ahead"),
             "process": ("Outcome", "Process"),
             "sweeps": ("Values", "average_reward", "finite_horizon", "greedy"),
-            "transitions": ("Transitions", "transitions"),
+            "outcomes": ("Transitions", "transitions"),
         },
     )
 

@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_integer, require_number, shown
-from stickslip.optim.dynamic_programming.transitions import STOPS, Transitions
+from stickslip.optim.dynamic_programming.outcomes import STOPS, Transitions
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_START
 from stickslip.optim.gait import between
 from stickslip.optim.gait.between import Polynomials
 from stickslip.optim.gait.convex.limits import ground_of, torque_of, zmp_of

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 
 if TYPE_CHECKING:
     from jaxtyping import Float

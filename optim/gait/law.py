@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_START
 from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
-from stickslip.dynamics.biped.kinematics import as_batch
+from stickslip.dynamics.biped.links import as_batch
 from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:

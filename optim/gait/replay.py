@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedState, EventExact, Table, prepare, step
-from stickslip.dynamics.biped.kinematics import SUPPORT_END
+from stickslip.dynamics.biped.links import SUPPORT_END
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status

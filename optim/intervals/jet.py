@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.arithmetic import Interval, interval
 
 if TYPE_CHECKING:
     Other: TypeAlias = "Jet | Interval | float"

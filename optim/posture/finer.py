@@ -23,8 +23,8 @@ from stickslip.optim.posture.criteria import (
     steps,
 )
 from stickslip.optim.posture.missed import missed_by, tolerated
-from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.stations import evaluated
+from stickslip.optim.posture.stations.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int

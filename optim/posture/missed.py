@@ -11,8 +11,8 @@ from stickslip.optim.problem import FEASIBLE
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.posture.station import Station
     from stickslip.optim.posture.stations.data import PostureData
+    from stickslip.optim.posture.stations.station import Station
 
 
 def missed_by(

@@ -17,11 +17,11 @@ from stickslip.optim.posture.methods import METHODS
 from stickslip.optim.posture.missed import missed_by
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.sizes import STATION, require_jacobian, require_stations
-from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.stations import evaluated, traced
 from stickslip.optim.posture.stations.data import PostureData
 from stickslip.optim.posture.stations.evaluated import Waypoints
 from stickslip.optim.posture.stations.jacobian import whole_jacobian
+from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.posture.stations.traced import Posture
 from stickslip.optim.posture.stations.waypoints import (
     check_problem,

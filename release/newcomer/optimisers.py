@@ -12,7 +12,7 @@ from pymoo.optimize import minimize
 from scipy.optimize import minimize as scipy_minimize
 
 from stickslip.optim import instance
-from stickslip.optim.suite import exports
+from stickslip.optim.instances import exports
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 

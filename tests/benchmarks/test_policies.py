@@ -13,7 +13,7 @@ from benchmarks.policies.recipes import RECIPES, configuration, recipe_of
 from benchmarks.policies.tables import table
 from benchmarks.report import RESULTS, provenance, read_json
 from benchmarks.tasks.measure import beside_package
-from stickslip.agents.evaluate import evaluate_task
+from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.shipped.names import shipped_names

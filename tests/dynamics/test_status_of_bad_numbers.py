@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedState, forward_dynamics, inverse_dynamics, step
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from tests.dynamics.biped.helpers import default_model, default_params
 from tests.fuzz.marks import unmarked

@@ -15,11 +15,11 @@ import pytest
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
-from stickslip.dynamics.ugv.equilibrium import balance
 from stickslip.dynamics.ugv.ground.shapes import Step
 from stickslip.dynamics.ugv.ground.spline import Spline
-from stickslip.dynamics.ugv.pose import stand
 from stickslip.dynamics.ugv.pose_solver import size_near
+from stickslip.dynamics.ugv.poses import stand
+from stickslip.dynamics.ugv.statics import balance
 
 pytestmark = pytest.mark.long
 

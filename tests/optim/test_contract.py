@@ -17,7 +17,7 @@ from stickslip.optim import (
     methods_of,
     solve,
 )
-from stickslip.optim.solve import GENERAL
+from stickslip.optim.solving import GENERAL
 from tests.optim.toy import Nearest, Steps
 
 TARGET = np.array([3.0, 4.0])

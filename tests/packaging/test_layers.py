@@ -171,12 +171,12 @@ def test_a_circle_is_found():
 
 ROOMS = {
     "dynamics": ("biped", "ugv"),
-    "optim": ("gait", "posture", "torque_split", "suite.biped", "suite.ugv"),
+    "optim": ("gait", "posture", "torque_split", "instances.biped", "instances.ugv"),
     "envs": ("biped", "ugv", "rendering.biped", "rendering.ugv"),
     "agents": ("biped", "ugv"),
 }
 """Folders of a layer that know what a machine is; no other file of the layer does."""
-BUILT_ON = {"suite.biped": {"gait"}, "suite.ugv": {"posture", "torque_split"}}
+BUILT_ON = {"instances.biped": {"gait"}, "instances.ugv": {"posture", "torque_split"}}
 """Rooms of a machine that may use what else its layer knows of it."""
 
 

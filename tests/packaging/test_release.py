@@ -135,17 +135,23 @@ def test_workflows_ask_the_release_checks_for_what_they_know():
 
 def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
     vendor = "envs/rendering/html/vendor/README"
-    files = ["optim/solve.py", "optim/suite/known.json", vendor, "tests/test_help.py", "README.md"]
+    files = [
+        "optim/solving.py",
+        "optim/instances/known.json",
+        vendor,
+        "tests/test_help.py",
+        "README.md",
+    ]
     right = set(artefacts.belongs_in_wheel(files))
     assert right == {
-        "stickslip/optim/solve.py",
-        "stickslip/optim/suite/known.json",
+        "stickslip/optim/solving.py",
+        "stickslip/optim/instances/known.json",
         f"stickslip/{vendor}",
         "licenses/LICENSE",
     }
     about = f"stickslip-{PROJECT['version']}.dist-info"
     with zipfile.ZipFile(tmp_path / "a.whl", "w") as archive:
-        for name in ("stickslip/optim/solve.py", "tests/test_help.py", f"{about}/METADATA"):
+        for name in ("stickslip/optim/solving.py", "tests/test_help.py", f"{about}/METADATA"):
             archive.writestr(name, "")
         archive.writestr(f"{about}/licenses/LICENSE", "")
     with pytest.raises(FailedError, match=r"(?s)too much: .*test_help.*missing: .*known\.json"):
@@ -154,9 +160,9 @@ def test_what_is_too_much_or_missing_in_a_wheel_is_named(tmp_path: Path):
 
 def test_a_file_of_a_wheel_that_is_other_than_the_checkouts_is_named(tmp_path: Path):
     wheel = tmp_path / "a.whl"
-    for content in ((ROOT / "optim" / "solve.py").read_bytes(), b"pass"):
+    for content in ((ROOT / "optim" / "solving.py").read_bytes(), b"pass"):
         with zipfile.ZipFile(wheel, "w") as archive:
-            archive.writestr("stickslip/optim/solve.py", content)
+            archive.writestr("stickslip/optim/solving.py", content)
         if content != b"pass":
             artefacts.as_in_checkout(wheel)
     with pytest.raises(FailedError, match=r"other than .*\['stickslip/optim/solve\.py'\]"):

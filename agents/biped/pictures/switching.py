@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.drive import Torque
-from stickslip.dynamics.biped.simulate import stepped
+from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.scene import Smoothed
 from stickslip.dynamics.status import EventKind

@@ -17,9 +17,9 @@ from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.rendering import BipedFrame
 from stickslip.envs.rendering.biped.drawn import biped_drawing
 from stickslip.envs.rendering.html.data import Shown
-from stickslip.optim.suite.biped.gains import Gains
-from stickslip.optim.suite.biped.shooting import DT, TORQUE_LIMIT, Shooting
-from stickslip.optim.suite.instance import DRAWS_FROM
+from stickslip.optim.instances.biped.gains import Gains
+from stickslip.optim.instances.biped.shooting import DT, TORQUE_LIMIT, Shooting
+from stickslip.optim.instances.instance import DRAWS_FROM
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedModel, Trajectory

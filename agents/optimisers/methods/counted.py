@@ -13,7 +13,7 @@ from stickslip.optim.result import Evaluation, Result
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 
 @dataclass(frozen=True, eq=False)

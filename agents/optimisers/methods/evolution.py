@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.optimisers.methods.starts import starts
 from stickslip.envs.rendering.extras import require
-from stickslip.optim.suite.exports import (
+from stickslip.optim.instances.exports import (
     Foreign,
     as_evosax,
     as_nevergrad,
@@ -19,7 +19,7 @@ from stickslip.optim.suite.exports import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 POPULATION, OFFSPRING, TOGETHER = 32, 64, 64
 WIDTH = 0.2

@@ -9,12 +9,12 @@ from scipy.optimize import minimize
 
 from stickslip.agents.optimisers.methods.evolution import from_pymoo
 from stickslip.agents.optimisers.methods.starts import starts
-from stickslip.optim.suite.record import BudgetSpent
+from stickslip.optim.instances.record import BudgetSpent
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 POINTS, SHARES = 40, np.linspace(1, 0, 9)
 

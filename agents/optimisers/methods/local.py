@@ -9,11 +9,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 from stickslip.agents.optimisers.methods.starts import restarted, starts
-from stickslip.optim.suite.exports import as_scipy
-from stickslip.optim.suite.objective import PENALTY
+from stickslip.optim.instances.exports import as_scipy
+from stickslip.optim.instances.objective import PENALTY
 
 if TYPE_CHECKING:
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 RATE = 0.02
 """Adam's first step, in parts of the box."""

@@ -10,10 +10,10 @@ from stickslip.agents.optimisers.methods.counted import CountedProblem
 from stickslip.agents.optimisers.methods.starts import restarted
 from stickslip.optim.cma import solve_cma
 from stickslip.optim.gradient import solve_gradient
-from stickslip.optim.solve import solve
+from stickslip.optim.solving import solve
 
 if TYPE_CHECKING:
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 MANY = 10**9
 

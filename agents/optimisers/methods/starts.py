@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.optim.suite.objective import Objective
+    from stickslip.optim.instances.objective import Objective
 
 
 def starts(objective: Objective, seed: int) -> Iterator[Float[np.ndarray, "n"]]:

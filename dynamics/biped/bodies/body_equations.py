@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.coefficients.inertia import body_masses
-from stickslip.dynamics.biped.kinematics import BODIES, LINK_OF_BODY
+from stickslip.dynamics.biped.links import BODIES, LINK_OF_BODY
 from stickslip.dynamics.biped.mechanism.joints import CRANK_PIN, SIGNS, body_of, joint_geometry
 from stickslip.dynamics.numeric import same_rank
 

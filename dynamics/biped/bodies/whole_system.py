@@ -9,7 +9,7 @@ import numpy as np
 from jax.scipy.linalg import lu_factor, lu_solve
 
 from stickslip.dynamics.biped.bodies.body_equations import ALPHA, FOOT, SLIDE, BodyEquations
-from stickslip.dynamics.biped.kinematics import BODIES
+from stickslip.dynamics.biped.links import BODIES
 from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import LINK_OF_BODY, centres_and_angles
+from stickslip.dynamics.biped.links import LINK_OF_BODY, centres_and_angles
 from stickslip.dynamics.numeric import Number, float_type
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from stickslip.dynamics.biped.coefficients.inertia import (
     ReducedInertia,
     inertia_and_moment,
 )
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.numeric import float_type
 from stickslip.dynamics.pytrees import register_pytree

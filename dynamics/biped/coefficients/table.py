@@ -23,7 +23,7 @@ from stickslip.dynamics.biped.coefficients.inertia import (
     inertia_and_moment,
     reduced_inertia,
 )
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.pytrees import register_pytree
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import BODIES, LegPins
+from stickslip.dynamics.biped.links import BODIES, LegPins
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

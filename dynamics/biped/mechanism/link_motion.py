@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import LegPins, centres_and_angles, kinematics
+from stickslip.dynamics.biped.links import LegPins, centres_and_angles, kinematics
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import exchange_mismatch
+from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.state import BipedState

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import mode_of
 from stickslip.dynamics.biped.floor import patch_at
-from stickslip.dynamics.biped.kinematics import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.scene import Grip, Patches, Smoothed

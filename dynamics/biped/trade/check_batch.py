@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import PLAIN_NDIM
+from stickslip.dynamics.biped.links import PLAIN_NDIM
 from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.scene import Patches
 

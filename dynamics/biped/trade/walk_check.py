@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.dynamics.biped.coefficients.table import Table
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.simulate import require_exchange, require_rest_on_grip, simulate
+from stickslip.dynamics.biped.simulation import require_exchange, require_rest_on_grip, simulate
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator
 from stickslip.dynamics.biped.trade.check_batch import WalkBatch, gathered, precision, timed

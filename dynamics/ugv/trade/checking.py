@@ -20,9 +20,9 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.contact.placed import Pose
 from stickslip.dynamics.ugv.contact.wheel import penetration
-from stickslip.dynamics.ugv.equilibrium import Equilibrium, equilibrium
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed
+from stickslip.dynamics.ugv.statics import Equilibrium, equilibrium
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.trade.settings import Setting
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.dynamics.biped.kinematics import (
+from stickslip.dynamics.biped.links import (
     SUPPORT_END,
     SUPPORT_START,
     Kinematics,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.arithmetic import Interval, interval
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, hull, interval
+from stickslip.optim.intervals.arithmetic import Interval, hull, interval
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Int

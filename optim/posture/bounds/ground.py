@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Bump, Ditch, Flat, Incline, Ramp, Sinusoid, Step
-from stickslip.optim.intervals.interval import Interval, hull, interval, where
+from stickslip.optim.intervals.arithmetic import Interval, hull, interval, where
 from stickslip.optim.posture.bounds.spline_ground import spline_ground
 
 if TYPE_CHECKING:

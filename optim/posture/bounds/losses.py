@@ -18,7 +18,7 @@ import numpy as np
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
-    from stickslip.optim.intervals.interval import Interval
+    from stickslip.optim.intervals.arithmetic import Interval
     from stickslip.optim.posture.bounds.sides import Side
     from stickslip.optim.posture.bounds.terms import Term
 

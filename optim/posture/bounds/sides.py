@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.arithmetic import Interval, interval
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, hull, interval, where
+from stickslip.optim.intervals.arithmetic import Interval, hull, interval, where
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv.ground.spline import Spline

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.arithmetic import Interval, interval
 from stickslip.optim.posture.bounds.arc import Arc
 from stickslip.optim.posture.bounds.boxes import Boxes, by_parts
 from stickslip.optim.posture.bounds.contact import Bracket, wheel_at

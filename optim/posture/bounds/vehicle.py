@@ -1,4 +1,4 @@
-"""The vehicle's forces and turns over intervals of leg angles: equilibrium.py and rolling.py again.
+"""The vehicle's forces and turns over intervals of leg angles: statics.py and rolling.py again.
 
 Written once for numbers that know +, -, *, /, sin, cos, sqrt and arctan: Interval for a posture,
 Jet for a box of postures with derivatives.
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from stickslip.optim.intervals.interval import Interval, interval
+from stickslip.optim.intervals.arithmetic import Interval, interval
 from stickslip.optim.intervals.jet import Jet
 from stickslip.optim.posture.bounds.contact import Wheel
 

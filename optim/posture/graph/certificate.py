@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.graph.layered_graph import moves_of_step
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.stations.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Int

@@ -17,7 +17,7 @@ from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid, 
 from stickslip.optim.posture.local.polish import polishable
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.rounding import below, closes
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:

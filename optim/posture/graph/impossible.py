@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from stickslip.dynamics.status import Status
-from stickslip.optim.posture.station import PLACED
+from stickslip.optim.posture.stations.station import PLACED
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:

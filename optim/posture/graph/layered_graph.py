@@ -15,7 +15,7 @@ from stickslip.optim.posture.criteria import station_cost, step_cost
 from stickslip.optim.posture.graph.posture_grid import PostureGrid, offsets
 from stickslip.optim.posture.rounding import slack as slack_of
 from stickslip.optim.posture.sizes import EDGE
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.stations.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Float, Int

@@ -19,8 +19,8 @@ from stickslip.optim.posture.graph.fitting import (
     windows_of,
 )
 from stickslip.optim.posture.sizes import require_grid, require_moves
-from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.stations import evaluated
+from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

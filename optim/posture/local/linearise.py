@@ -16,8 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
-from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.stations import evaluated, traced
+from stickslip.optim.posture.stations.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -39,7 +39,7 @@ def start_point(
     middle = (low + high) / 2
     if start == "middle":
         return middle, ""
-    from stickslip.optim.solve import solve
+    from stickslip.optim.solving import solve
 
     if start == "dp" and problem.criterion.kind == "mixed":
         return middle, "began in the middle: dp takes no weighted sum with a worst station in it; "

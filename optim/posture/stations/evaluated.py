@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.posture.stations.traced import Posture, packed
 
 if TYPE_CHECKING:

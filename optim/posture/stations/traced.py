@@ -14,7 +14,7 @@ from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
-from stickslip.optim.posture.station import Station, rows_of, station, torque_left
+from stickslip.optim.posture.stations.station import Station, rows_of, station, torque_left
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -12,7 +12,7 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.progress import say_stage
-from stickslip.optim.solve import methods_of, options_of_method
+from stickslip.optim.solving import methods_of, options_of_method
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import (

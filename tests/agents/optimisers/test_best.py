@@ -12,7 +12,7 @@ from stickslip.agents.ugv.machine import UGVMachine
 from stickslip.envs.rendering.html.data import Line, Panel, Shown
 from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim import suite
-from stickslip.optim.suite.instance import Instance
+from stickslip.optim.instances.instance import Instance
 from tests.agents.optimisers.table import BEST, NAME, run
 
 DRIVE = "ugv-bump-energy-d8-v1"

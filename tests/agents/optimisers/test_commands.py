@@ -100,7 +100,9 @@ def test_the_program_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     lines = [line[4:] for line in code.splitlines() if line.strip()]
     assert len(lines) <= 12
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(import_module("stickslip.agents.optimisers.race"), "cores_here", lambda: 1)
+    monkeypatch.setattr(
+        import_module("stickslip.agents.optimisers.racing"), "cores_here", lambda: 1
+    )
     names: dict = {"__name__": "recipe"}
     exec(compile("\n".join(lines), str(PAGE), "exec"), names)
     assert f"{NAME} mine 0" in capsys.readouterr().out

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimum import known, solve
-from stickslip.agents.optimum.replay import replay, values_at
+from stickslip.agents.optimum.replayed import replay, values_at
 from stickslip.agents.registry import register, unregister
 from tests.agents.mass import MassMachine, MassParams, Pull
 from tests.agents.optimum.masses import ENV, PARAMS, MassStates

@@ -73,7 +73,7 @@ class Stop(BaseException):
 @pytest.fixture
 def stopped(tmp_path, monkeypatch):
     """A run that was stopped when three blocks were there, and what it computes from then on."""
-    module = import_module("stickslip.optim.dynamic_programming.transitions")
+    module = import_module("stickslip.optim.dynamic_programming.outcomes")
     monkeypatch.setattr(module, "AT_ONCE", 40)
     write, calls = KeptBlocks.write, []
 

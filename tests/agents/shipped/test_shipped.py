@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
-from stickslip.agents.evaluate import evaluate_task
+from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import every_record, record_of

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 from stickslip.agents import register
-from stickslip.agents.train import train
 from stickslip.agents.training import processes
+from stickslip.agents.training.train import train
 from tests.agents.mass import MassConfig, MassMachine
 
 

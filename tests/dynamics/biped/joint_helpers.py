@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, reduced_inertia
 from stickslip.dynamics.biped.bodies.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
 from stickslip.dynamics.biped.bodies.whole_system import WHOLE
-from stickslip.dynamics.biped.kinematics import least_closure
+from stickslip.dynamics.biped.links import least_closure
 from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
 from tests.dynamics.biped.helpers import default_params
 

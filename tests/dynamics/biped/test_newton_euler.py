@@ -10,7 +10,7 @@ import pytest
 from stickslip.dynamics.biped import BODIES, kinematics
 from stickslip.dynamics.biped.bodies.newton_euler import SYSTEMS
 from stickslip.dynamics.biped.coefficients.inertia import body_masses
-from stickslip.dynamics.biped.kinematics import LINK_OF_BODY
+from stickslip.dynamics.biped.links import LINK_OF_BODY
 from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
 from stickslip.dynamics.derived import rebuilt
 from tests.dynamics.biped.helpers import default_params

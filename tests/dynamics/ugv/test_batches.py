@@ -8,8 +8,8 @@ import pytest
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.one_kernel import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
-from stickslip.dynamics.ugv.equilibrium import _equilibrium
 from stickslip.dynamics.ugv.pose_solver import NEWTON
+from stickslip.dynamics.ugv.statics import _equilibrium
 from tests.dynamics.ugv.helpers import drawn
 
 MARK = next(iter(AS_ONE_KERNEL))

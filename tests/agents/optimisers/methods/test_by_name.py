@@ -8,8 +8,8 @@ import pytest
 from stickslip.agents.optimisers import METHODS
 from stickslip.agents.optimisers.method import methods_of
 from stickslip.optim import suite
-from stickslip.optim.suite.record import BudgetSpent
-from tests.optim.suite.toys import LEAST, toy
+from stickslip.optim.instances.record import BudgetSpent
+from tests.optim.instances.toys import LEAST, toy
 
 QUICK = {"cma": "cma", "slsqp": "", "gradient": "", "cobyla": "", "de": "", "adam": "",
          "random": "", "pymoo-isres": "pymoo"}  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.biped.kinematics import kinematics
+from stickslip.dynamics.biped.links import kinematics
 from stickslip.dynamics.scene import Patches, Scene
 from stickslip.envs.rendering.biped.drawn import biped_drawing
 from stickslip.envs.rendering.html.data import Drawing

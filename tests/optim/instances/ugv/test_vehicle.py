@@ -6,8 +6,8 @@ import pytest
 
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import PostureProblem
-from stickslip.optim.suite.ugv.posture import track_named
-from stickslip.optim.suite.ugv.vehicle import STATIONS, vehicle_design
+from stickslip.optim.instances.ugv.posture import track_named
+from stickslip.optim.instances.ugv.vehicle import STATIONS, vehicle_design
 
 
 def test_the_usual_vehicle_as_a_design_drives_as_a_posture_problem_says():

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.ugv.posture import track_named
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.stations.traced import finite_cost
-from stickslip.optim.suite.ugv.posture import track_named
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, inverse_dynamics, step_length
-from stickslip.dynamics.biped.kinematics import (
+from stickslip.dynamics.biped.links import (
     SUPPORT_START,
     closing_margin,
     exchange_mismatch,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from stickslip.optim.instances.instance import Flags, Instance, made
+from stickslip.optim.instances.ugv.posture import posture_goals, posture_problem
+from stickslip.optim.instances.ugv.split import split_problem
+from stickslip.optim.instances.ugv.vehicle import vehicle_design
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.suite.instance import Flags, Instance, made
-from stickslip.optim.suite.ugv.posture import posture_goals, posture_problem
-from stickslip.optim.suite.ugv.split import split_problem
-from stickslip.optim.suite.ugv.vehicle import vehicle_design
 from stickslip.optim.torque_split.split import SPLIT_CRITERIA
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import instance
-from stickslip.optim.suite.biped.linkage import within
+from stickslip.optim.instances.biped.linkage import within
 
 
 @pytest.mark.long

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip.optim import instance
-from stickslip.optim.suite import exports
-from tests.optim.suite.toys import LEAST, toy
+from stickslip.optim.instances import exports
+from tests.optim.instances.toys import LEAST, toy
 
 
 def test_scipy_with_slopes():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim.suite.ugv.split import drive_family, split_problem
+from stickslip.optim.instances.ugv.split import drive_family, split_problem
 from stickslip.optim.torque_split import TorqueSplit
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stickslip.optim import FAMILIES, instance, suite
-from stickslip.optim.suite.instance import parts_of, verified
-from stickslip.optim.suite.known import HERE, Known, keep
+from stickslip.optim.instances.instance import parts_of, verified
+from stickslip.optim.instances.known import HERE, Known, keep
 
 CHEAP = ("ugv-bump-energy-d8-v1", "gait-time-d16-v1", "gait-friction-d32-v1")
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.checks import require_choice
 
 if TYPE_CHECKING:
-    from stickslip.optim.suite.instance import Instance
+    from stickslip.optim.instances.instance import Instance
 
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """What the instances are about: see docs/suite.md."""
-ROOMS = ("stickslip.optim.suite.ugv.instances", "stickslip.optim.suite.biped.instances")
+ROOMS = ("stickslip.optim.instances.ugv.instances", "stickslip.optim.instances.biped.instances")
 """Modules whose `instances()` the suite holds."""
 
 

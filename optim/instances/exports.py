@@ -1,7 +1,7 @@
 """An Objective as other libraries take it. What a library is not there for is named when asked.
 
     from scipy.optimize import minimize
-    from stickslip.optim.suite.exports import as_scipy
+    from stickslip.optim.instances.exports import as_scipy
 
     objective.minimise(lambda it: minimize(**as_scipy(it), method="SLSQP"))
 
@@ -18,14 +18,14 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.optim.cma import own_draws
-from stickslip.optim.suite.objective import PENALTY, Objective
+from stickslip.optim.instances.objective import PENALTY, Objective
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from jaxtyping import Float
 
-    from stickslip.optim.suite.instance import Instance
+    from stickslip.optim.instances.instance import Instance
 
 Foreign: TypeAlias = Any
 """What another library takes or gives."""

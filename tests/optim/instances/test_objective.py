@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import BudgetSpent
-from tests.optim.suite.toys import LEAST, toy
+from tests.optim.instances.toys import LEAST, toy
 
 X = np.array([0.5, -0.5])
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import simulate
-from stickslip.optim.suite.biped import shooting
+from stickslip.optim.instances.biped import shooting
 
 SLOPES = 1e-6
 

@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip.optim.suite.biped import gains
+from stickslip.optim.instances.biped import gains
 
 
 @pytest.mark.long

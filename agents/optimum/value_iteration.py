@@ -21,13 +21,13 @@ from stickslip.agents.registry import machine_of_env
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.optim.dynamic_programming.grid import Grid
 from stickslip.optim.dynamic_programming.lookahead import Ahead
+from stickslip.optim.dynamic_programming.outcomes import Counts, transitions
 from stickslip.optim.dynamic_programming.sweeps import (
     Values,
     average_reward,
     finite_horizon,
     greedy,
 )
-from stickslip.optim.dynamic_programming.transitions import Counts, transitions
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.record import BudgetSpent, Record
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
-from stickslip.optim.suite.record import BudgetSpent, Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,8 +10,8 @@ import numpy as np
 
 from stickslip.dynamics.ugv import UGVParams, equilibrium
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.ugv.posture import STRAIGHT, track_named
 from stickslip.optim.problem import Structure
-from stickslip.optim.suite.ugv.posture import STRAIGHT, track_named
 from stickslip.optim.torque_split.family import Family
 
 if TYPE_CHECKING:

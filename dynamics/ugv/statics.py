@@ -16,8 +16,8 @@ from stickslip.dynamics.ugv.contact.placed import Pose
 from stickslip.dynamics.ugv.contact.systems import SYSTEMS, solve_system
 from stickslip.dynamics.ugv.contact.wheel import Contact, cross, dot
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose import require_place, stand
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
+from stickslip.dynamics.ugv.poses import require_place, stand
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:

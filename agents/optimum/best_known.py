@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.evaluation.rollout import horizon
 from stickslip.agents.evaluation.run import seeds_of
-from stickslip.agents.optimum.replay import Replay, replay, values_at
+from stickslip.agents.optimum.replayed import Replay, replay, values_at
 from stickslip.agents.protocol import Params, State
 from stickslip.dynamics.checks import require_number
 from stickslip.records.table import Column, Table
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.evaluation.statistics import Interval
-    from stickslip.agents.optimum.solve import Solution
+    from stickslip.agents.optimum.value_iteration import Solution
 
 TOLERANCE = 0.02
 """Share of the highest return by which an estimate may miss what its policy earns."""

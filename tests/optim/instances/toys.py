@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.optim import FunctionProblem, Instance
-from stickslip.optim.suite.instance import Flags
+from stickslip.optim.instances.instance import Flags
 
 LOW, HIGH = np.array([-2.0, -2.0, 0.5]), np.array([2.0, 2.0, 0.5])
 

@@ -6,11 +6,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stickslip.optim.gait.convex.goal import goal_of
-from stickslip.optim.suite.biped.gains import gains_problem
-from stickslip.optim.suite.biped.gait import gait_goals, gait_problem
-from stickslip.optim.suite.biped.linkage import LENGTHS, MASSES, biped_design
-from stickslip.optim.suite.biped.shooting import shooting_problem
-from stickslip.optim.suite.instance import Flags, Instance, made
+from stickslip.optim.instances.biped.gains import gains_problem
+from stickslip.optim.instances.biped.gait import gait_goals, gait_problem
+from stickslip.optim.instances.biped.linkage import LENGTHS, MASSES, biped_design
+from stickslip.optim.instances.biped.shooting import shooting_problem
+from stickslip.optim.instances.instance import Flags, Instance, made
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,16 +11,16 @@ import jax
 import numpy as np
 
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.suite.known import known_of
-from stickslip.optim.suite.objective import Objective
+from stickslip.optim.instances.known import known_of
+from stickslip.optim.instances.objective import Objective
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from jaxtyping import Float
 
+    from stickslip.optim.instances.known import Known
     from stickslip.optim.problem import AnyProblem
-    from stickslip.optim.suite.known import Known
 
     Built = AnyProblem | tuple[AnyProblem, ...]
 

@@ -19,8 +19,8 @@ from stickslip.dynamics.ugv import (
     balance,
 )
 from stickslip.dynamics.ugv.contact.rolling import wheel_lags
-from stickslip.dynamics.ugv.equilibrium import friction_under
-from stickslip.dynamics.ugv.pose import stand
+from stickslip.dynamics.ugv.poses import stand
+from stickslip.dynamics.ugv.statics import friction_under
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, BipedState, prepare, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.suite.biped.shooting import (
+from stickslip.optim.instances.biped.shooting import (
     DT,
     SLIDE_WEIGHT,
     TORQUE_LIMIT,
