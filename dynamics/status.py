@@ -41,6 +41,8 @@ class Status(IntEnum):
     """The UGV: a wheel needs more friction than mu times its normal force."""
     OVERLOAD = 14
     """The UGV: a wheel needs more torque than its motor gives."""
+    OVERLAP = 15
+    """The UGV: its wheels overlap, the centres being closer than two radii and the gap."""
 
     @property
     def terminal(self) -> bool:

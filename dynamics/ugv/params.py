@@ -39,7 +39,8 @@ class UGVParams:
     body_length: hinge to hinge, L [m]. leg_length: hinge to wheel centre, l [m]. wheel_radius: r
     [m]. wheel_mass, leg_mass: of each wheel and each leg; body_mass [kg]. gravity [m/s^2].
     leg_angle_min, leg_angle_max: range of both leg angles [rad], 90 degrees straight down, more is
-    outwards. Centres of mass are at the middles. L, l and the masses are the chapter's; radius,
+    outwards. wheel_gap: least distance of the wheels' rims [m]. Centres of mass are at the middles.
+    L, l and the masses are the chapter's; radius,
     range and centres are not in it (MODEL 2).
 
     Every field may be an array with leading batch axes and be mapped over with vmap.
@@ -54,6 +55,7 @@ class UGVParams:
     gravity: Numeric = 9.81
     leg_angle_min: Numeric = np.pi / 6
     leg_angle_max: Numeric = 5 * np.pi / 6
+    wheel_gap: Numeric = 0.0
 
     __repr__ = short_repr
 
@@ -87,6 +89,7 @@ class UGVParams:
             require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
         for name in MASSES:
             require_number(name, getattr(self, name), low=0.0, accepted="numbers >= 0, not all 0")
+        require_number("wheel_gap", self.wheel_gap, low=0.0, accepted="lengths >= 0 [m]")
         for name in ("leg_angle_min", "leg_angle_max"):
             require_number(name, getattr(self, name), low=0.0, accepted="angles from 0 to pi [rad]")
         require_broadcast(**vars(self))

@@ -12,6 +12,7 @@ import numpy as np
 from stickslip.dynamics.checks import (
     require_choice,
     require_integer,
+    require_kind,
     require_number,
     shown,
 )
@@ -50,6 +51,8 @@ class PoseSolver:
     wheels it is looked up only where the ground's own numbers do not prove it gentler than the
     wheel everywhere (see hollow.py), with the same status.
     candidates: intervals for "scan".
+    overlap: let the wheels overlap, as in the chapter, to compare with it. No vehicle can stand so.
+    wheel_clearance is then infinite.
     """
 
     method: str = "newton"
@@ -57,6 +60,7 @@ class PoseSolver:
     iterations: int | None = None
     samples: int = 16
     candidates: int = 64
+    overlap: bool = False
 
     def __post_init__(self):
         require_choice("method", self.method, METHODS)
@@ -69,6 +73,7 @@ class PoseSolver:
         for name, low in (("iterations", 1), ("samples", 0), ("candidates", 2)):
             if getattr(self, name) is not None or name != "iterations":
                 require_integer(name, getattr(self, name), low=low, high=MOST)
+        require_kind("overlap", self.overlap, bool, "True or False")
         if self.method == "scan" and self.samples == 0:
             raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
 

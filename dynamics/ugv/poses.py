@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.numeric import Lists, Number, float_type
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.contact.clearance import clearance
+from stickslip.dynamics.ugv.contact.clearance import clearance, wheel_clearance
 from stickslip.dynamics.ugv.contact.placed import Pose
 from stickslip.dynamics.ugv.contact.pose_status import status_of
 from stickslip.dynamics.ugv.contact.wheel import contact, cross, dot
@@ -46,7 +46,7 @@ def pose(
     Computed relative to the front contact (`stand`) and only then put into the world frame.
 
     Raises ValueError for angles outside the range or numbers that are not finite, before tracing.
-    Neglected: the wheels' width, and that they might touch each other.
+    Neglected: the wheels' width.
     """
     track, x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
     return _place(params, track, x_front, leg_angles, solver)
@@ -147,6 +147,7 @@ def stand(
         rear_leg=(rear_hinge + rear.centre) / 2,
         front_leg=(front_hinge + front.centre) / 2,
         clearance=zero,
+        wheel_clearance=zero + jnp.inf if solver.overlap else wheel_clearance(params, R),
         status=zero.astype(int),
         origin=jnp.stack([x_front, sum(ground.anchor)], -1),
     )

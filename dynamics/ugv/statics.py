@@ -50,9 +50,11 @@ class Equilibrium(NamedTuple):
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators, rear and front; positive drives the leg outwards."""
     clearance: Float[Array, "..."]
-    """The pose's [m]."""
+    """The pose's, of body and legs above the ground [m]."""
+    wheel_clearance: Float[Array, "..."]
+    """The pose's, between the wheels [m]."""
     status: Int[Array, "..."]
-    """The pose's, or ROLLOVER, GROUNDED, WHEEL_SLIP, NO_SOLUTION."""
+    """The pose's, or NO_SOLUTION, OVERLAP, ROLLOVER, GROUNDED, WHEEL_SLIP."""
     pose: Pose
 
     @property
@@ -155,6 +157,7 @@ def balance(
     status = placed.status
     for bad, what in (
         (~jnp.isfinite(sum(forces)), Status.NO_SOLUTION),
+        (placed.wheel_clearance < 0, Status.OVERLAP),
         (jnp.minimum(forces.N_rear, forces.N_front) <= 0, Status.ROLLOVER),
         (placed.clearance <= 0, Status.GROUNDED),
         (jnp.minimum(grip_rear, grip_front) < 0, Status.WHEEL_SLIP),
@@ -169,6 +172,7 @@ def balance(
         grip_front=grip_front,
         leg_torques=legs_hold,
         clearance=placed.clearance,
+        wheel_clearance=placed.wheel_clearance,
         status=status.astype(jnp.int32),
         pose=placed,
     )

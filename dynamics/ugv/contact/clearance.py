@@ -1,4 +1,9 @@
-"""How far body and legs are above the ground."""
+"""How far body and legs are above the ground, and the wheels from each other.
+
+In width the half vehicle has three planes, so that what lies in different ones may pass each other:
+the body, then both legs, then both wheels. The legs never meet: UGVParams refuses a body that is no
+longer than both legs folded inwards, so that the rear leg and wheel stay behind the front ones.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +32,11 @@ def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Va
     front = placed.front_hinge + bare * (placed.front.centre - placed.front_hinge)
     corners = [rear, placed.rear_hinge, placed.front_hinge, front]
     return _least_height(samples, ground, [(a, b - a) for a, b in pairwise(corners)])
+
+
+def wheel_clearance(params: UGVParams, wheelbase: Values) -> Values:
+    """Distance of the wheels' rims less what it must be [m]; negative: the wheels overlap."""
+    return wheelbase - (2 * params.wheel_radius + params.wheel_gap)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

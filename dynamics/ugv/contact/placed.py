@@ -37,6 +37,8 @@ class Pose(NamedTuple):
     clearance: Float[Array, "..."]
     """Least height above the ground [m], measured vertically at points of the body, a line from
     hinge to hinge, and of the legs as far as they stand out of the wheels."""
+    wheel_clearance: Float[Array, "..."]
+    """Between the wheels [m]: wheelbase - 2 r - wheel_gap. Negative: they overlap."""
     status: Int[Array, "..."]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
     origin: Float[Array, "... 2"]

@@ -165,7 +165,7 @@ def differences(
 ) -> Differences:
     """Errors of concrete poses [n] against the default solver's in float64; whose status is wrong.
 
-    A status differs for a reason where a margin (normal force and grip over weight, clearance over
+    A status differs for a reason where a margin (normal force and grip over weight, clearances over
     wheel radius, stretch) is within ten times the pose's own error, and where the ground enters a
     wheel by less than the setting's precision tells (`depth_allowed`); depth: how deep it does [m],
     asked for only where a status depends on it.
@@ -205,7 +205,7 @@ def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray
     return np.min(
         [
             *(np.abs(np.asarray(v)) / weight for v in forces),
-            np.abs(np.asarray(truth.clearance)) / r,
+            *(np.abs(np.asarray(v)) / r for v in (truth.clearance, truth.wheel_clearance)),
         ],
         axis=0,
     )

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Number
 
-PLACED = (Status.OK, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
+PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""
 
 SOLVER = PoseSolver()
@@ -63,6 +63,8 @@ class Station(NamedTuple):
     """The lesser of both wheels' mu N - |F| [N]."""
     clearance: Float[Array, "..."]
     """Of body and legs above the ground [m]; infinite where the solver leaves it out."""
+    wheel_clearance: Float[Array, "..."]
+    """Between the wheels [m], likewise."""
     status: Int[Array, "..."]
     """Status of `balance`."""
 
@@ -172,6 +174,7 @@ def station_of(
         friction=_by_wheel(mu, shape, dtype),
         grip=jnp.where(held.grip_rear < held.grip_front, held.grip_rear, held.grip_front),
         clearance=held.clearance,
+        wheel_clearance=held.wheel_clearance,
         status=held.status,
     )
 

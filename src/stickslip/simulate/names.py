@@ -39,6 +39,7 @@ STATUS = {
     "GROUNDED": "the body or a leg touches the ground",
     "WHEEL_SLIP": "a wheel slips: it needs more friction than there is",
     "OVERLOAD": "a wheel needs more torque than its motor gives",
+    "OVERLAP": "the wheels overlap: the legs are folded too far",
 }
 """What each Status says of what was simulated."""
 FALLS = ("TOPPLE", "LIFT_OFF")

@@ -228,7 +228,12 @@ def test_slip_rollover_and_grounding_are_told(float64):
     assert equilibrium(params, steep, 4.0, upright, 3.0).status == Status.OK
     top_heavy = UGVParams(wheel_mass=1.0, leg_length=0.4)
     short = jnp.asarray([np.pi / 6, np.pi / 6])
-    assert equilibrium(top_heavy, steep, 4.0, short, 5.0).status == Status.ROLLOVER
+    folded = equilibrium(top_heavy, steep, 4.0, short, 5.0)
+    assert folded.status == Status.OVERLAP
+    np.testing.assert_allclose(folded.wheel_clearance, 0.83 - 0.8 * np.cos(np.pi / 6) - 0.56)
+    as_in_chapter = PoseSolver(overlap=True)
+    folded = equilibrium(top_heavy, steep, 4.0, short, 5.0, solver=as_in_chapter)
+    assert (folded.status, folded.wheel_clearance) == (Status.ROLLOVER, np.inf)
     low = UGVParams(leg_length=0.1, wheel_radius=0.1)
     crest = Track.bump(0.35, 4.0, 0.4).astype(float64)
     state = equilibrium(low, crest, 4.4, upright, 50.0)
@@ -239,8 +244,9 @@ def test_slip_rollover_and_grounding_are_told(float64):
 def test_a_friction_of_zero_slips_wherever_torque_is_needed(float64):
     params, track = UGVParams(), Track.bump().astype(float64)
     x, angles = drawn(params, float64, 16)
-    status = balanced(params, track, x, angles, 0.0).status
-    assert np.all(np.asarray(status) == Status.WHEEL_SLIP)
+    held = balanced(params, track, x, angles, 0.0)
+    wanted = np.where(held.wheel_clearance < 0, Status.OVERLAP, Status.WHEEL_SLIP)
+    np.testing.assert_array_equal(held.status, wanted)
 
 
 @pytest.mark.long

@@ -34,6 +34,11 @@ def test_wheels_touch_and_the_links_have_their_lengths(float64, name):
     np.testing.assert_allclose(length(got.front_hinge, got.front.centre), 0.35, **close)
     np.testing.assert_allclose(length(got.rear_hinge, got.front_hinge), 0.83, **close)
     np.testing.assert_allclose(got.rear.point[:, 1], track.height(got.rear.x), **close)
+    # In the body's frame all of the rear leg lies behind all of the front one: they never cross.
+    behind = 0.35 * np.cos(np.minimum(angles, np.pi / 2)).sum(-1)
+    assert np.all((behind < 0.83) & (np.asarray(got.rear.x) < np.asarray(got.front.x)))
+    wheels = 0.83 - 0.35 * np.cos(angles).sum(-1), 0.35 * np.diff(np.sin(angles))[:, 0]
+    np.testing.assert_allclose(got.wheel_clearance, np.hypot(*wheels) - 0.56, **close)
     body = np.asarray(got.front_hinge - got.rear_hinge)
     np.testing.assert_allclose(np.arctan2(body[:, 1], body[:, 0]), got.pitch, **close)
 
@@ -173,6 +178,7 @@ REFUSED = [
     ({"leg_length": 0.5}, "body_length"),
     ({"body_length": np.nan}, "body_length"),
     ({"wheel_mass": -1.0}, "wheel_mass"),
+    ({"wheel_gap": -0.01}, "wheel_gap"),
     ({"gravity": 0.0}, "gravity"),
     ({"leg_angle_min": 2.0, "leg_angle_max": 1.0}, "leg_angle_min"),
     ({"leg_angle_max": 4.0}, "leg_angle_max"),
