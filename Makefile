@@ -18,7 +18,7 @@ SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard $(LAYERS) src tests benchmarks documentation release)
+SOURCES := $(wildcard setup.py $(LAYERS) src tests benchmarks documentation release)
 
 # $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a
 # finished install writes either, with the checkout it belongs to: an interrupted one, a moved checkout
@@ -119,12 +119,12 @@ install = trap 'exit 130' INT TERM; set -o pipefail; mkdir -p $(VENV)/marks; \
 	|| { mv -f $(VENV)/marks/.[di]* $(VENV) 2>/dev/null; exit 1; }; \
 	rm -rf $(VENV)/marks; printf '%s ' "$(CURDIR)" $(2) > $@; echo "Installed in $(VENV)"
 
-$(INSTALLED): pyproject.toml constraints.txt
+$(INSTALLED): pyproject.toml setup.py constraints.txt
 	@echo "Installing the pinned packages of: $(EXTRAS)" \
 		"(the first time 0.6 GB to fetch; sb3 has another 3 GB on Linux)"
 	@$(call install,$(EXTRAS),$(ASKED))
 	@cp $@ $(DEMO)
 
-$(DEMO): pyproject.toml constraints.txt
+$(DEMO): pyproject.toml setup.py constraints.txt
 	@echo "Installing the pinned packages of the demo (the first time 0.25 GB to fetch)"
 	@$(call install,train)

@@ -31,7 +31,7 @@ class Checkout:
     def __init__(self, path: Path):
         self.path = path
         path.mkdir()
-        for name in ("Makefile", "pyproject.toml", "constraints.txt"):
+        for name in ("Makefile", "pyproject.toml", "setup.py", "constraints.txt"):
             shutil.copy2(ROOT / name, path)
         (path / "python").write_text(PYTHON)
         (path / "python").chmod(0o755)
@@ -70,7 +70,7 @@ def test_the_demo_installs_what_it_needs_and_tests_add_the_rest(checkout: Checko
 
 def test_what_changes_is_installed_again_into_the_same_environment(checkout: Checkout):
     checkout.make("venv")
-    for name in ("pyproject.toml", "constraints.txt"):
+    for name in ("pyproject.toml", "setup.py", "constraints.txt"):
         later = (checkout.path / ".venv/.demo").stat().st_mtime + 1
         os.utime(checkout.path / name, (later, later))
         assert checkout.make("venv") == [".[all]"]

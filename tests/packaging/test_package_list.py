@@ -3,6 +3,8 @@
 An editable install finds a subpackage that the list forgot; a wheel lacks it.
 """
 
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -38,3 +40,11 @@ def test_every_folder_of_modules_is_a_package():
     tops = [ROOT / "src" / "stickslip", *(ROOT / layer for layer in LAYERS)]
     modules = [module for top in tops for module in top.rglob("*.py")]
     assert [module for module in modules if module.parent not in folders] == []
+
+
+def test_the_package_is_found_from_beside_a_folder_of_its_name(tmp_path: Path):
+    """The checkout is such a folder: Python takes it for a namespace package."""
+    (tmp_path / "stickslip").mkdir()
+    line = "import gymnasium, stickslip; gymnasium.spec('stickslip/Biped-v0')"
+    ran = subprocess.run([sys.executable, "-c", line], cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
