@@ -10,6 +10,8 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice, require_kind
 from stickslip.envs.adapters.compiled import Compiled
 from stickslip.envs.adapters.packed import PackedEnvs
+from stickslip.envs.adapters.pictures import Pictures
+from stickslip.envs.adapters.results import ending
 from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.rendering import Window
@@ -43,11 +45,14 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         self.metadata = self.metadata | {"render_fps": fps}
         self._envs = PackedEnvs(env, params, 1)
         self._seeded = False
-        self._over = False
+        self._ending: str | None = None
         self._info: dict[str, Any] = {}
-        self._renderer: Any = None
-        self._drawn: Any = None
+        self._pictures = Pictures(env, params, self._envs)
         self._window: Window | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the window: a copy opens its own."""
+        return vars(self) | {"_window": None}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -65,23 +70,23 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
             self._seeded = True
         obs = self._envs.reset(params=params)[0].astype(np.float32)
-        self._over, self._info = False, {}
-        if self._renderer is not None:
-            self._renderer.reset()
-        if self._drawn is not self._envs.params_of(0):
-            self._renderer, self._drawn = None, self._envs.params_of(0)
+        self._ending, self._info = None, {}
+        self._pictures.reset()
         if self.render_mode == "human":
             self.render()
         return obs, {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One control step. Raises ValueError for a bad action and after an episode's end."""
-        if not self._envs.begun or self._over:
+        if not self._envs.begun:
             raise ValueError("step without an episode; accepted: after reset()")
+        if self._ending is not None:
+            raise ValueError(f"the episode has ended ({self._ending}); accepted: reset() first")
         action = np.asarray(self.functional.check_action(action), self._envs.dtype)
         row = self._envs.rows(action[None])[0]
         obs, reward, terminated, truncated, self._info = self._envs.columns.one(row)
-        self._over = terminated or truncated
+        if terminated or truncated:
+            self._ending = ending(self._info, terminated)
         if self.render_mode == "human":
             self.render()
         return obs, reward, terminated, truncated, dict(self._info)
@@ -91,13 +96,7 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() without render_mode; accepted: 'human', 'rgb_array'")
             return None
-        if not self._envs.begun:
-            raise ValueError("render without an episode; accepted: after reset()")
-        params = self.params if self._drawn is None else self._drawn
-        if self._renderer is None:
-            self._renderer = self.functional.renderer(params)
-        state = self._envs.state_of(0)
-        picture = self._renderer.draw(self.functional.picture(state, self._info, params))
+        picture = self._pictures.of_one(0, self._info)
         if self.render_mode == "rgb_array":
             return picture
         if self._window is None:

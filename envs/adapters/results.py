@@ -7,8 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.status import Status
+
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array
+
+
+def ending(info: Mapping[str, float], terminated: bool) -> str:
+    """How an episode ended; info: of its last step."""
+    how = "terminated" if terminated else "truncated"
+    length = f" after {info['episode_length']} steps" if "episode_length" in info else ""
+    status = f", status {Status(int(info['status'])).name}" if "status" in info else ""
+    return how + length + status
 
 
 class Columns:

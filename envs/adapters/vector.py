@@ -22,7 +22,7 @@ from stickslip.envs.adapters.compiled import Compiled
 from stickslip.envs.adapters.gym import RENDER_MODES
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.adapters.pictures import Pictures
-from stickslip.envs.adapters.results import Results
+from stickslip.envs.adapters.results import Results, ending
 from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 
@@ -111,11 +111,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         stepping a finished environment when autoreset is disabled."""
         if not self._envs.begun:
             raise ValueError("step without episodes; accepted: after reset()")
-        if self.mode is AutoresetMode.DISABLED and self._over.any():
-            raise ValueError(
-                f"environments {np.flatnonzero(self._over).tolist()} have finished; accepted: "
-                'reset(options={"reset_mask": mask}) first, as autoreset is disabled'
-            )
+        self._require_running()
         checked = self.functional.check_action(actions, (self.num_envs,))
         results = self._envs.step(np.asarray(checked, self._envs.dtype))
         self._results = results
@@ -131,6 +127,17 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if self.render_mode is None:
             return None
         return self._pictures.after(self._results)
+
+    def _require_running(self) -> None:
+        """ValueError where an episode has ended and autoreset is disabled."""
+        results = self._results
+        if self.mode is AutoresetMode.DISABLED and self._over.any() and results is not None:
+            ended = np.flatnonzero(self._over).tolist()
+            first = ending(results.info_of(ended[0]), bool(results.terminated[ended[0]]))
+            raise ValueError(
+                f"environments {shown(ended)} of {self.num_envs} have ended (the first: {first}); "
+                'accepted: reset(options={"reset_mask": mask}) first, as autoreset is disabled'
+            )
 
     def _gather_infos(self, results: Results) -> dict[str, Any]:
         """Arrays with masks, as SyncVectorEnv gathers them from single environments."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any, NamedTuple
 
 import jax
@@ -35,10 +36,10 @@ class ToyParams(NamedTuple):
 
 
 class ToyRenderer:
-    """Draws the number of steps as a shade, and counts its resets."""
+    """Draws the number of steps as a shade, and counts its resets; cannot be copied."""
 
     def __init__(self):
-        self.resets = 0
+        self.resets, self.canvas = 0, Lock()
 
     def reset(self):
         self.resets += 1

@@ -15,6 +15,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction
 
 from stickslip.dynamics import Scene
+from stickslip.dynamics.status import Status
 from stickslip.envs import BipedEnv, GymEnv, Randomisation, forked
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
@@ -125,10 +126,20 @@ def test_stepping_outside_an_episode_is_refused():
         *_, terminated, truncated, _ = env.step(np.zeros(2))
         over = terminated or truncated
     assert truncated
-    with pytest.raises(ValueError, match=r"step without an episode; accepted: after reset"):
+    with pytest.raises(ValueError, match=r"ended \(truncated after 7 steps\); accepted: reset"):
         env.step(np.zeros(2))
     env.reset()
     env.step(np.zeros(2))
+
+
+def test_stepping_an_ended_episode_says_how_it_ended():
+    env = make()
+    env.reset(seed=0)
+    *_, terminated, _, info = env.step([0.5])
+    assert terminated
+    name = Status(info["status"]).name
+    with pytest.raises(ValueError, match=rf"ended \(terminated after 1 steps, status {name}\)"):
+        env.step([0.5])
 
 
 def test_unknown_options_of_reset_are_refused():

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import warnings
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from stickslip.envs import GymEnv
-from tests.envs.helpers import make
+from stickslip.envs import GymEnv, GymVectorEnv
+from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
 
 
@@ -42,7 +45,7 @@ def test_a_picture_is_of_the_present_state_and_a_reset_clears_the_history():
     assert env.render().max() == 30
     env.reset()
     assert env.render().max() == 0
-    assert env._renderer.resets == 1
+    assert env._pictures._renderers[0][1].resets == 1
 
 
 def test_rendering_without_a_mode_warns_and_draws_nothing():
@@ -60,6 +63,60 @@ def test_an_episode_can_be_watched_without_a_display():
         env.step(np.zeros(2))
     assert env._window.is_open
     env.close()
+    env.close()
+
+
+def many() -> GymVectorEnv:
+    return GymVectorEnv(Toy(), ToyParams(), 2, render_mode="rgb_array")
+
+
+def sb3() -> Any:
+    pytest.importorskip("stable_baselines3")
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
+
+    return SB3VecEnv(Toy(), ToyParams(), 2, render_mode="rgb_array")
+
+
+def watched() -> GymEnv:
+    pytest.importorskip("pygame")
+    return toy(render_mode="human")
+
+
+def biped() -> gymnasium.Env:
+    pytest.importorskip("matplotlib")
+    return gymnasium.make(BIPED, render_mode="rgb_array")
+
+
+def ugv() -> gymnasium.Env:
+    pytest.importorskip("matplotlib")
+    return gymnasium.make("stickslip/UGV-v0", render_mode="rgb_array")
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda: toy(render_mode="rgb_array"),
+        watched,
+        many,
+        sb3,
+        biped,
+        pytest.param(ugv, marks=pytest.mark.long),
+    ],
+)
+def test_a_rendered_environment_is_copied_without_its_renderer(build, copied):
+    """Also after the reset that follows. The copy's strips begin anew."""
+    env = build()
+    for _ in range(2):
+        env.reset()
+        env.render()
+        other, action = copied(env), np.zeros(env.action_space.shape)
+        if build in (many, sb3):
+            action = np.zeros((2, 2))
+        np.testing.assert_array_equal(env.step(action)[0], other.step(action)[0])
+        if build is not watched:
+            one, two = np.asarray(env.render(), float), other.render()
+            assert np.mean(one != two) < 1e-3
     env.close()
 
 

@@ -162,7 +162,7 @@ def test_attributes_that_are_compiled_in_are_not_set():
 def test_every_environment_has_a_picture_and_render_shows_them_in_one():
     env = toys(4, render_mode="rgb_array")
     assert env.render_mode == "rgb_array"
-    with pytest.raises(ValueError, match="render without episodes"):
+    with pytest.raises(ValueError, match="render without an episode"):
         env.get_images()
     env.reset()
     env.step(stand(4))

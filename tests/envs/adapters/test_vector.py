@@ -117,7 +117,7 @@ def test_vector_wrappers_of_gymnasium_work():
 def test_pictures_come_one_for_each_environment():
     pytest.importorskip("matplotlib")
     env = make_vec(2, "next_step", render_mode="rgb_array")
-    with pytest.raises(ValueError, match="render without episodes"):
+    with pytest.raises(ValueError, match="render without an episode"):
         env.render()
     env.reset(seed=0)
     pictures = env.render()
