@@ -165,7 +165,7 @@ def test_a_file_of_a_wheel_that_is_other_than_the_checkouts_is_named(tmp_path: P
             archive.writestr("stickslip/optim/solving.py", content)
         if content != b"pass":
             artefacts.as_in_checkout(wheel)
-    with pytest.raises(FailedError, match=r"other than .*\['stickslip/optim/solve\.py'\]"):
+    with pytest.raises(FailedError, match=r"other than .*\['stickslip/optim/solving\.py'\]"):
         artefacts.as_in_checkout(wheel)
 
 
