@@ -39,9 +39,9 @@ def test_what_follows_the_name_is_the_benchmarks_own(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(benchmarks.subprocess, "run", run)
     monkeypatch.chdir(tmp_path)
-    assert main(["bench", "short-horizon", "--parts", "slopes", "-x", "--help"]) == 7
+    assert main(["bench", "gradients", "--parts", "slopes", "-x", "--help"]) == 7
     ((command, cwd),) = ran
-    assert command[1:3] == ["-m", "benchmarks.short_horizon"]
+    assert command[1:3] == ["-m", "benchmarks.gradients"]
     assert command[3:] == ["--parts", "slopes", "-x", "--help"]
     assert cwd == ROOT
 

@@ -56,7 +56,7 @@ Assur groups one after the other.
 In single precision all give joint forces to about 2e-6 of the largest (median; the linkage's own
 rounding is most of it), and "groups" depends on no unit of length, while "lu" loses up to 4e-4 with
 lengths of a thousandth. "groups" calls no linear algebra package and in a batch is ten to thirty
-times faster than a whole matrix: `python -m benchmarks.joints`. The others call LAPACK; several
+times faster than a whole matrix. The others call LAPACK; several
 batched factorisations in one program were seen to wait for each other for ever on two cores
 (jaxlib 0.10.2)."""
 

@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("brax")
 
-from benchmarks.learners import brax_ppo
 from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
 from tests.envs.toy import PARAMS, Toy
 
@@ -97,8 +96,11 @@ def test_what_it_cannot_do_is_refused():
 def test_braxs_ppo_learns(monkeypatch):
     from brax.training.agents.ppo import networks, train
 
+    def replicated(tree, devices):
+        return jax.tree.map(lambda x: jnp.stack([jnp.asarray(x)] * len(devices)), tree)
+
     if not hasattr(jax, "device_put_replicated"):  # which brax 0.14.2 calls, and JAX 0.10 lacks
-        monkeypatch.setattr(jax, "device_put_replicated", brax_ppo.replicated, raising=False)
+        monkeypatch.setattr(jax, "device_put_replicated", replicated, raising=False)
     env = toy()
     small = {"policy_hidden_layer_sizes": (8,), "value_hidden_layer_sizes": (8,)}
     make, params, _ = train.train(

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks.learners import pure
 from stickslip.envs.adapters.gymnax import GymnaxEnv
+from tests.envs.adapters import purejaxrl as pure
 from tests.envs.toy import PARAMS, Toy
 
 KEY = jax.random.key(0)

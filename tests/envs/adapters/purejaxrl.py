@@ -10,18 +10,13 @@ import itertools
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import optax
 
-from benchmarks.learners.race import evaluations
-from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.envs.adapters.gymnax import GymnaxEnv
-
-if TYPE_CHECKING:
-    from benchmarks.learners.race import Race
 
 FARTHEST = 10.0
 """Of a normalised observation."""
@@ -208,39 +203,3 @@ def loss(networks: Any, settings: Settings, row: Transition, gain: Any, target: 
     near = row.value + jnp.clip(value - row.value, -clip, clip)
     error = jnp.maximum((value - target) ** 2, (near - target) ** 2)
     return 0.25 * error.mean() - surrogate.mean()
-
-
-def policy_of(runner: Runner) -> MLPPolicy:
-    """What was learnt, without exploration."""
-    weights, biases = zip(*runner.networks["actor"], strict=True)
-    scale = jnp.sqrt(runner.seen.variance + 1e-8)
-    seen = runner.seen.mean, scale
-    return MLPPolicy(weights, biases, *seen, observation_clip=FARTHEST).validate()
-
-
-def pure(race: Race) -> None:
-    """With the sizes and rates of ours."""
-    config, ppo = race.config, race.config.ppo
-    samples = config.num_envs * ppo.rollout_steps
-    settings = Settings(
-        num_envs=config.num_envs,
-        rollout_steps=ppo.rollout_steps,
-        minibatches=samples // config.batch_size,
-        epochs=ppo.epochs,
-        updates=config.timesteps // samples,
-        learning_rate=config.learning_rate,
-        discount=config.discount,
-        gae_lambda=ppo.gae_lambda,
-        clip_range=ppo.clip_range,
-        noise=ppo.noise,
-        hidden=config.hidden,
-    )
-    race.start()
-    env, optimiser = GymnaxEnv(race.env, race.params, values=5), optimiser_of(settings)
-    runner = begin(env, settings, optimiser, race.seed)
-    goals = evaluations(config.timesteps, samples)
-    updates = goals.step // samples
-    for goal in goals:
-        runner = jax.block_until_ready(advance(env, settings, optimiser, updates, runner))[0]
-        if race.tell(goal, policy_of(runner)):
-            return

@@ -1,1 +1,0 @@
-"""Policy gradients through the simulator: what they learn, and where they mislead."""
