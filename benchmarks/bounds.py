@@ -49,7 +49,7 @@ def measure(track: str, criterion: str) -> dict[str, Any]:
         "unit": problem.criterion.unit,
         "legs straight": held,
         "best known": drive.value,
-        "over the grid": drive.lower_bound,
+        "over the grid": drive.details["grid_bound"],
         "bound": found.value,
         "gap": found.gap,
         "levels": [vars(level) for level in found.levels],

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 class OptimStatus(Enum):
     """Outcome of a method; each value says what it means."""
 
-    OPTIMAL = "proved optimal to the method's tolerance, for what bound_of names"
+    OPTIMAL = "proved optimal to the method's tolerance"
     FEASIBLE = "meets every constraint; not proved optimal"
     LIMIT = "stopped at a limit of iterations or time; the best point so far"
     INACCURATE = "the numbers do not agree to the accuracy that was asked for"
     VIOLATED = "a point that breaks a constraint: see residuals"
-    INFEASIBLE = "proved: no point meets every constraint, of what bound_of names"
+    INFEASIBLE = "proved: no point meets every constraint"
     FAILED = "no usable answer"
 
     @property
@@ -57,10 +57,11 @@ class Result:
     """The outcome of `solve`; a problem's `result_kind` may say more.
 
     x: the decision vector [n], None where there is none. value: the problem's own objective at x,
-    evaluated anew; infinite without x. lower_bound: no point of what `bound_of` names is below it;
-    None: nothing is proved. feasible, residuals: of x, by the problem (Problem.residuals).
-    evaluations: how many were made, of what the method says in its own docstring. seconds: all of
-    it, compilation too. message: for a person. details: the method's own findings.
+    evaluated anew; infinite without x. lower_bound: no feasible point of the problem has a lower
+    value; at most `value`; None: nothing is proved. feasible, residuals: of x, by the problem
+    (Problem.residuals). evaluations: how many were made, of what the method says in its own
+    docstring. seconds: all of it, compilation too. message: for a person. details: the method's
+    own findings.
     """
 
     method: str
@@ -68,7 +69,6 @@ class Result:
     x: Float[np.ndarray, "n"] | None
     value: float
     lower_bound: float | None = None
-    bound_of: str = ""
     feasible: bool = False
     residuals: Mapping[str, float] = field(default_factory=dict)
     evaluations: int = 0
@@ -78,17 +78,13 @@ class Result:
 
     @property
     def gap(self) -> float:
-        """How far the value may be above the best of what bound_of names; infinite if unknown.
-
-        Below 0 where the drive is none of these, and better: one off the grid.
-        """
+        """How far the value may be above the problem's least; infinite if nothing is proved."""
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
 
     @property
     def status_in_words(self) -> str:
-        """The status and what it means, with what a proof is of: all points, or those of a grid."""
-        says = self.status.value.replace("what bound_of names", self.bound_of or "all points")
-        return f"{self.status.name}: {says}"
+        """The status and what it means."""
+        return f"{self.status.name}: {self.status.value}"
 
     def _repr_html_(self) -> str:
         """What a notebook shows: outcome, value and bound, what is missed, and what it took."""
@@ -99,7 +95,7 @@ class Result:
             "status": self.status_in_words,
             "message": self.message,
             "value": "no point" if self.x is None else f"{self.value:.8g}",
-            "lower bound": f"{bound}, {self.bound_of}" if self.bound_of else bound,
+            "lower bound": bound,
             "constraints missed by": missed or ("-" if self.x is None else "nothing"),
             "took": f"{self.seconds:.3g} s, {self.evaluations} evaluations",
         }

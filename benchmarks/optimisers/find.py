@@ -96,7 +96,9 @@ def _split(instance: Instance) -> Iterator[Found]:
 
 def _gait(instance: Instance) -> Iterator[Found]:
     result = solve(instance.problem, "conic")
-    yield Found(result.x, "conic", result.lower_bound, f"dual, of {result.bound_of}")
+    cells = result.details["cells"]
+    why = f"dual, of gaits of {cells} cells a step, limits kept at the nodes"
+    yield Found(result.x, "conic", result.lower_bound, why)
 
 
 def _shooting(instance: Instance) -> Iterator[Found]:

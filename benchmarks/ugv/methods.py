@@ -57,7 +57,7 @@ def _row(found: PostureResult) -> dict[str, Any]:
         "value": found.value if np.isfinite(found.value) else None,
         "feasible": found.feasible,
         "status": found.status.name,
-        "bound": found.lower_bound,
+        "bound": found.details.get("grid_bound"),
         "evaluations": found.evaluations,
         "seconds": found.seconds,
         "missed": {name: by for name, by in found.residuals.items() if by > 0},

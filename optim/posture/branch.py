@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from stickslip.optim.posture.problem import PostureProblem
 
-EVERY = "every drive at these waypoints"
-
 
 def solve_branch(
     problem: PostureProblem,
@@ -64,22 +62,27 @@ def solve_branch(
         most_corners=most_corners,
         progress=progress,
     )
-    status = drive.status
+    details = {"gap": found.gap, "levels": [vars(level) for level in found.levels]}
+    if found.value == float("inf"):
+        return PostureResult.without_point(
+            method="branch",
+            status=OptimStatus.INFEASIBLE,
+            began=began,
+            message="no drive meets the constraints, on a grid or off",
+            evaluations=drive.evaluations,
+            details=details,
+        )
+    status, message = drive.status, f"no drive found: {drive.message}"
     if drive.feasible:
         closed = found.gap <= tolerance
         status = OptimStatus.OPTIMAL if closed else OptimStatus.FEASIBLE
         message = f"within {found.gap:.2%} of the best that any drive can do"
-    elif found.value == float("inf"):
-        status, message = OptimStatus.INFEASIBLE, "no drive meets the constraints, on a grid or off"
-    else:
-        message = f"no drive found: {drive.message}"
     return replace(
         drive,
         method="branch",
         status=status,
-        lower_bound=found.value,
-        bound_of=EVERY,
+        lower_bound=min(found.value, drive.value),
         seconds=time.perf_counter() - began,
         message=message,
-        details={"gap": found.gap, "levels": [vars(level) for level in found.levels]},
+        details=details,
     )

@@ -32,7 +32,7 @@ if not jax.numpy.isfinite(reward):
 
 problem = PostureProblem.along(Track.bump(), "total_energy", spacing=1.0)
 result = solve(problem, method="dp", polish=False)
-if not (result.status.solved and result.value >= result.lower_bound - 1e-6):
+if not (result.status.solved and result.value >= result.details["grid_bound"]):
     sys.exit(f"the posture was not solved: {result}")
 
 if main(["tasks", "BipedIce-v0"]) or main(["evaluate", "biped-steady", "--episodes", "2"]):

@@ -18,6 +18,7 @@ from stickslip.optim import (
     solve,
 )
 from stickslip.optim.solving import GENERAL
+from tests.optim.posture.helpers import tiny
 from tests.optim.toy import Nearest, Steps
 
 TARGET = np.array([3.0, 4.0])
@@ -133,6 +134,16 @@ def test_slopes_are_said_to_be_missing_where_there_are_none():
 def test_bad_options_are_refused_by_name(options, said):
     with pytest.raises(ValueError, match=said):
         solve(Nearest(TARGET, 1), "gradient", **options)
+
+
+@pytest.mark.parametrize("criterion", ["torque_variation", "grip"])
+@pytest.mark.parametrize("method", ["grid", "dp", "lp"])
+def test_a_bound_over_a_grid_is_none_of_the_problem(method, criterion):
+    """Their drives are off the grid, some below the least of all paths over it; of the methods
+    that prove a bound of the problem, `branch` and `conic`, their own tests ask that it is one."""
+    found = solve(tiny(criterion), method, angles=3)
+    assert found.feasible
+    assert (found.lower_bound, found.gap) == (None, np.inf)
 
 
 def test_a_posture_problem_is_one_of_them():

@@ -23,7 +23,6 @@ GAP = 1e-6
 """Gap between value and bound, relative to the value or to a twentieth of the objective's size, up
 to which a gait counts as proved optimal on its grid."""
 CERTIFY = ("every", "grid")
-OF_GRID = "gaits of {cells} cells a step, limits kept at the nodes"
 
 
 def solve_conic(
@@ -53,7 +52,6 @@ def solve_conic(
             began=began,
             message=message,
             evaluations=solves,
-            bound_of=OF_GRID.format(cells=problem.cells),
         )
     certificate, solved = answer.certificate, answer.solved
     evaluation = problem.looked_at(answer.gait)
@@ -70,8 +68,7 @@ def solve_conic(
         method="conic",
         status=status,
         began=began,
-        lower_bound=certificate.bound if proved else None,
-        bound_of=OF_GRID.format(cells=problem.cells),
+        lower_bound=min(certificate.bound, evaluation.value) if proved else None,
         evaluations=answer.solves + more,
         message=message or solved.words,
         gait=answer.gait,

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.finish import result_at
 from stickslip.optim.posture.graph.certificate import certify
-from stickslip.optim.posture.graph.impossible import judged
+from stickslip.optim.posture.graph.impossible import without_path
 from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid, offsets
 from stickslip.optim.posture.local.polish import polishable
 from stickslip.optim.posture.result import PostureResult
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 AGREEMENT = 1e-8
 """Relative difference of the recursion's value and the objective, or the proved bound, above which
 it is no proof."""
-OVER_GRID = "proved: the best of all paths over the grid, not of all drives"
+OVER_GRID = "proved: the best of all {}, not of all drives"
 
 
 class Paths(NamedTuple):
@@ -38,7 +38,9 @@ class Paths(NamedTuple):
     """Least cost of arriving at each node of each waypoint; infinite where none arrives."""
     nodes: np.ndarray | None
     """The best path's node at each waypoint [K]; None where no path arrives."""
-    reason: str
+    stuck_at: int = 0
+    """The first waypoint where none does."""
+    reason: str = ""
     """Why there is none."""
 
 
@@ -56,14 +58,13 @@ def solve_dp(
     sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
     w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
 
-    Given start and end angles are nodes of their own, on the grid or not. The lower bound is what
+    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is what
     the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
-    rounding of the stations (rounding.py): no path over the grid is better. OPTIMAL where it is
-    within 1e-8 of the value, or within 1e-12 of what the vehicle's weight would give. It bounds no
-    path off the grid; for one of every drive see `solve(problem, "branch")`. Where no path is
-    found, INFEASIBLE says that there is none over the grid; FAILED, that postures without a pose
-    leave it open (impossible.py). evaluations: stations.
-    details: grid, rate_used (the share of the leg rate that each leg can use on it),
+    rounding of the stations (rounding.py): no path over the grid is better. INACCURATE where it is
+    not within 1e-8 of the value, nor within 1e-12 of what the vehicle's weight would give. It
+    bounds no drive off the grid, so that lower_bound is None; `solve(problem, "branch")` has one.
+    FAILED where there is no path over the grid: see `without_path`. evaluations: stations.
+    details: grid, rate_used (the share of the leg rate that each leg can use on it), grid_bound,
     certificate (edges looked at, and by how much one misses its inequality at worst).
     """
     began = time.perf_counter()
@@ -73,23 +74,24 @@ def solve_dp(
         "method": "dp",
         "began": began,
         "evaluations": grid.evaluations,
-        "bound_of": grid.what,
     }
     paths = best_paths(grid)
     if paths.nodes is None:
-        status, message = judged(grid, paths.reason)
-        return PostureResult.without_point(status=status, message=message, **common)
+        return without_path(grid, paths.stuck_at, paths.reason, common)
     value = float(np.min(paths.values[-1]))
     x = angles_at(grid, paths.nodes)
     proof = certify(grid, paths.values)
     closed = closes(problem, value, proof.bound, AGREEMENT)
-    details = grid.details | {"certificate": {"edges": proof.edges, "missed": proof.missed}}
+    details = grid.details | {
+        "grid_bound": below(problem, proof.bound),
+        "certificate": {"edges": proof.edges, "missed": proof.missed},
+    }
+    proved = OVER_GRID.format(grid.what) if closed else f"no better path by {proof.bound!r}"
     result = result_at(
         problem,
         x,
-        status=OptimStatus.OPTIMAL if closed else OptimStatus.INACCURATE,
-        lower_bound=below(problem, proof.bound),
-        message=grid.stuck or (OVER_GRID if closed else f"no better path by {proof.bound!r}"),
+        status=OptimStatus.FEASIBLE if closed else OptimStatus.INACCURATE,
+        message=grid.stuck or proved,
         details=details,
         **common,
     )
@@ -107,13 +109,13 @@ def require_one_kind(criterion: Criterion | Weighted) -> None:
 
 
 def agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
-    """The result, INACCURATE and without its bound where the objective is not `value`."""
+    """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
     low, high = sorted((value, result.value))
     if closes(problem, high, low, AGREEMENT):
         return result
     fields = vars(result) | {
         "status": OptimStatus.INACCURATE,
-        "lower_bound": None,
+        "details": {name: of for name, of in result.details.items() if name != "grid_bound"},
         "message": f"the objective is {result.value!r} where {value!r} was computed",
     }
     return PostureResult(**fields)
@@ -141,12 +143,12 @@ def best_paths(grid: PostureGrid) -> Paths:
     for k, of in enumerate(costs):
         if not np.any(np.isfinite(of)):
             reached = np.isfinite(costs[k - 1]) if k else np.zeros(0)
-            return Paths(costs, None, grid.why_stuck(k, reached))
+            return Paths(costs, None, k, grid.why_stuck(k, reached))
     nodes = np.zeros(K, dtype=int)
     nodes[-1] = np.argmin(costs[-1])
     for k in range(K - 1, 0, -1):
         nodes[k - 1] = back[k - 1][nodes[k]]
-    return Paths(costs, nodes, "")
+    return Paths(costs, nodes)
 
 
 def _first_costs(grid: PostureGrid, first: int) -> np.ndarray:

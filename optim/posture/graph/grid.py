@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_kind
 from stickslip.optim.posture.criteria import pointwise_cost
 from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.graph.impossible import judged_at
+from stickslip.optim.posture.graph.impossible import without_path
 from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid
 from stickslip.optim.posture.local.polish import polishable
 from stickslip.optim.posture.result import PostureResult
@@ -43,42 +43,37 @@ def solve_grid(
     within_rate: choose among the pairs that leg_rate lets the legs reach from the choice before,
     which may end where there is none; without it leg_rate is not looked at, as in the chapter, and
     the result may break it (VIOLATED; its residuals say by how much). For single worst-station
-    criteria the lower bound is the largest over the waypoints of the least cost there. evaluations:
-    stations. details: grid, rate_used (of the grid, see build_grid).
+    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
+    grid is below it, within the rate or not. evaluations: stations. details: grid, rate_used (of
+    the grid, see build_grid), grid_bound (None for sums).
     """
     began = time.perf_counter()
     require_kind("within_rate", within_rate, bool, "True or False")
     grid = build_grid(problem, angles, method="grid", progress=progress)
-    nodes, status, reason, bound = _choose(grid, within_rate)
+    nodes, reason, bound = _choose(grid, within_rate)
     common: dict[str, Any] = {
         "method": "grid",
         "began": began,
         "evaluations": grid.evaluations,
-        "bound_of": f"{grid.what}, leg_rate left out",
     }
-    if nodes is None:
-        return PostureResult.without_point(status=status, message=reason, **common)
-    x = np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)])
-    value = problem.objective(x.reshape(-1))
-    proved = bound is not None and value <= bound + 1e-9 * (1 + abs(bound))
+    if reason and np.any(grid.admissible(len(nodes))):
+        failed = OptimStatus.FAILED
+        return PostureResult.without_point(status=failed, message=reason, **common)
+    if reason:
+        return without_path(grid, len(nodes), reason, common)
     return result_at(
         problem,
-        x,
-        status=OptimStatus.OPTIMAL if proved else OptimStatus.FEASIBLE,
-        lower_bound=bound,
+        np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)]),
+        status=OptimStatus.FEASIBLE,
         message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
-        details=grid.details,
+        details=grid.details | {"grid_bound": bound},
         **common,
     )
 
 
-def _choose(
-    grid: PostureGrid, within_rate: bool
-) -> tuple[list[int] | None, OptimStatus, str, float | None]:
-    """The node at each waypoint (or why there is none), and the lower bound, if there is one.
-
-    Only a waypoint without any pair proves that there is no path; a dead end does not.
-    """
+def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float | None]:
+    """The node at each waypoint, as far as there is one, why there is none at the next, and the
+    grid's bound."""
     criterion = grid.problem.criterion
     before = None
     nodes: list[int] = []
@@ -86,19 +81,19 @@ def _choose(
     for k in range(len(grid.problem.x)):
         here, good = grid.layer(k).stations, grid.admissible(k)
         if not np.any(good):
-            return None, *judged_at(grid, k, grid.why_stuck(k, good)), None
+            return nodes, grid.why_none(k), None
         cost = np.where(good, _cost(criterion, here, before), np.inf)
         least.append(np.min(cost))
         if within_rate and before is not None:
             reached = grid.within(k - 1, before.leg_angles, here.leg_angles)
             cost = np.where(reached, cost, np.inf)
             if not np.any(np.isfinite(cost)):
-                return None, OptimStatus.FAILED, _dead_end(grid, k), None
+                return nodes, _dead_end(grid, k), None
         node = int(np.argmin(cost))
         before = here.map(lambda of, node=node: of[[node]])
         nodes.append(node)
     bound = below(grid.problem, float(np.max(least))) if criterion.kind == "max" else None
-    return nodes, OptimStatus.FEASIBLE, "", bound
+    return nodes, "", bound
 
 
 def _cost(criterion, here: Station, before: Station | None) -> np.ndarray:

@@ -1,90 +1,43 @@
-"""Why no drive was found over a grid, and whether that is proved.
-
-A posture that ends in a numerical status (NOT_CONVERGED, HOLLOW_GROUND, NO_SOLUTION, NON_FINITE) is
-not known to be impossible: none was found there, with this solver. So no path is proved to exist
-only if there is none even where all such postures are let pass.
-"""
+"""The result where no path over a grid was found: why, and whether that proves anything."""
 
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 from stickslip.dynamics.status import Status
+from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.stations.station import PLACED
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool
-
     from stickslip.optim.posture.graph.posture_grid import PostureGrid
 
 
-def unsound(grid: PostureGrid, k: int) -> Bool[np.ndarray, "n"]:
-    """Which nodes of waypoint k have no pose or no finite forces, and so say nothing."""
-    return ~grid.layer(k).met["pose"]
+def without_path(grid: PostureGrid, k: int, reason: str, common: dict[str, Any]) -> PostureResult:
+    """The result where no path leads to waypoint k. common: fields of every result.
 
-
-def judged(grid: PostureGrid, reason: str) -> tuple[OptimStatus, str]:
-    """INFEASIBLE and the reason where that is proved, else FAILED and what leaves it open.
-
-    reason: why no path over the admissible postures was found.
+    INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint. Else
+    FAILED: there are angles off the grid, and a posture that ends in a numerical status
+    (NOT_CONVERGED, HOLLOW_GROUND, NO_SOLUTION, NON_FINITE) is not known to be impossible.
     """
-    K = len(grid.problem.x)
-    doubtful = [k for k in range(K) if np.any(unsound(grid, k))]
-    stuck = _first_unreached(grid, hopeful=False)
-    if stuck is not None and (not doubtful or _first_unreached(grid, hopeful=True) is not None):
-        return OptimStatus.INFEASIBLE, reason
-    if not doubtful:
-        return OptimStatus.FAILED, "the criterion is not finite on any path over the grid"
-    at = stuck if stuck in doubtful else doubtful[0]
-    return OptimStatus.FAILED, f"not proved infeasible: {_without_numbers(grid, at)}"
+    layer = grid.layer(k)
+    doubtful = ~layer.met["pose"]
+    status, message = OptimStatus.FAILED, f"no {grid.what}: {reason}"
+    if np.any(doubtful):
+        message += f"; {_without_numbers(grid, k, doubtful)}"
+    elif len(doubtful) == 1 and not layer.admissible[0]:
+        status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
+    return PostureResult.without_point(status=status, message=message, **common)
 
 
-def judged_at(grid: PostureGrid, k: int, reason: str) -> tuple[OptimStatus, str]:
-    """The same of one waypoint that has no admissible posture, whatever comes before it."""
-    if not np.any(unsound(grid, k)):
-        return OptimStatus.INFEASIBLE, reason
-    return OptimStatus.FAILED, f"not proved infeasible: {_without_numbers(grid, k)}"
-
-
-def _first_unreached(grid: PostureGrid, hopeful: bool) -> int | None:
-    """The first waypoint without a path to it; hopeful: through postures that say nothing, too."""
-
-    def passable(k: int) -> np.ndarray:
-        good = grid.admissible(k)
-        return good | unsound(grid, k) if hopeful else good
-
-    first, last = grid.free
-    windows = grid.windows()
-    reached = passable(0)
-    for k in range(len(grid.problem.x)):
-        if k > 0 and first < k < last:
-            size = 2 * windows[k - 1] + 1
-            plane = reached.reshape(grid.shape).astype(np.uint8)
-            spread = maximum_filter(plane, tuple(size), mode="constant")
-            reached = (spread.reshape(-1) > 0) & passable(k)
-        elif k > 0:  # from or to a given pair
-            a, b = (grid.layer(at).stations.leg_angles for at in (k - 1, k))
-            moves = grid.within(k - 1, a[reached][:, None], b)
-            reached = np.any(moves, axis=0) & passable(k)
-        if not np.any(reached):
-            return k
-    return None
-
-
-def _without_numbers(grid: PostureGrid, k: int) -> str:
+def _without_numbers(grid: PostureGrid, k: int, bad: np.ndarray) -> str:
     """How many postures of a waypoint ended with which status, in words."""
-    bad = unsound(grid, k)
     status = grid.layer(k).stations.status[bad]
     codes = np.where(np.isin(status, PLACED), int(Status.NON_FINITE), status)
     counts = Counter(Status(int(code)).name for code in codes)
     listed = ", ".join(f"{n} {name}" for name, n in counts.most_common())
-    where = f"at waypoint {k} (x = {grid.problem.x[k]:.6g} m)"
-    what = "no posture found: hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
-    if not np.all(bad):
-        what = f"{what} for some pairs of angles" if what == "no pose" else what
-    return f"{what} {where}: {int(np.sum(bad))} of {bad.size} pairs of angles ended {listed}"
+    what = "hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
+    return f"{what}: {int(np.sum(bad))} of {bad.size} pairs of angles there ended {listed}"

@@ -14,8 +14,8 @@ from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.options import COUNT
 from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.graph.dp import angles_at, best_paths, require_one_kind
-from stickslip.optim.posture.graph.impossible import judged
+from stickslip.optim.posture.graph.dp import OVER_GRID, angles_at, best_paths, require_one_kind
+from stickslip.optim.posture.graph.impossible import without_path
 from stickslip.optim.posture.graph.layered_graph import LayeredGraph, build_graph
 from stickslip.optim.posture.graph.posture_grid import build_grid
 from stickslip.optim.posture.local.polish import polishable
@@ -65,16 +65,17 @@ def solve_lp(
     every path costs y_end - y_start plus the reduced costs c_e - (y_head - y_tail) of its edges;
     one edge of each step is on it, so y_end - y_start + sum over steps of the least reduced cost
     there is below every path's cost whatever y is: that is computed in NumPy from y alone and is
-    the lower bound, less what rounding may do to the stations (rounding.py), the solver trusted in
-    nothing. OPTIMAL where it is within 1e-6 of the value, or within 1e-12 of what the vehicle's
-    weight would give. Where there is no path: as in dp.
+    the grid's bound, less what rounding may do to the stations (rounding.py), the solver trusted in
+    nothing. INACCURATE where it is not within 1e-6 of the value, nor within 1e-12 of what the
+    vehicle's weight would give. lower_bound is None, and without a path it ends, as dp's does.
 
     Worst-station criteria: v is dp's value, and a station costs 1 where its cost is v or more and
     K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
     at least as bad as v (less a rounding, which the bound is lowered by).
 
     angles: as in dp, but 11 of each leg at least for None. most_edges: ValueError for a graph with
-    more. solver: one of SOLVERS. evaluations: stations. details: grid, rate_used, edges, solver.
+    more. solver: one of SOLVERS. evaluations: stations. details: grid, rate_used, grid_bound (None:
+    not proved), edges, solver.
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
@@ -85,27 +86,28 @@ def solve_lp(
         "method": "lp",
         "began": began,
         "evaluations": grid.evaluations,
-        "bound_of": grid.what,
     }
     threshold, slack = None, 0.0
     if problem.criterion.kind == "max":
         paths = best_paths(grid)
         if paths.nodes is None:
-            return _without_path(grid, paths.reason, common)
+            return without_path(grid, paths.stuck_at, paths.reason, common)
         threshold = float(np.min(paths.values[-1]))
         slack = max(SLACK * (1 + abs(threshold)), threshold - below(problem, threshold))
     graph = build_graph(grid, threshold, slack, most_edges)
     if graph.empty:
-        return _without_path(grid, best_paths(grid).reason, common)
+        paths = best_paths(grid)
+        return without_path(grid, paths.stuck_at, paths.reason, common)
     flow = solve_flow(graph, solver)
     details = grid.details | {"edges": len(graph.tail), "solver": solver}
-    common |= {"details": details}
+    common["details"] = details
     if flow.edges is None:
         return PostureResult.without_point(status=flow.status, message=flow.message, **common)
     bound = flow.bound
     if threshold is not None:
         bound = threshold - slack if bound is not None and bound > 0.5 else None
-    return _result(problem, grid, graph, flow, bound, common)
+    details["grid_bound"] = bound
+    return _result(problem, grid, graph, flow, common)
 
 
 def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
@@ -146,31 +148,26 @@ def _result(
     grid: PostureGrid,
     graph: LayeredGraph,
     flow: Flow,
-    bound: float | None,
     common: dict[str, Any],
 ) -> PostureResult:
-    """The path that the flow takes, and what the bound says of it."""
+    """The path that the flow takes, and what the grid's bound says of it."""
+    bound = common["details"]["grid_bound"]
     chosen, spread = (None, 0.0) if flow.edges is None else graph.path(flow.edges)
     if chosen is None:
         message = f"{flow.message}; the flow is no path"
         status = OptimStatus.FAILED
-        return PostureResult.without_point(
-            status=status, message=message, lower_bound=bound, **common
-        )
+        return PostureResult.without_point(status=status, message=message, **common)
     x = angles_at(grid, chosen)
     value = problem.objective(x.reshape(-1))
-    status, message = flow.status, grid.stuck or flow.message
+    ended = flow.status is OptimStatus.OPTIMAL
+    status = OptimStatus.FEASIBLE if ended else flow.status
+    message = grid.stuck or (OVER_GRID.format(grid.what) if ended else flow.message)
     if not closes(problem, value, bound, GAP):
-        status = OptimStatus.INACCURATE if status is OptimStatus.OPTIMAL else status
+        status = OptimStatus.INACCURATE if ended else status
         message = f"{flow.message}; value {value!r}, proved bound {bound!r}"
     elif spread > WHOLE:
         status, message = OptimStatus.INACCURATE, f"{flow.message}; off whole numbers by {spread}"
-    return result_at(problem, x, status=status, lower_bound=bound, message=message, **common)
-
-
-def _without_path(grid: PostureGrid, reason: str, common: dict[str, Any]) -> PostureResult:
-    status, message = judged(grid, reason)
-    return PostureResult.without_point(status=status, message=message, **common)
+    return result_at(problem, x, status=status, message=message, **common)
 
 
 def _solver(name: str | None) -> str:

@@ -19,7 +19,6 @@ from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.options import COUNT
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name, station_cost
 from stickslip.optim.posture.graph.dp import angles_at, best_paths
-from stickslip.optim.posture.graph.impossible import judged
 from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid
 from stickslip.optim.progress import Bar
 
@@ -88,7 +87,7 @@ def pareto_front(
         met, complete = (_supported if sums else _by_levels)(search, one, two, points)
     proved = PROVED_SUMS if sums else PROVED_LEVELS
     if not met:
-        _, proved = judged(grid, "no path on the grid meets the constraints")
+        proved = "no path over the grid meets the constraints"
     front = _unbeaten(met)
     return Front(
         criteria=(one.name, two.name),

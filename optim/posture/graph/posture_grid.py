@@ -157,10 +157,12 @@ class PostureGrid:
         """Why no node of waypoint k is reached from the `reached` ones of k - 1, in words."""
         none = self.why_none(k)
         if none or k == 0:
-            return f"infeasible: {none}"
+            return none
+        if self.problem.leg_rate is None:
+            return f"the criterion is not finite at waypoint {k} on any of them"
         left = int(np.sum(self.admissible(k)))
         reason = (
-            f"infeasible: leg_rate = {self.problem.leg_rate} rad/m lets none of the "
+            f"leg_rate = {self.problem.leg_rate} rad/m lets none of the "
             f"{int(np.sum(reached))} pairs that are reached at waypoint {k - 1} move to any of the "
             f"{left} admissible ones at waypoint {k} (x = {self.problem.x[k]:.6g} m) on this grid"
         )

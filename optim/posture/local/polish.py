@@ -1,4 +1,4 @@
-"""What a grid's path becomes off the grid: `scp` from there, the bound kept for what it bounds."""
+"""What a grid's path becomes off the grid: `scp` from there."""
 
 from __future__ import annotations
 
@@ -48,8 +48,7 @@ def require_room(problem: PostureProblem) -> None:
 def polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> PostureResult:
     """The better of a grid's result and of the local optimum that scp finds from it.
 
-    Off the grid the status is FEASIBLE, since the bound is of paths over the grid alone: it stays,
-    with what it bounds, and a drive off the grid may be below it. details: grid_value and
+    details: those of the grid, whose grid_bound a drive off it may be below; grid_value and
     grid_angles, of the grid's path; polish, how scp ended. Without a path nothing is polished.
     """
     if grid.x is None:
@@ -72,8 +71,6 @@ def polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> Po
         local,
         method=grid.method,
         status=OptimStatus.FEASIBLE,
-        lower_bound=grid.lower_bound,
-        bound_of=grid.bound_of,
         evaluations=grid.evaluations,
         seconds=seconds,
         message=f"a local optimum off the grid, by scp ({local.message}), from the grid's path, "

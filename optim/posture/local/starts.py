@@ -98,7 +98,7 @@ def begin(
     x = within_rates(problem, x)
     if x is None:
         return PostureResult.without_point(
-            method=method, status=OptimStatus.INFEASIBLE, began=began, bound_of="all drives",
+            method=method, status=OptimStatus.INFEASIBLE, began=began,
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     if problem.free.n == 0:

@@ -35,8 +35,8 @@ def gait_rows(
     if result.gait is None:
         return [*found, ("value", "no gait found"), ("time", f"{result.seconds:.3g} s")]
     found += [
-        ("value", f"{result.value:.8g}{unit}, of {result.bound_of}"),
-        ("lower bound", _number(result.lower_bound, unit) + ", for the same"),
+        ("value", f"{result.value:.8g}{unit}, limits kept at the nodes of this grid"),
+        ("lower bound", _number(result.lower_bound, unit) + ", of gaits of this grid"),
         ("whatever the grid", _bracket(result, unit)),
         ("constraints missed by", _missed(result.residuals)),
         *_of_gait(problem, result.best),
@@ -159,7 +159,6 @@ def gait_content(
         "value": result.value,
         "unit": problem.goal.unit,
         "lower_bound": result.lower_bound,
-        "bound_of": result.bound_of,
         "every_bound": result.every_bound,
         "held_value": result.held_value,
         "feasible": result.feasible,

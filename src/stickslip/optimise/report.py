@@ -101,11 +101,10 @@ def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
 
 def _bound(result: PostureResult, unit: str) -> str:
     if result.lower_bound is None:
-        return "" if result.status is OptimStatus.INFEASIBLE else "none proved"
-    bound = f"{result.lower_bound:.8g}{unit}, for {result.bound_of}"
-    if result.gap < 0:
-        bound += "; this drive is none of them: off the grid nothing is proved"
-    return bound
+        if result.status is OptimStatus.INFEASIBLE:
+            return ""
+        return "none proved" if result.method == "branch" else "none proved: see --method branch"
+    return f"{result.lower_bound:.8g}{unit}"
 
 
 def _grid(result: PostureResult, unit: str) -> str:
@@ -117,6 +116,8 @@ def _grid(result: PostureResult, unit: str) -> str:
     text = f"{rear} x {front} leg angles, on which the legs can use {used:.0%} of their rate"
     if "grid_value" in result.details:
         text += f"; its path {result.details['grid_value']:.8g}{unit}"
+    if result.details.get("grid_bound") is not None:
+        text += f"; no path over it is below {result.details['grid_bound']:.8g}{unit}"
     return text
 
 
@@ -214,7 +215,6 @@ def result_content(
             "message": result.message,
             "value": result.value,
             "lower_bound": result.lower_bound,
-            "bound_of": result.bound_of,
             "feasible": result.feasible,
             "residuals": dict(result.residuals),
             "fine_value": result.fine_value,

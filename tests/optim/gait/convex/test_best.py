@@ -87,7 +87,8 @@ def test_no_gait_of_another_objective_beats_what_is_proved():
         assert 0 <= best.certificate.missed < 1e-8
         assert best.certificate.sign > -1e-8
         assert best.certificate.complementarity < 1e-6
-        assert -1e-7 * best.value <= best.gap < 1e-6 * max(best.value, 0.1)
+        assert -1e-7 * best.value <= best.certificate.gap < 1e-6 * max(best.value, 0.1)
+        assert best.lower_bound <= best.value
         for other in found.values():
             problem = periodic(name, **options)
             assert problem.objective(other.x) >= best.lower_bound * (1 - 1e-7)
