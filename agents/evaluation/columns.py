@@ -27,6 +27,4 @@ class Column(table.Column):
         if self.percent:
             ends = "" if not isfinite(given.low) else f" ({given.low:.0%} to {given.high:.0%})"
             return f"{given.value:.0%}{ends}".replace("%", "")
-        half = given.high - given.value
-        spread = f" ± {half:.{self.decimals}f}" if isfinite(half) else ""
-        return f"{given.value:.{self.decimals}f}{spread}".replace("-", "−")
+        return given.shown(self.decimals).replace("-", "−")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import evaluate_in
+from stickslip.agents.evaluation.run import evaluate_in, is_random, seeds_of
 from stickslip.agents.evaluation.scored import scored
 from stickslip.agents.registry import machine_by_name, machine_of_env
 from stickslip.envs.tasks.known import known_of
@@ -58,8 +58,9 @@ def evaluate_task(
 ) -> Evaluation:
     """The same on a task of the ladder, by its name, with the columns task_score and gap.
 
-    episodes: by default those that its best known score was measured on. A score compares means
-    over different episodes where others are played. ValueError for an unknown task.
+    episodes: by default those that its best known score was measured on. On these, also on some of
+    them, a score compares returns episode by episode, and its interval is of that; on others it
+    compares means over different episodes. ValueError for an unknown task.
     """
     task = task_by_name(name)
     env, params = task.make()
@@ -68,10 +69,11 @@ def evaluate_task(
     measures = machine.task_measures(env)
     if bound:
         measures = machine.bounded(env, measures)
-    if known is not None:
-        measures = scored(measures, known.scale, task.unit)
     usual = 32 if known is None else known.episodes
     count = usual if episodes is None else episodes
+    if known is not None:
+        played = seeds_of(count, seeds) if is_random(params) else (0,)
+        measures = scored(measures, known, task.unit, played)
     return evaluate_in(
         env,
         controllers,

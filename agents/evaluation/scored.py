@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.statistics import mean_interval
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     import numpy as np
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.evaluation.statistics import Interval
     from stickslip.envs.tasks.known import Known
-    from stickslip.envs.tasks.scale import Scale
 
 AnyMeasures: TypeAlias = "Measures[Any, Any, Any]"
 """Of whichever machine."""
@@ -36,14 +35,19 @@ OWN = ("task_score", "gap")
 """The columns of scores."""
 
 
-def scored(measures: AnyMeasures, scale: Scale, unit: str) -> AnyMeasures:
-    """The measures with the columns task_score and gap; unit: of the task's returns."""
+def scored(
+    measures: AnyMeasures, known: Known, unit: str, seeds: Sequence[int] | None = None
+) -> AnyMeasures:
+    """The measures with the columns task_score and gap.
+
+    unit: of the task's returns. seeds: of the episodes to come; None for others than the task's.
+    """
 
     def score(played: _Played) -> Interval:
-        return mean_interval([scale.score(float(one)) for one in played.reward])
+        return known.score(played.reward, seeds)
 
     def gap(played: _Played) -> Interval:
-        return mean_interval([scale.gap(float(one)) for one in played.reward])
+        return known.gap(played.reward, seeds)
 
     columns = ((Column("score", "-", 3), score), (Column("gap", unit, 2), gap))
     own = dict(zip(OWN, columns, strict=True))

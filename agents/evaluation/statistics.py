@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.envs.tasks.scale import CONFIDENCE, UNKNOWN, Interval
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-CONFIDENCE = 0.95
-UNKNOWN = float("nan")
-
-
-class Interval(NamedTuple):
-    """An estimate and its confidence interval; NaN where there is none."""
-
-    value: float
-    low: float = UNKNOWN
-    high: float = UNKNOWN
 
 
 def mean_interval(values: ArrayLike) -> Interval:

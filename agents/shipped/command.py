@@ -64,7 +64,7 @@ def _table(records: Sequence[Record]) -> Table:
 
 
 def _row(one: Record) -> list[str]:
-    score = "" if one.score is None else f"{one.score:.2f}"
+    score = "" if one.score is None else one.score.shown(2)
     unit = "" if one.task.unit == "-" else f" {one.task.unit}"
     sizes = " x ".join(map(str, one.layer_sizes))
     value = f"{one.earned['return']:.4g}{unit}"
@@ -73,14 +73,13 @@ def _row(one: Record) -> list[str]:
 
 def _in_words(one: Record) -> str:
     earned, trained = one.earned, one.trained
-    score = "" if one.score is None else f", score {one.score:.3f}"
-    spread = "" if earned["low"] is None else f" ({earned['low']:.4g} to {earned['high']:.4g})"
+    score = "" if one.score is None else f", score {one.score.shown(3)}"
     lines = [
         f"{one.name}: {one.task.name}, {one.task.title}",
         f"  file           {one.path}, {one.size:,} bytes",
         f"  layers         {' x '.join(map(str, one.layer_sizes))}",
         f"  definition     {one.task.digest}",
-        f"  earned         {earned['return']:.4g}{spread}{score}, over {earned['episodes']} "
+        f"  earned         {earned['return']:.4g}{score}, over {earned['episodes']} "
         f"episode{'' if earned['episodes'] == 1 else 's'}, {earned['failures']:.0%} failures",
         f"  trained        {trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
         f"  with           {_packages(trained['versions'])}",
@@ -103,7 +102,7 @@ def _content(one: Record) -> Mapping[str, object]:
         "path": str(one.path),
         "bytes": one.size,
         "layer_sizes": list(one.layer_sizes),
-        "score": one.score,
+        "score": None if one.score is None else one.score._asdict(),
         "unit": one.task.unit,
         "earned": one.earned,
         "trained": one.trained,

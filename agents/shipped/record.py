@@ -9,13 +9,14 @@ from stickslip.agents.policy.file import read_policy
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
 from stickslip.dynamics.plain_checks import shown
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import earned_in, known_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.foreign.reading import Json
     from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.scale import Interval
 
 EARNED, TRAINED = "earned", "trained"
 """Entries of the metadata."""
@@ -23,9 +24,9 @@ EARNED, TRAINED = "earned", "trained"
 
 @dataclass(frozen=True)
 class Record:
-    """A policy of the package. earned: over the task's own episodes, by return, low, high and
-    failures; low and high are None where there is one. trained: command, config, timesteps,
-    best_after, versions, machine."""
+    """A policy of the package. earned: over the task's own episodes, by return, low, high, failures
+    and returns, of each; low and high are None where there is one. trained: command, config,
+    timesteps, best_after, versions, machine."""
 
     name: str
     """As it was asked for."""
@@ -51,10 +52,10 @@ class Record:
         return float(str(self.earned["return"]))
 
     @property
-    def score(self) -> float | None:
+    def score(self) -> Interval | None:
         """By what is known of the task now; None where nothing is."""
         known = known_of(self.task)
-        return None if known is None else known.scale.score(self.earned_return)
+        return None if known is None else known.score_of(earned_in({"policy": "", **self.earned}))
 
     @property
     def command(self) -> str:

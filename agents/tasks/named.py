@@ -79,8 +79,7 @@ def measured_before(name: str) -> str:
     columns = [Column("controller", words=True), Column("score"), Column(f"return{unit}")]
     everybody = (known.trivial, *known.baselines, *known.planners, known.best)
     rows = [
-        [one.policy, f"{known.scale.score(one.value):.3f}", f"{one.value:.4g}{one.spread}"]
-        for one in dict.fromkeys(everybody)
+        [one.policy, known.score_of(one).shown(3), one.shown] for one in dict.fromkeys(everybody)
     ]
     return "Measured before on the same episodes:\n\n" + Table(columns, rows).terminal()
 

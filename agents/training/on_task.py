@@ -62,7 +62,7 @@ def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
 def _measures(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyMeasures:
     definition = task_by_name(str(config.task))
     measures, known = machine.task_measures(env), known_of(definition)
-    return measures if known is None else scored(measures, known.scale, definition.unit)
+    return measures if known is None else scored(measures, known, definition.unit)
 
 
 def _names(machine: AnyMachine, measures: AnyMeasures) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
     python -m benchmarks.policies --check [--only NAME ...]
+    python -m benchmarks.policies --measure [--only NAME ...]
     python -m benchmarks.policies --known
     python -m benchmarks.policies --docs FILE
 
@@ -10,6 +11,7 @@ seeds of recipes.py by `stickslip train`, keeps the policy of the best evaluatio
 the task's own episodes and puts it into the package with its record. Runs stay in --runs, so that
 a command that was cut off goes on. --check: trains what is in the package again by its recorded
 command and says whether it is the same to the last bit, as on the same machine and versions.
+--measure: plays the task's own episodes again and writes what is earned into the policy's record.
 --known: makes those the best known of their tasks that earned more than what was, in the ladder's
 known.json. --docs: puts the table of policies into a page.
 """
@@ -21,7 +23,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.policies.making import best_of, put_into_package, same_policy, trained
+from benchmarks.policies.making import (
+    best_of,
+    measure_again,
+    put_into_package,
+    same_policy,
+    trained,
+)
 from benchmarks.policies.tables import table
 from benchmarks.report import options, put_between
 from benchmarks.tasks.__main__ import put
@@ -43,6 +51,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--runs", type=Path, default=RUNS)
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--measure", action="store_true")
     parser.add_argument("--known", action="store_true")
     parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
@@ -54,16 +63,19 @@ def main(arguments: list[str]) -> None:
             put(name, beside_package(task_by_name(name), dict(known)))
         return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
-    names = given.only or [name for name in TASKS if (name in there) == given.check]
+    again = given.check or given.measure
+    names = given.only or [name for name in TASKS if (name in there) == again]
     for name in names:
         task = task_by_name(name)
         if given.check:
             print(check(policy_name(task.name)), flush=True)
             continue
-        run = best_of(task, given.runs, say)
-        path = put_into_package(task, run)
+        if given.measure:
+            path = measure_again(record_of(policy_name(task.name)))
+        else:
+            path = put_into_package(task, best_of(task, given.runs, say))
         record = record_of(policy_name(task.name))
-        say(f"{path}: {path.stat().st_size} bytes, score {record.score}, {record.earned}")
+        say(f"{path}: {path.stat().st_size} bytes, score {record.score}, {record.earned_return}")
 
 
 def check(name: str) -> str:

@@ -95,7 +95,7 @@ def rows_of(task: TaskDefinition, episodes: int) -> Iterable[dict[str, Any]]:
         played = play(env, policy, params, range(count), keep_of)
         row = {"step": step, "episodes": count, **entry(step, played.reward, played.fell)}
         row["score"] = None if known is None else round(known.scale.score(row["return"]), 4)
-        row.pop("policy")
+        del row["policy"], row["returns"]
         print(f"{task.name}: {row}", flush=True)
         yield row
 

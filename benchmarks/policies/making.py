@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.shipped.record import Record
     from stickslip.agents.training.configuration import Configuration
     from stickslip.envs import TaskDefinition
 
@@ -78,12 +79,22 @@ def _is_finished(path: Path, timesteps: int) -> bool:
 
 def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
     """Measure a run's policy on the task's own episodes and write it with its record."""
-    policy = load_policy(run.path / "policy.npz")
+    return _written(task, load_policy(run.path / "policy.npz"), _record(task, run), folder)
+
+
+def measure_again(record: Record) -> Path:
+    """Measure a policy of the package on its task's own episodes, and write what it earns there."""
+    return _written(record.task, load_policy(record.path), record.trained, record.path.parent)
+
+
+def _written(
+    task: TaskDefinition, policy: MLPPolicy, trained: dict[str, Any], folder: Path
+) -> Path:
     metadata = {
         "environment": task.environment,
         **named_task_entry(task),
         EARNED: earned_on(task, policy),
-        TRAINED: _record(task, run),
+        TRAINED: trained,
     }
     path = folder / (policy_name(task.name) + SUFFIX)
     return save_policy(policy, path, metadata, overwrite=True)

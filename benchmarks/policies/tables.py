@@ -13,8 +13,8 @@ def table() -> str:
         {
             "policy": f"`{one.name}`",
             "task": f"`{one.task.name}`",
-            "score": "" if one.score is None else f"{one.score:.2f}",
-            "return": _earned(one.earned, one.task.unit),
+            "score": "" if one.score is None else one.score.shown(2),
+            "return": f"{one.earned_return:.4g} {one.task.unit.removeprefix('-')}".rstrip(),
             "failures": f"{one.earned['failures']:.0%}",
             "layers": " x ".join(map(str, one.layer_sizes)),
             "kB": f"{one.size / 1000:.1f}",
@@ -23,9 +23,3 @@ def table() -> str:
     ]
     commands = "\n".join(f"    {one.command}" for one in records)
     return f"{markdown(rows)}\n\n{commands}"
-
-
-def _earned(earned: dict, unit: str) -> str:
-    """The mean return with half of its interval."""
-    half = "" if earned["high"] is None else f" ± {earned['high'] - earned['return']:.2g}"
-    return f"{earned['return']:.4g}{half}" + ("" if unit == "-" else f" {unit}")

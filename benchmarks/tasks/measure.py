@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.standard import StandardEpisodes
     from stickslip.envs import TaskDefinition
 
-EPISODES = {"biped": 32, "ugv": 8}
+EPISODES = {"biped": 32, "ugv": 64}
 """Of a task that draws anything; of another task one."""
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
@@ -95,13 +95,14 @@ def played_on(task: TaskDefinition, player: Any, episodes: int) -> StandardEpiso
 
 
 def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
-    """A policy's row: mean return with its 95 % interval."""
+    """A policy's row: every episode's return, and their mean with its 95 % interval."""
     mean = mean_interval(rewards)
     ends = {
         end: rounded(value) if np.isfinite(value) else None
         for end, value in (("low", mean.low), ("high", mean.high))
     }
-    return {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
+    row = {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
+    return row | {"returns": [rounded(one) for one in rewards]}
 
 
 def rounded(value: float) -> float:

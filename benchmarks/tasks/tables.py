@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from benchmarks.report import markdown
 from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.agents.shipped.names import policy_name, shipped_path
@@ -24,13 +22,12 @@ def short_table() -> str:
         known = known_of(task)
         if known is None:
             continue
-        score = known.scale.score(known.by_hand.value)
-        learned = known.learned
+        hand, learned = known.by_hand, known.learned
         rows.append(
             {
                 "task": f"`{task.name}`",
                 "asked": task.title,
-                "by hand": f"{score:.2f}, {known.by_hand.policy}",
+                "by hand": f"{known.score_of(hand).shown(2)}, {hand.policy}",
                 "PPO": "" if learned is None else _learned(known, learned),
                 "shipped": _shipped(task.name),
                 "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
@@ -57,7 +54,7 @@ def long_table() -> str:
                 "best planner": "" if planned is None else _cell(known, planned),
                 "PPO": "" if learned is None else _learned(known, learned),
                 "shipped": _shipped(task.name),
-                "best known (1)": _earned(known.best),
+                "best known (1)": known.best.shown,
                 "if steady, no slip": _at_most(known.assumed),
                 "proved: at most": _at_most(known.bound),
             }
@@ -79,7 +76,7 @@ def _in_words() -> str:
 
 
 def _cell(known: Known, earned: Earned) -> str:
-    return f"{known.scale.score(earned.value):.2f}: {_earned(earned)}, {earned.policy}"
+    return f"{known.score_of(earned).shown(2)}: {earned.shown}, {earned.policy}"
 
 
 def _shipped(task: str) -> str:
@@ -87,16 +84,11 @@ def _shipped(task: str) -> str:
     if shipped_path(policy_name(task)) is None:
         return ""
     score = record_of(policy_name(task)).score
-    return "" if score is None else f"{score:.2f}"
+    return "" if score is None else score.shown(2)
 
 
 def _learned(known: Known, learned: Learned) -> str:
-    mean = mean_interval(np.asarray([known.scale.score(one) for one in learned.returns]))
-    return f"{mean.value:.2f}" + (f" ± {mean.high - mean.value:.2f}" if mean.high < np.inf else "")
-
-
-def _earned(earned: Earned) -> str:
-    return f"{earned.value:.4g}{earned.spread}"
+    return mean_interval([known.scale.score(one) for one in learned.returns]).shown(2)
 
 
 def _at_most(bound: Bound | None) -> str:

@@ -11,9 +11,14 @@ from typing import TYPE_CHECKING
 
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.definition import TaskDefinition
-from stickslip.envs.tasks.scale import Scale
+from stickslip.envs.tasks.scale import Interval, Scale, bootstrapped
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+    from numpy.typing import ArrayLike
+
     from stickslip.envs.plain import Entries
 
 FILE = Path(__file__).with_name("known.json")
@@ -24,19 +29,20 @@ ACCEPTED = "accepted: the file as `python -m benchmarks.tasks` writes it"
 @dataclass(frozen=True)
 class Earned:
     """The mean return of a policy over a task's episodes; low, high: its 95 % interval, None where
-    the task has one episode. failures: share of episodes that ended before their time."""
+    the task has one episode. failures: share of episodes that ended before their time. returns: of
+    every episode, empty where they were not kept."""
 
     policy: str
     value: float
     low: float | None
     high: float | None
     failures: float
+    returns: tuple[float, ...] = ()
 
     @property
-    def spread(self) -> str:
-        """What stands behind the value: half the interval and the failures, if there are any."""
-        half = "" if self.high is None else f" ± {self.high - self.value:.2g}"
-        return half + (f", {self.failures:.0%} fail" if self.failures else "")
+    def shown(self) -> str:
+        """The mean return, and the failures if there are any."""
+        return f"{self.value:.4g}" + (f", {self.failures:.0%} fail" if self.failures else "")
 
 
 @dataclass(frozen=True)
@@ -83,6 +89,36 @@ class Known:
         """From returns to scores."""
         return Scale(self.trivial.value, self.best.value)
 
+    def score(self, returns: ArrayLike, seeds: Sequence[int] | None = None) -> Interval:
+        """Score of episodes' mean return, (return - zero) / (one - zero), with its interval.
+
+        seeds: of the episodes, None for others than the task's own. On the task's own, zero and
+        one are of the same episodes, and so is every bootstrap sample.
+        """
+        return self._of_means(lambda r, zero, one: (r - zero) / (one - zero), returns, seeds)
+
+    def gap(self, returns: ArrayLike, seeds: Sequence[int] | None = None) -> Interval:
+        """What is missing to the best known, one - return, in the return's unit; see `score`."""
+        return self._of_means(lambda r, zero, one: one - r, returns, seeds)
+
+    def score_of(self, earned: Earned) -> Interval:
+        """Score of what is known of a policy; no interval where its returns were not kept."""
+        if len(earned.returns) == self.episodes:
+            return self.score(earned.returns, range(self.episodes))
+        return Interval(self.scale.score(earned.value))
+
+    def _of_means(
+        self,
+        statistic: Callable[..., np.ndarray],
+        returns: ArrayLike,
+        seeds: Sequence[int] | None,
+    ) -> Interval:
+        ends = [one.returns or (one.value,) for one in (self.trivial, self.best)]
+        paired = seeds is not None and all(max(seeds) < len(of) for of in ends)
+        if paired:
+            ends = [[of[seed] for seed in seeds or ()] for of in ends]
+        return bootstrapped(statistic, returns, *ends, paired=paired)
+
     @property
     def by_hand(self) -> Earned:
         """The best hand-written baseline."""
@@ -125,10 +161,10 @@ def _known(name: str, content: Entries) -> Known:
     known = Known(
         task=name,
         episodes=int(content["episodes"]),
-        trivial=_earned(content["trivial"]),
-        baselines=tuple(map(_earned, content["baselines"])),
-        planners=tuple(map(_earned, content["planners"])),
-        best=_earned(content["best"]),
+        trivial=earned_in(content["trivial"]),
+        baselines=tuple(map(earned_in, content["baselines"])),
+        planners=tuple(map(earned_in, content["planners"])),
+        best=earned_in(content["best"]),
         how=str(content["how"]),
         bound=_bound(content["bound"]),
         learned=None if learned is None else _learned(learned),
@@ -137,6 +173,9 @@ def _known(name: str, content: Entries) -> Known:
     if known.bound is not None and not known.best.value <= known.bound.value:
         raise ValueError(f"best {known.best.value} above the bound {known.bound.value}")
     Scale(known.trivial.value, known.best.value)  # for its ValueError
+    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
+    if any(len(one.returns) not in (0, known.episodes) for one in everybody):
+        raise ValueError(f"returns of other than {known.episodes} episodes")
     return known
 
 
@@ -148,10 +187,12 @@ def _learned(content: Entries) -> Learned:
     return Learned(str(content["how"]), tuple(map(_number, content["returns"])))
 
 
-def _earned(content: Entries) -> Earned:
+def earned_in(content: Entries) -> Earned:
+    """What an entry of the file says that a policy earned; ValueError for a damaged one."""
     low, high = (None if content[end] is None else _number(content[end]) for end in ("low", "high"))
     failures = _number(content["failures"])
-    return Earned(str(content["policy"]), _number(content["return"]), low, high, failures)
+    returns = tuple(map(_number, content.get("returns", ())))
+    return Earned(str(content["policy"]), _number(content["return"]), low, high, failures, returns)
 
 
 def _number(given: object) -> float:

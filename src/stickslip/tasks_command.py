@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 NOTE = """
 Scores: 0 is a trivial policy (every action 0), 1 the most that a policy is known to have earned in
-replay: no proof that no more can be. "at most": proved. `stickslip tasks NAME` tells more.
+replay: no proof that no more can be. ±: half of a 95 % bootstrap interval of the difference on the
+same episodes. "at most": proved. `stickslip tasks NAME` tells more.
 """
 
 
@@ -48,11 +49,10 @@ def _table(tasks: Sequence[TaskDefinition]) -> Table:
     for task in tasks:
         known, cells = known_of(task), ["", "", "", "", ""]
         if known is not None:
-            hand = known.by_hand.value
             cells = [
                 f"{known.trivial.value:.4g}",
-                f"{hand:.4g}",
-                f"{known.scale.score(hand):.2f}",
+                f"{known.by_hand.value:.4g}",
+                known.score_of(known.by_hand).shown(2),
                 f"{known.best.value:.4g}",
                 "" if known.bound is None else f"{known.bound.value:.4g}",
             ]
@@ -93,8 +93,8 @@ def _in_words(task: TaskDefinition) -> str:
 
 
 def _line(known: Known, one: Earned) -> str:
-    score = known.scale.score(one.value)
-    return f"{one.policy:<24}{one.value:10.4g}{one.spread}, score {score:.2f}"
+    failures = f", {one.failures:.0%} fail" if one.failures else ""
+    return f"{one.policy:<24}{one.value:10.4g}, score {known.score_of(one).shown(2)}{failures}"
 
 
 def _record(task: TaskDefinition) -> Mapping[str, object]:
@@ -104,6 +104,6 @@ def _record(task: TaskDefinition) -> Mapping[str, object]:
     if known is None:
         return about | {"known": None}
     scores = {
-        one.policy: known.scale.score(one.value) for one in (*known.baselines, *known.planners)
+        one.policy: known.score_of(one)._asdict() for one in (*known.baselines, *known.planners)
     }
     return about | {"known": asdict(known) | {"scores": scores}}

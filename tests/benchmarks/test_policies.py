@@ -111,7 +111,7 @@ def test_the_recorded_command_trains_the_policy_again(name: str, tmp_path):
         assert making.same_policy(policy, load_policy(name))
     task = record.task.name
     score = evaluate_task(task, {"it": policy}).row(task, "it").metrics["task_score"].value
-    assert score == pytest.approx(record.score, abs=0.1)
+    assert score == pytest.approx(record.score.value, abs=0.1)
 
 
 def test_no_policy_of_the_package_leans_on_the_errors_of_its_tasks_step():

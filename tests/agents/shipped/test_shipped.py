@@ -58,9 +58,9 @@ def test_evaluating_one_by_name_alone_scores_it_on_its_task_beside_what_is_known
     record = record_of("biped-sprint")
     (row,) = (line.split() for line in said.splitlines() if " biped-sprint " in line)
     assert row[0] == "BipedSprint-v0"
-    assert float(row[4].replace("−", "-")) == pytest.approx(record.score, abs=NEAR)
+    assert float(row[4].replace("−", "-")) == pytest.approx(record.score.value, abs=NEAR)
     known = known_of(record.task)
-    assert f"optimal-gait {known.scale.score(known.by_hand.value):.3f}" in " ".join(said.split())
+    assert f"optimal-gait {known.score_of(known.by_hand).shown(3)}" in " ".join(said.split())
 
 
 def test_what_is_best_known_by_a_policy_of_the_package_is_what_its_file_says():
@@ -81,7 +81,7 @@ def test_each_earns_what_its_file_says(name: str):
     record = record_of(name)
     table = evaluate_task(record.task.name, {name: load_policy(name)})
     score = table.row(record.task.name, name).metrics["task_score"].value
-    assert score == pytest.approx(record.score, abs=NEAR)
+    assert score == pytest.approx(record.score.value, abs=NEAR)
 
 
 def changed(tmp_path: Path, **entries: object) -> str:
@@ -129,7 +129,7 @@ def test_list_words_and_json_tell_of_every_policy(capsys):
     for one in every_record():
         (line,) = (line for line in lines if line.startswith(f"{one.name} "))
         assert one.task.title in line
-        assert f"{one.score:.2f}" in line
+        assert one.score.shown(2) in line
     assert main(["policies", "biped-ice"]) == OK
     said = capsys.readouterr().out
     for part in (record_of("biped-ice").command, "definition", "jaxlib", "kept after"):

@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from stickslip.envs.tasks import TASKS, Scale, known, known_of
+from stickslip.envs.tasks import TASKS, Known, Scale, known, known_of
+from stickslip.envs.tasks.known import Earned
+from stickslip.envs.tasks.scale import bootstrapped
 
 NAMES = list(TASKS)
 
@@ -43,10 +46,40 @@ def test_eight_tasks_have_room_above_what_is_made_by_hand():
 def test_a_score_is_nought_for_the_trivial_one_for_the_best_and_straight_between():
     scale = Scale(-2.0, 6.0)
     assert [scale.score(one) for one in (-2.0, 6.0, 2.0, 10.0, -4.0)] == [0, 1, 0.5, 1.5, -0.25]
-    assert scale.gap(4.0) == 2.0
     for zero, one in ((1.0, 1.0), (2.0, 1.0), (float("nan"), 1.0)):
         with pytest.raises(ValueError, match="zero < one"):
             Scale(zero, one)
+
+
+def test_the_interval_of_a_score_is_of_what_the_same_episodes_differ_by():
+    rng = np.random.default_rng(1)
+    zero = rng.normal(0.0, 100.0, 64)
+    one, returns = zero + 10.0, zero + 4.0 + rng.normal(0.0, 1.0, 64)
+    ratio = lambda r, z, o: (r - z) / (o - z)  # noqa: E731
+    paired = bootstrapped(ratio, returns, zero, one, paired=True)
+    assert paired.value == pytest.approx(np.mean(returns - zero) / 10)
+    half = 1.96 * np.std(returns - zero, ddof=1) / 8 / 10  # the difference's own
+    assert [paired.low, paired.high] == pytest.approx(
+        [paired.value - half, paired.value + half], abs=0.3 * half
+    )
+    others = bootstrapped(ratio, returns, zero[:32], one[:32], paired=False)
+    assert others.high - others.low > 50 * half
+    assert bootstrapped(ratio, one, zero, one, paired=True) == (1.0, 1.0, 1.0)
+    assert not np.isfinite(bootstrapped(ratio, [1.0], [0.0], [2.0], paired=True).high)
+
+
+def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
+    zero, one = (0.0, 10.0, 20.0, 30.0), (10.0, 20.0, 30.0, 50.0)
+    rows = [
+        Earned(name, np.mean(of), None, None, 0.0, of)
+        for name, of in zip("zo", (zero, one), strict=True)
+    ]
+    found = Known("x", 4, rows[0], (), (), rows[1], "", None)
+    assert found.score([5.0, 15.0], (0, 1)) == (0.5, 0.5, 0.5)
+    assert found.gap([5.0, 40.0], (0, 3)).value == pytest.approx(7.5)
+    assert found.score([5.0, 15.0]).value == pytest.approx((10 - 15) / (27.5 - 15))
+    assert found.score_of(rows[1]) == (1.0, 1.0, 1.0)
+    assert found.score_of(replace(rows[1], returns=())).value == 1.0
 
 
 def content() -> dict:
@@ -71,6 +104,7 @@ def test_a_file_that_is_none_is_named(text, tmp_path, monkeypatch):
         ("best", None),
         ("best", {"policy": "x", "return": float("nan"), "low": 0, "high": 1, "failures": 0}),
         ("baselines", [3]),
+        ("best", {"policy": "x", "return": 9, "low": 0, "high": 1, "failures": 0, "returns": [9]}),
         ("episodes", "many"),
         ("bound", {"value": -1e9, "reason": "none"}),
         ("learned", {"how": "x", "returns": ["y"]}),
