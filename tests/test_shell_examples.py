@@ -40,7 +40,7 @@ STEPS = {"sac": "2000", "ugv": "16384"}
 """Of a training that names this; of all others LEAST."""
 LEAST = "32768"
 THEIRS = """instance,method,seed,evaluations,value
-gait-time-d16-v1,theirs,0,40,0.4
+gait-time-d16-v2,theirs,0,40,0.4
 """
 POLICIES = {"policy.npz": "biped-sprint", "walk.npz": "biped-steady"}
 """Files that pages take for granted."""

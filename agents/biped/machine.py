@@ -244,7 +244,10 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.pictures.gait_shown import gait_shown
         from stickslip.agents.biped.pictures.walk_shown import walk_of, walk_shown
         from stickslip.optim import FunctionProblem, GaitProblem
+        from stickslip.optim.instances.biped.gait import Interpolated
 
+        if isinstance(problem, Interpolated):
+            problem, x = problem.fine, problem.matrix @ x
         if isinstance(problem, GaitProblem):
             return gait_shown(problem, problem.gait(x), name)
         walked = walk_of(problem, x) if isinstance(problem, FunctionProblem) else None

@@ -1,6 +1,7 @@
 """The suite for optimisers: what is known of its instances, and methods raced on them.
 
     python -m benchmarks.optimisers --verify [--only ID ...]
+    python -m benchmarks.optimisers --finer [--only ID ...]
     python -m benchmarks.optimisers --find [--only ID ...]
     python -m benchmarks.optimisers --bound [--seconds S] [--only ID ...]
     python -m benchmarks.optimisers --costs [--only ID ...]
@@ -9,13 +10,14 @@
     python -m benchmarks.optimisers --store DIR | --redraw
 
 --verify: whether each instance is the one that was recorded, and whether the recorded point is
-feasible and has the recorded value; leaves with 1 where not. --find: looks for better points by
-what suits each family and keeps what is better. --bound: what no drive of the UGV is below,
-minutes each; kept where it is higher than what was recorded. --costs: measures what an evaluation
-costs. --docs: puts the table of instances into a page. --race: all methods on some instances, into
-a directory, going on where it holds a part; keeps the runs in benchmarks/results. --store: keeps
-those of a race that is not at its end. --redraw: tables and pictures of docs/optimisers.md from
-what is kept. Races of one's own: `stickslip bench optimisers`.
+feasible and has the recorded value; leaves with 1 where not. --finer: what the points of the
+biped's instances owe to their setting, computed in a sixteenth of its step. --find: looks for
+better points by what suits each family and keeps what is better. --bound: what no drive of the UGV
+is below, minutes each; kept where it is higher than what was recorded. --costs: measures what an
+evaluation costs. --docs: puts the table of instances into a page. --race: all methods on some
+instances, into a directory, going on where it holds a part; keeps the runs in benchmarks/results.
+--store: keeps those of a race that is not at its end. --redraw: tables and pictures of
+docs/optimisers.md from what is kept. Races of one's own: `stickslip bench optimisers`.
 """
 
 from __future__ import annotations
@@ -28,11 +30,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.optimisers import finer
 from benchmarks.optimisers.cost import cost_of
 from benchmarks.optimisers.find import found_for, front_for
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
+from stickslip.optim.instances.catalogue import withdrawn
 from stickslip.optim.instances.instance import verified
 from stickslip.optim.instances.known import Known, keep
 from stickslip.optim.problem import FEASIBLE
@@ -128,7 +132,10 @@ def table() -> str:
             | {f"{kind} [us]": cost for kind, cost in (known.cost if known else {}).items()}
         )
     columns = dict.fromkeys(name for row in rows for name in row)
-    return markdown([{name: row.get(name, "") for name in columns} for row in rows])
+    table = markdown([{name: row.get(name, "") for name in columns} for row in rows])
+    reasons = [f"| `{name}` | {why} |" for name, why in withdrawn().items()]
+    head = ["", "", "| withdrawn | why |", "| --- | --- |"] if reasons else []
+    return "\n".join([table, *head, *reasons])
 
 
 def _races(given: argparse.Namespace) -> None:
@@ -149,7 +156,7 @@ def main() -> None:
     """Do what is asked."""
     parser = options("optimisers", __doc__)
     parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
-    for name in ("find", "verify", "bound", "costs"):
+    for name in ("find", "finer", "verify", "bound", "costs"):
         parser.add_argument(f"--{name}", action="store_true")
     parser.add_argument("--race", type=Path, metavar="DIR", help="race the methods into it")
     parser.add_argument("--workers", type=int, metavar="N", help="processes of the race")
@@ -166,6 +173,8 @@ def main() -> None:
     for name in given.only:
         if given.find:
             find(suite()[name])
+        if given.finer and name in finer.names():
+            print(f"{name}: {finer.owed_by(suite()[name])}", flush=True)
         if given.bound:
             bound(suite()[name], given.seconds)
         if given.costs:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,15 +13,18 @@ from scipy.optimize import minimize
 
 from stickslip.dynamics.biped import BipedState, simulate
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import FunctionProblem, GaitProblem, Instance, Objective, PostureProblem, solve
+from stickslip.optim import FunctionProblem, Instance, Objective, PostureProblem, solve
+from stickslip.optim.instances.biped.gait import Interpolated
 from stickslip.optim.instances.biped.shooting import DT, HELD, TORQUE_LIMIT, Shooting
 from stickslip.optim.instances.exports import as_cvxpy, as_scipy
 from stickslip.optim.instances.ugv.split import drive_family
 from stickslip.optim.posture.graph.pareto import pareto_front
+from stickslip.optim.problem import FEASIBLE
 from stickslip.optim.torque_split import TorqueSplit
 
 SEEDS = 3
 EVALUATIONS = 6000
+CLARABEL = "cvxpy with Clarabel"
 WIDTHS = (0.01, 0.05, 0.2)
 SHARES = np.linspace(0.02, 0.98, 13)
 
@@ -50,12 +53,12 @@ def found_for(instance: Instance) -> Iterator[Found]:
 def front_for(instance: Instance) -> tuple[np.ndarray, str]:
     """Free numbers [points, n] of a front, and how they were found."""
     problem = instance.problem
-    if isinstance(problem, GaitProblem):
+    if isinstance(problem, Interpolated):
         rows = []
         for share in SHARES:
             weights = {"time": float(share), "energy": float(1 - share)}
-            rows.append(solve(replace(problem, objective_asked=weights)).x)
-        return problem.free.reduce(np.array(rows)), "conic, 13 weights"
+            rows.append(_solved(problem, objective_asked=weights))
+        return np.array(rows), f"{CLARABEL}, {len(SHARES)} weights"
     if not isinstance(problem, PostureProblem):
         raise TypeError(f"{instance.id} is of no kind that fronts are found for")
     first, second = (goal.split()[0] for goal in instance.goals)
@@ -89,16 +92,44 @@ def _split(instance: Instance) -> Iterator[Found]:
     joined = {"squared_torque": sum, "peak_torque": max}[criterion]
     within = np.clip(x(), *instance.problem.bounds)
     proved = None if None in bounds else float(joined(bounds))
-    yield Found(within, "cvxpy with Clarabel", proved, "dual of each station")
+    yield Found(within, CLARABEL, proved, "dual of each station")
     each = np.clip([one.difference / float(params.weight) for one in splits], -1, 1)
     yield Found(each, "each station by itself", proved, "dual of each station")
 
 
 def _gait(instance: Instance) -> Iterator[Found]:
-    result = solve(instance.problem, "conic")
-    cells = result.details["cells"]
-    why = f"dual, of gaits of {cells} cells a step, limits kept at the nodes"
-    yield Found(result.x, "conic", result.lower_bound, why)
+    problem = instance.problem
+    restricted = isinstance(problem, Interpolated)
+    whole = solve(problem.fine if restricted else problem, "conic")
+    why = f"dual, of gaits of {whole.details['cells']} cells a step, limits kept at the nodes"
+    if not restricted:
+        yield Found(whole.x, "conic", whole.lower_bound, why)
+        return
+    x = _least_friction(problem) if problem.fine.goal.is_friction else _solved(problem)
+    yield Found(x, CLARABEL, whole.lower_bound, why)
+
+
+def _solved(problem: Interpolated, **changes: Any) -> np.ndarray | None:
+    """The best decision vector of the problem with other fields; None where there is none."""
+    changed = replace(problem, fine=replace(problem.fine, **changes))
+    program, found = changed.in_cvxpy()
+    program.solve(solver="CLARABEL")
+    return np.clip(found(), *changed.bounds) if program.status == "optimal" else None
+
+
+def _least_friction(problem: Interpolated) -> np.ndarray:
+    """Bisection on the friction coefficient that a gait keeps to."""
+    low, high, best = 0.0, 1.0, None
+    while high - low > 1e-7 * high:
+        middle = (low + high) / 2
+        x = _solved(problem, objective_asked="torque", mu=middle)
+        if x is not None and problem.is_feasible(x, FEASIBLE / 2) and problem.objective(x) < high:
+            best, high = x, problem.objective(x)
+        else:
+            low = middle
+    if best is None:
+        raise ValueError("no gait keeps to a friction of 1; accepted: a problem with one")
+    return best
 
 
 def _shooting(instance: Instance) -> Iterator[Found]:
@@ -138,6 +169,7 @@ def _evolved(instance: Instance, start: np.ndarray, words: str) -> Iterator[Foun
 
     if instance.objective().violation(start) <= 0:
         yield Found(start, words)
+    best, judge = start, instance.objective()
     for seed, sigma in enumerate(WIDTHS, start=1):
         search = instance.objective(budget=EVALUATIONS)
 
@@ -148,12 +180,12 @@ def _evolved(instance: Instance, start: np.ndarray, words: str) -> Iterator[Foun
                 asked = strategy.ask()
                 strategy.tell(asked, it.penalised_batch(it.from_unit(np.array(asked))).tolist())
 
-        best = search.minimise(evolve).best_x
-        if best is None:
-            continue
-        yield Found(best, f"{words}, cma")
-        if (better := _slsqp(instance, best)) is not None:
-            yield Found(better, f"{words}, cma, SLSQP")
+        found = search.minimise(evolve).best_x
+        if found is not None:
+            yield Found(found, f"{words}, cma")
+            best = min(best, found, key=lambda x: judge.penalised)
+    if (better := _slsqp(instance, best)) is not None:
+        yield Found(better, f"{words}, cma, SLSQP")
 
 
 def _slsqp(instance: Instance, x: np.ndarray) -> np.ndarray | None:

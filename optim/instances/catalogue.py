@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """What the instances are about: see docs/suite.md."""
 ROOMS = ("stickslip.optim.instances.ugv.instances", "stickslip.optim.instances.biped.instances")
-"""Modules whose `instances()` the suite holds."""
+"""Modules whose `instances()` the suite holds, and whose WITHDRAWN it refuses."""
 
 
 def suite(*families: str) -> dict[str, Instance]:
@@ -28,9 +28,22 @@ def suite(*families: str) -> dict[str, Instance]:
 
 
 def instance(name: str) -> Instance:
-    """One of them by its id. ValueError, with the nearest ids, for an unknown one."""
+    """One of them by its id. ValueError, with the nearest ids, for an unknown one, and with the
+    reason for a withdrawn one."""
+    if name in withdrawn():
+        stem = name.rpartition("-v")[0]
+        latest = [one for one in _all() if one.rpartition("-v")[0] == stem]
+        raise ValueError(
+            f"id = {name} is withdrawn: {withdrawn()[name]}; accepted: "
+            f"{', '.join(latest) or 'another one'}"
+        )
     require_choice("id", name, tuple(_all()))
     return _all()[name]
+
+
+def withdrawn() -> dict[str, str]:
+    """Why an instance was withdrawn, by its id. It is listed and refused."""
+    return {name: why for room in ROOMS for name, why in import_module(room).WITHDRAWN.items()}
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Scene
     from stickslip.optim.function_problem import FunctionProblem
 
-RECORDING = RK4Split(record_events=True)
-"""What the suite's walks are simulated with, and its instants of switching written down."""
-
 
 class Walked(NamedTuple):
     """A walk of the suite. commanded: the crank rate that it is to have [rad/s]."""
@@ -37,6 +35,7 @@ class Walked(NamedTuple):
     robot: BipedModel
     scene: Scene
     commanded: float
+    integrator: RK4Split
     facts: tuple[tuple[str, str], ...] = ()
 
 
@@ -46,22 +45,24 @@ def walk_of(problem: FunctionProblem, x: np.ndarray) -> Walked | None:
     Of a feedback that is judged by many walks it is the first one.
     """
     function = problem.function
+    if not isinstance(function, Shooting | Gains):
+        return None
+    integrator = replace(function.integrator or RK4Split(), record_events=True)
+    recording = replace(function, integrator=integrator)
     with jax.enable_x64(True):
-        if isinstance(function, Shooting):
+        if isinstance(recording, Shooting):
             robot, scene, _ = problem.data
-            walk = function.walk(problem.data, jnp.asarray(x), RECORDING)
-            return Walked(walk, robot, scene, function.crank_rate)
-        if isinstance(function, Gains):
-            key = function.keys(DRAWS_FROM)[0]
-            walk, scene = function.walk(problem.data, jnp.asarray(x), key, RECORDING)
-            facts = (("shown", "one of the walks that the value is the mean of"),)
-            return Walked(walk, problem.data, scene, function.crank_rate, facts)
-    return None
+            walk = recording.walk(problem.data, jnp.asarray(x))
+            return Walked(walk, robot, scene, recording.crank_rate, integrator)
+        key = recording.keys(DRAWS_FROM)[0]
+        walk, scene = recording.walk(problem.data, jnp.asarray(x), key)
+        facts = (("shown", "one of the walks that the value is the mean of"),)
+        return Walked(walk, problem.data, scene, recording.crank_rate, integrator, facts)
 
 
 def walk_shown(walked: Walked, name: str) -> Shown:
     """The walk, from control step to control step as far as the model goes."""
-    walk, robot, scene, commanded, facts = walked
+    walk, robot, scene, commanded, integrator, facts = walked
     with jax.enable_x64(True):
         places, friction = jax.vmap(lambda state: under_foot(robot, scene.floor, state))(
             walk.states
@@ -130,7 +131,7 @@ def walk_shown(walked: Walked, name: str) -> Shown:
             ("distance slid", f"{1e3 * slid[-1]:.4g} mm"),
             *facts,
         ),
-        timing=f"Times of events {accuracy_of(RECORDING, DT)}.",
+        timing=f"Times of events {accuracy_of(integrator, DT)}.",
     )
 
 

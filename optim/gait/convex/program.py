@@ -101,7 +101,7 @@ class Program:
         self.kind, self._lock = kind, Lock()
         n, K = kind.steps, kind.cells
         nodes = n * (K + 1)
-        self._a, self._b = cp.Variable(nodes), cp.Variable(nodes)
+        self._a, self._b = cp.Variable(nodes, name="a"), cp.Variable(nodes, name="b")
         self._r = cp.Variable()
         shape = (kind.rows, nodes)
         self._A, self._B, self._C, self._R = (cp.Parameter(shape) for _ in range(4))

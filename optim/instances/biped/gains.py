@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams, BipedState, prepare, simulate
+from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, prepare, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.biped.shooting import (
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
 
     from stickslip.dynamics.biped import Trajectory
-    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 SECONDS = 3.0
 FRICTION = (0.05, 0.3)
@@ -44,6 +43,7 @@ class Gains:
 
     crank_rate: float
     walks: int
+    integrator: RK4Split | None = None
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1]; no margins."""
@@ -60,13 +60,7 @@ class Gains:
         cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
         return cost + SLIDE_WEIGHT * slid
 
-    def walk(
-        self,
-        model: PyTree,
-        x: Float[Array, "n"],
-        key: Array,
-        integrator: Integrator | str = "rk4_split",
-    ) -> tuple[Trajectory, Scene]:
+    def walk(self, model: PyTree, x: Float[Array, "n"], key: Array) -> tuple[Trajectory, Scene]:
         """One walk, and what it is on."""
         low, high = np.log(FRICTION)
         of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
@@ -75,7 +69,7 @@ class Gains:
             phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate
         ).astype(x.dtype)
         scene = Scene.uniform(mu, KINETIC * mu)
-        law = partial(self.torque, x)
+        law, integrator = partial(self.torque, x), self.integrator or RK4Split()
         return simulate(model, scene, state, law, SECONDS, DT, integrator=integrator), scene
 
     def torque(self, x: Float[Array, "n"], state: BipedState) -> Array:
@@ -87,9 +81,11 @@ class Gains:
         return jnp.clip(asked, -TORQUE_LIMIT, TORQUE_LIMIT)
 
 
-def gains_problem(numbers: int, crank_rate: float, walks: int) -> FunctionProblem:
+def gains_problem(
+    numbers: int, crank_rate: float, walks: int, integrator: RK4Split | None = None
+) -> FunctionProblem:
     """2 + 2 h numbers with h harmonics."""
     model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
     low = np.array([GAIN_RANGE[0], *[TORQUE_RANGE[0]] * (numbers - 1)])
     high = np.array([GAIN_RANGE[1], *[TORQUE_RANGE[1]] * (numbers - 1)])
-    return FunctionProblem(Gains(crank_rate, walks), model, low, high, forward=True)
+    return FunctionProblem(Gains(crank_rate, walks, integrator), model, low, high, forward=True)

@@ -15,14 +15,15 @@ from stickslip.optim.instances.instance import Flags, Instance, made
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-GAITS: dict[tuple[str, int], dict[str, float]] = {
-    ("time", 16): {"mu": 0.2},
-    ("time", 64): {"mu": 0.08},
-    ("energy", 32): {"mu": 0.3, "mean_rate": 3.0},
-    ("torque", 64): {"mu": 0.1, "mean_rate": 3.0},
-    ("work", 128): {"mu": 0.3, "mean_rate": 5.0},
-    ("friction", 32): {"mean_rate": 3.0},
+GAITS: dict[tuple[str, int, int], dict[str, float]] = {
+    ("time", 16, 8): {"mu": 0.2},
+    ("time", 64, 4): {"mu": 0.08},
+    ("energy", 32, 16): {"mu": 0.3, "mean_rate": 3.0},
+    ("torque", 64, 1): {"mu": 0.1, "mean_rate": 3.0},
+    ("work", 128, 1): {"mu": 0.3, "mean_rate": 5.0},
+    ("friction", 32, 8): {"mean_rate": 3.0},
 }
+"""Limits by objective, numbers, and points of each cell that limits hold at."""
 SHOTS = (
     ("grip", 10, None),
     ("firm", 20, None),
@@ -37,6 +38,17 @@ SHOTS = (
 GAINS = ((2, 3.0), (4, 3.0), (8, 3.0), (4, 5.0))
 
 
+COARSE = "its best point missed limits, or was worth less, between the nodes"
+WITHDRAWN = {
+    "gait-time-d16-v1": COARSE,
+    "gait-time-d64-v1": COARSE,
+    "gait-energy-d32-v1": COARSE,
+    "gait-friction-d32-v1": COARSE,
+    "goals-gait-time-energy-d32-v1": COARSE,
+    "design-biped-friction-d12-v1": "friction is greatest at the ends of a step: it did not look",
+}
+
+
 def instances() -> Iterator[Instance]:
     """All of them."""
     yield from _gaits()
@@ -47,11 +59,12 @@ def instances() -> Iterator[Instance]:
 
 
 def _gaits() -> Iterator[Instance]:
-    for (objective, n), limits in GAITS.items():
+    for (objective, n, points), limits in GAITS.items():
         given = ", ".join(f"{name} {value:g}" for name, value in limits.items())
         yield made(
             f"gait-{objective}-d{n}",
-            partial(gait_problem, objective, n, **limits),
+            partial(gait_problem, objective, n, points, **limits),
+            version=1 if points == 1 else 2,
             family="gait",
             what=f"the biped's periodic step without slip: {objective}, {given}",
             goals=(f"{objective} [{_gait_unit(objective)}]",),
@@ -95,6 +108,7 @@ def _designs() -> Iterator[Instance]:
         yield made(
             f"design-biped-{goal}{'-masses' if masses else ''}-d{n}",
             partial(biped_design, goal, masses),
+            version=2 if goal == "friction" else 1,
             family="design",
             what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
             goals=(f"{goal} [{unit}]",),
@@ -106,7 +120,8 @@ def _designs() -> Iterator[Instance]:
 def _goals() -> Iterator[Instance]:
     yield made(
         "goals-gait-time-energy-d32",
-        partial(gait_goals, ("time", "energy"), 32, mu=0.2),
+        partial(gait_goals, ("time", "energy"), 32, 16, mu=0.2),
+        version=2,
         family="goals",
         what="the biped's periodic step without slip: its time against its energy, mu 0.2",
         goals=(f"time [{_gait_unit('time')}]", f"energy [{_gait_unit('energy')}]"),

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, inverse_dynamics, step_length
 from stickslip.dynamics.biped.links import (
+    SUPPORT_END,
     SUPPORT_START,
     closing_margin,
     exchange_mismatch,
@@ -57,9 +58,10 @@ class BipedDesign:
     """What a robot needs that walks at CRANK_RATE without slip.
 
     goal: "friction": the largest |F| / N, or "energy": positive work and copper loss for each metre
-    [J/m]. names: of what the vector multiplies. Margins: the linkage closes at ANGLES crank angles;
-    the exchange is free of impact within MISMATCH; the step is no shorter than LEAST_STEP of the
-    reference; the foot presses on the ground.
+    [J/m]. names: of what the vector multiplies. angles: how many crank angles, None: ANGLES; both
+    ends of the step are among those of "friction", which is greatest there. Margins: the linkage
+    closes there; the exchange is free of impact within MISMATCH; the step is no shorter than
+    LEAST_STEP of the reference; the foot presses on the ground.
 
     A design that misses any of them has a value, too, that is no lower for it: a step counts as
     half the reference's at least, and a foot that does not press as one that hardly does. All is
@@ -68,13 +70,17 @@ class BipedDesign:
 
     goal: str
     names: tuple[str, ...]
+    angles: int | None = None
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
-        """Value [1] and margins [2 ANGLES + 2]."""
+        """Value [1] and margins [2 angles + 2]."""
+        angles = ANGLES if self.angles is None else self.angles
         usual = LENGTHS | MASSES
         chosen = {name: usual[name] * part for name, part in zip(self.names, x, strict=True)}
         robot = BipedParams.from_bars(**chosen, dtype=np.float64)
-        theta = SUPPORT_START + np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
+        theta = SUPPORT_START + np.pi * (np.arange(angles) + 0.5) / angles
+        if self.goal == "friction":
+            theta = np.linspace(SUPPORT_START, SUPPORT_END, angles)
         need = jax.vmap(lambda angle: inverse_dynamics(robot, angle, CRANK_RATE, 0.0))(theta)
         length, weight = step_length(robot), robot.total_mass * robot.gravity
         margins = jnp.concatenate(

@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, prepare, simulate
+from stickslip.dynamics.biped import (
+    BipedParams,
+    BipedState,
+    RK4Split,
+    Trajectory,
+    prepare,
+    simulate,
+)
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree
-
-    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 TORQUE_LIMIT = 4.0
 DT = 0.02
@@ -39,14 +44,15 @@ class Shooting:
     """The cost of a row of torques [n], each held for HELD steps of DT.
 
     crank_rate: what is wanted [rad/s]. slide_limit: how far the foot may slide in all [m], as a
-    margin; None: any, at a price. The cost is the mean squared error of the crank rate in parts of
-    what is wanted, TORQUE_WEIGHT times the mean squared torque in parts of the limit, SLIDE_WEIGHT
-    for each metre slid (without a slide_limit), and FALL_WEIGHT times the part of the time left
-    when a walk ends early.
+    margin; None: any, at a price. integrator: over each DT, None: RK4Split(). The cost is the mean
+    squared error of the crank rate in parts of what is wanted, TORQUE_WEIGHT times the mean squared
+    torque in parts of the limit, SLIDE_WEIGHT for each metre slid (without a slide_limit), and
+    FALL_WEIGHT times the part of the time left when a walk ends early.
     """
 
     crank_rate: float
     slide_limit: float | None
+    integrator: RK4Split | None = None
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1] and margins [0] or [1]."""
@@ -55,12 +61,10 @@ class Shooting:
             return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
         return cost[None], (1 - slid / self.slide_limit)[None]
 
-    def walk(
-        self, data: PyTree, x: Float[Array, "n"], integrator: Integrator | str = "rk4_split"
-    ) -> Trajectory:
+    def walk(self, data: PyTree, x: Float[Array, "n"]) -> Trajectory:
         """The walk under the torques."""
         model, scene, state = data
-        torques = jnp.repeat(x, HELD)
+        torques, integrator = jnp.repeat(x, HELD), self.integrator or RK4Split()
         return simulate(model, scene, state, torques, len(torques) * DT, DT, integrator=integrator)
 
 
@@ -77,10 +81,15 @@ def walk_cost(
 
 
 def shooting_problem(
-    scene: str, numbers: int, crank_rate: float = 3.0, slide_limit: float | None = None
+    scene: str,
+    numbers: int,
+    crank_rate: float = 3.0,
+    slide_limit: float | None = None,
+    integrator: RK4Split | None = None,
 ) -> FunctionProblem:
     """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
     model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
     data = (model, SCENES[scene](), BipedState(**STATE).astype(np.float64))
     most = np.full(numbers, TORQUE_LIMIT)
-    return FunctionProblem(Shooting(crank_rate, slide_limit), data, -most, most, forward=True)
+    function = Shooting(crank_rate, slide_limit, integrator)
+    return FunctionProblem(function, data, -most, most, forward=True)

@@ -58,6 +58,9 @@ GOALS = {
 }
 
 
+WITHDRAWN: dict[str, str] = {}
+
+
 def instances() -> Iterator[Instance]:
     """All of them."""
     yield from _postures()

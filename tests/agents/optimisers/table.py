@@ -5,7 +5,7 @@ import numpy as np
 from stickslip.agents.optimisers.results import COUNTED, Run
 from stickslip.optim import suite
 
-NAME = "gait-time-d16-v1"
+NAME = "gait-time-d16-v2"
 BEST = suite()[NAME].best_known
 
 

@@ -41,9 +41,9 @@ def test_every_part_shows_examples_that_it_takes(part, capsys):
 
 
 def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
-    goals = "goals-gait-time-energy-d32-v1"
+    goals = "goals-gait-time-energy-d32-v2"
     runs = [run([(3, 1.0), (9, 0.005)], 50, seed=seed) for seed in range(2)]
-    several = run([], 9, name="goals-gait-time-energy-d32-v1")
+    several = run([], 9, name="goals-gait-time-energy-d32-v2")
     mine = write_results([*runs, several], tmp_path / "mine.parquet")
     theirs = write_results([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs.csv")
     out = tmp_path / "report"
@@ -77,7 +77,7 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["run", "--instances", "gait-time-d17-v1", "--budget", "5"], "did you mean gait-time-d16"),
+        (["run", "--instances", "gait-time-d17-v2", "--budget", "5"], "did you mean gait-time-d16"),
         (["run", "--methods", "cme", "--budget", "5"], "did you mean cma"),
         (["run", "--budget", "0"], "budget = 0"),
         (["run"], "neither budget nor seconds"),

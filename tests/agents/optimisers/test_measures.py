@@ -36,7 +36,7 @@ def test_a_distribution_rises_to_the_share_of_pairs_that_are_hit():
 
 
 def test_profiles_rank_by_ratios_to_the_best_method():
-    other = "gait-energy-d32-v1"
+    other = "gait-energy-d32-v2"
     runs = [
         run([(10, 0.0)], 100, method="a"),
         run([(40, 0.0)], 100, method="b"),

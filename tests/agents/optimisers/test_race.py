@@ -103,7 +103,7 @@ def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
         ({"seeds": 0}, "seeds = 0"),
         ({"seeds": [1, 1]}, "each once"),
         ({"outside": "wrap"}, "outside = 'wrap' is unknown"),
-        ({"instances": ["gait-time-d17-v1"]}, "did you mean gait-time-d16-v1"),
+        ({"instances": ["gait-time-d17-v2"]}, "did you mean gait-time-d16-v2"),
         ({"instances": [NAME, NAME]}, "is given twice"),
         ({"instances": []}, "no instances"),
         ({"methods": ["slsq"]}, "did you mean slsqp"),

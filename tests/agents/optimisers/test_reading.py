@@ -67,7 +67,7 @@ def test_five_columns_are_enough(tmp_path):
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ([{"instance": "gait-time-d17-v1"}], "row 1: instance .* is unknown .did you mean gait-ti"),
+        ([{"instance": "gait-time-d17-v2"}], "row 1: instance .* is unknown .did you mean gait-ti"),
         ([{"evaluations": 9}, {"evaluations": 5, "value": BEST}], "fall from row to row"),
         ([{}, {"evaluations": 9, "value": BEST + 2}], "the best value rises"),
         ([{"value": BEST * 0.9}], "is below the proved bound"),

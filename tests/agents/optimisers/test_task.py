@@ -62,7 +62,7 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
 
 
 def test_the_known_front_misses_nothing_and_a_part_of_it_more():
-    goals = suite()["goals-gait-time-energy-d32-v1"]
+    goals = suite()["goals-gait-time-energy-d32-v2"]
     merit, front = Merit(goals), goals.known.front
     assert merit.of_front(front) == pytest.approx(0.0)
     assert 0 < merit.of_front(front[::2]) < merit.of_front(front[:1]) <= 1

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from stickslip.optim import FAMILIES, instance, suite
+from stickslip.optim.instances.catalogue import withdrawn
 from stickslip.optim.instances.instance import parts_of, verified
 from stickslip.optim.instances.known import HERE, Known, keep
 
-CHEAP = ("ugv-bump-energy-d8-v1", "gait-time-d16-v1", "gait-friction-d32-v1")
+CHEAP = ("ugv-bump-energy-d8-v1", "gait-time-d16-v2", "gait-friction-d32-v2")
 
 
 def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
@@ -27,6 +28,12 @@ def test_an_unknown_one_brings_the_nearest():
         instance("ugv-bump-energie-d64-v1")
     with pytest.raises(ValueError, match="posture"):
         suite("postures")
+
+
+def test_a_withdrawn_one_is_refused_with_the_reason_and_what_is_there_in_its_place():
+    assert not set(withdrawn()) & set(suite())
+    with pytest.raises(ValueError, match=r"d16-v1 is withdrawn: .*accepted: gait-time-d16-v2"):
+        instance("gait-time-d16-v1")
 
 
 @pytest.mark.parametrize("family", ["posture", "gait"])
@@ -62,8 +69,8 @@ def test_all_that_is_recorded_comes_out_again(name):
 
 
 def test_a_changed_instance_is_not_the_recorded_one(monkeypatch):
-    one = instance("gait-time-d16-v1")
-    other = instance("gait-time-d64-v1")
+    one = instance("gait-time-d16-v2")
+    other = instance("gait-time-d64-v2")
     assert one.digest() != other.digest()
     monkeypatch.setitem(one.__dict__, "problems", other.problems)
     assert "another instance than the recorded one" in verified(one)
@@ -90,4 +97,4 @@ def test_what_is_kept_is_read_back_beside_the_rest(tmp_path):
     assert entries["toy"]["bound"] == 2.0
     with np.load(tmp_path / "best.npz") as points:
         assert points["toy"].tolist() == [0, 1, 2]
-        assert "gait-time-d16-v1" in points
+        assert "gait-time-d16-v2" in points

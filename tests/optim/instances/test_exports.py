@@ -134,7 +134,7 @@ def test_ioh():
 
 
 def test_cvxpy_takes_what_is_convex():
-    one = instance("gait-time-d16-v1")
+    one = instance("gait-time-d16-v2")
     program, found = exports.as_cvxpy(one)
     program.solve(solver="CLARABEL")
     values, feasible = one.value(found())

@@ -50,7 +50,7 @@ def test_methods_for_goals_find_a_front(name, package):
 
 
 def test_methods_that_look_into_the_problem_find_the_best_known():
-    one = suite()["gait-time-d16-v1"]
+    one = suite()["gait-time-d16-v2"]
     objective = one.objective()
     METHODS["conic"].run(objective, 0)
     assert objective.record.best == pytest.approx(one.best_known, rel=1e-6)
@@ -64,14 +64,14 @@ def test_all_are_tried_and_each_says_what_it_takes():
     instances = suite()
     for name, one in METHODS.items():
         assert any(not one.unsuited(instance) for instance in instances.values()), name
-    gait = instances["gait-time-d16-v1"]
+    gait = instances["gait-time-d16-v2"]
     assert METHODS["dp"].unsuited(gait) == "takes posture, not gait"
     rough = replace(gait, flags=replace(gait.flags, slopes=False))
     assert METHODS["adam"].unsuited(rough) == "needs gradients, which it has not"
-    assert METHODS["conic"].unsuited(instances["gait-friction-d32-v1"]) == (
+    assert METHODS["conic"].unsuited(instances["gait-friction-d32-v2"]) == (
         "takes convex problems only"
     )
-    assert METHODS["cma"].unsuited(instances["goals-gait-time-energy-d32-v1"]) == (
+    assert METHODS["cma"].unsuited(instances["goals-gait-time-energy-d32-v2"]) == (
         "takes 1 to 1 goals, not 2"
     )
 
