@@ -34,7 +34,8 @@ class SweepArrays:
     dims: task, policy, the gridded axes, "sample" where axes are random, and seed where the rows
     are episodes. coordinates: the labels of each dimension, [its length]; of random axes by their
     own names, [samples]. arrays: each of the shape of dims. units: of axes and arrays. drawn: the
-    tasks whose resets draw, None where that is not known.
+    tasks whose resets draw, None where that is not known. returns: of every episode, [*dims,
+    episodes], beside summaries; None where no episodes were written.
     """
 
     dims: tuple[str, ...]
@@ -42,6 +43,7 @@ class SweepArrays:
     arrays: dict[str, np.ndarray]
     units: dict[str, str]
     drawn: tuple[str, ...] | None = None
+    returns: np.ndarray | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """An array. ValueError for an unknown name."""
@@ -103,12 +105,14 @@ def sweep_arrays(path: str | Path, *, summaries: bool = False) -> SweepArrays:
     require_memory(f"{path}", "numbers", math.prod(shape), 16 * 10)
     parts: list[dict[str, np.ndarray]] = []
     drawn: dict[str, np.ndarray] = {}
+    returns: list[np.ndarray] = []
     for table in _tables(path, about):
         try:
             with refusing("a chunk"):
                 found = _columns(table, about)
                 _collect(drawn, about, table)
                 if summaries and whole["rows"] == "episodes":
+                    returns.append(found["reward"])
                     found = summary(found, whole["episodes"], about.finished)
                 parts.append(found)
         except ValueError as error:
@@ -120,6 +124,7 @@ def sweep_arrays(path: str | Path, *, summaries: bool = False) -> SweepArrays:
         arrays = {
             name: np.concatenate([one[name] for one in parts]).reshape(shape) for name in parts[0]
         }
+        kept = np.concatenate(returns).reshape(*shape, whole["episodes"]) if returns else None
     if each:
         coordinates["seed"] = np.arange(each[0])
     dims = (*size, *(["seed"] if each else []))
@@ -127,7 +132,7 @@ def sweep_arrays(path: str | Path, *, summaries: bool = False) -> SweepArrays:
         name: about.units.get(name) or about.units.get(name.rpartition("_")[0], "-")
         for name in (*coordinates, *arrays)
     }
-    return SweepArrays(dims, coordinates, arrays, units, about.drawn)
+    return SweepArrays(dims, coordinates, arrays, units, about.drawn, kept)
 
 
 def _dims(about: About) -> dict[str, int]:

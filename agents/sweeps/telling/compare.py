@@ -18,6 +18,7 @@ from stickslip.agents.sweeps.telling.words import (
     APART,
     BEST,
     alone,
+    difference_error,
     draws,
     error_of,
     slip_of,
@@ -187,7 +188,8 @@ def _change(both: Common, at: int, which: int) -> tuple[np.ndarray, np.ndarray]:
     """By how much the second earns more at each point, and whether the two are told apart."""
     change = both.other["reward_mean"][at, which] - both.one["reward_mean"][at, which]
     errors = [error_of(one, at)[which] for one in both[:2]]
-    return change, np.abs(change) > APART * np.sqrt(errors[0] + errors[1])
+    returns = [None if one.returns is None else one.returns[at, which] for one in both[:2]]
+    return change, np.abs(change) > APART * difference_error(errors, returns)
 
 
 def _worst(slips: np.ndarray) -> str:
@@ -224,7 +226,8 @@ def _picked(found: SweepArrays, places: tuple[np.ndarray, ...]) -> SweepArrays:
     labels = {
         name: one[own[name]] if name in own else one for name, one in found.coordinates.items()
     }
-    return replace(found, coordinates=labels, arrays=arrays)
+    returns = None if found.returns is None else found.returns[np.ix_(*places)]
+    return replace(found, coordinates=labels, arrays=arrays, returns=returns)
 
 
 def _listed(labels: np.ndarray) -> str:

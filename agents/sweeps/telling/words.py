@@ -13,7 +13,7 @@ from stickslip.agents.sweeps.telling.told import PLAINLY, Told
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from stickslip.agents.sweeps.reading import SweepArrays
 
@@ -86,13 +86,34 @@ def measured(found: SweepArrays, at: int, told: Told) -> list[tuple[str, str, np
 
 def best_of(found: SweepArrays, at: int) -> tuple[np.ndarray, np.ndarray]:
     """The policy with the greatest mean return at every point of a task, by its place, and whether
-    it is told apart from the next one (see `error_of`; 95 %, episodes taken as independent)."""
+    it is told apart from the next one (95 %, see `difference_error`)."""
     mean, error = found["reward_mean"][at], error_of(found, at)
     order = np.argsort(-mean, axis=0, kind="stable")
-    first, second = order[:1], order[1:2]
-    lead = np.take_along_axis(mean, first, 0) - np.take_along_axis(mean, second, 0)
-    spread = np.sqrt(np.take_along_axis(error, first, 0) + np.take_along_axis(error, second, 0))
-    return first[0], (lead > APART * spread)[0]
+    pair = order[:1], order[1:2]
+    lead = np.subtract(*(np.take_along_axis(mean, one, 0) for one in pair))
+    errors = [np.take_along_axis(error, one, 0) for one in pair]
+    returns = [
+        None if found.returns is None else np.take_along_axis(found.returns[at], one[..., None], 0)
+        for one in pair
+    ]
+    return pair[0][0], (lead > APART * difference_error(errors, returns))[0]
+
+
+def difference_error(
+    errors: Sequence[np.ndarray], returns: Sequence[np.ndarray | None]
+) -> np.ndarray:
+    """Standard error of the difference of two mean returns at every point.
+
+    errors: see `error_of`. returns: of every episode [..., episodes]; an episode's two are of the
+    same draw, so that the error is of their difference. Without them the episodes are taken as
+    independent, which finds fewer differences.
+    """
+    one, other = returns
+    apart = np.sqrt(errors[0] + errors[1])
+    if one is None or other is None or one.shape != other.shape or one.shape[-1] < 2:
+        return apart
+    change = np.asarray(other, float) - one
+    return np.where(apart > 0, change.std(axis=-1, ddof=1) / np.sqrt(change.shape[-1]), 0.0)
 
 
 def error_of(found: SweepArrays, at: int) -> np.ndarray:

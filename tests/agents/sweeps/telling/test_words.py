@@ -1,5 +1,6 @@
 """What is said and drawn of a sweep is what its numbers say."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -189,6 +190,24 @@ def test_two_sweeps_are_compared_where_both_have_points():
         "mu",
         "payload [kg]",
     ]
+
+
+def test_policies_and_sweeps_are_told_apart_by_differences_on_the_same_episodes():
+    """b earns 0.1 more than a in each episode, and episodes differ by far more than that."""
+    rng = np.random.default_rng(0)
+    tracks = rng.normal(0.0, 5.0, (1, 5, 3, 10))
+    returns = np.stack([tracks, tracks + 0.1 + rng.normal(0.0, 0.02, tracks.shape)], 1)
+    one = example()
+    arrays = one.arrays | {"reward_mean": returns.mean(-1), "reward_std": returns.std(-1, ddof=1)}
+    found = replace(one, arrays=arrays, returns=returns)
+    assert "best by return: b at 100 % of the points" in in_words(found)
+    assert "no best told from the next at 100 %" in in_words(replace(found, returns=None))
+    moved = arrays | {"reward_mean": arrays["reward_mean"] + 0.1}
+    other = replace(found, arrays=moved, returns=returns + 0.1)
+    heads = [column.name for column in summary_of(common(found, other), PLAINLY).columns]
+    for kept, share in ((found, 1.0), (replace(found, returns=None), 0.0)):
+        for row in summary_of(common(kept, other), PLAINLY).rows:
+            assert row[heads.index("B_earns_more")] == share
 
 
 def test_sweeps_that_share_nothing_are_refused():
