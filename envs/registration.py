@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
 from stickslip.envs.forked import require_unforked
+from stickslip.envs.tasks.known import threshold
 from stickslip.envs.tasks.ladder import TASKS, task_by_name
 
 if TYPE_CHECKING:
@@ -18,13 +19,15 @@ if TYPE_CHECKING:
 
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
-    from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.definition import Made, TaskDefinition
 
     Kind: TypeAlias = type[envs.BipedEnv] | type[envs.UGVEnv]
 
 Options: TypeAlias = dict[str, Any]
 """Of the environment and of its `make_params`, by name."""
 
+LIMIT = "an integer >= 1, None or -1 (the parameters' own time limit)"
+"""What max_episode_steps may be."""
 BIPED_ID = "stickslip/Biped-v0"
 UGV_ID = "stickslip/UGV-v0"
 
@@ -40,10 +43,12 @@ def make_biped_vec(
     *,
     autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
+    max_episode_steps: int | None = None,
     **options: Any,
 ) -> GymVectorEnv:
     """n bipeds in one compiled call; options as for the single one."""
-    return _vector(envs.BipedEnv, options, num_envs, autoreset_mode, render_mode)
+    how = num_envs, autoreset_mode, render_mode
+    return _vector(_resetting(envs.BipedEnv, options), how, max_episode_steps)
 
 
 def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
@@ -57,10 +62,12 @@ def make_ugv_vec(
     *,
     autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
+    max_episode_steps: int | None = None,
     **options: Any,
 ) -> GymVectorEnv:
     """n UGVs in one compiled call; options as for the single one."""
-    return _vector(envs.UGVEnv, options, num_envs, autoreset_mode, render_mode)
+    how = num_envs, autoreset_mode, render_mode
+    return _vector(_resetting(envs.UGVEnv, options), how, max_episode_steps)
 
 
 def make_task(task: str, render_mode: str | None = None, **options: object) -> GymEnv:
@@ -74,10 +81,12 @@ def make_task_vec(
     *,
     autoreset_mode: str | AutoresetMode = "next_step",
     render_mode: str | None = None,
+    max_episode_steps: int | None = None,
     **options: object,
 ) -> GymVectorEnv:
     """n environments of a task in one compiled call."""
-    return envs.GymVectorEnv(*_fixed(task, options).make(), num_envs, autoreset_mode, render_mode)
+    how = num_envs, autoreset_mode, render_mode
+    return _vector(_fixed(task, options).make(), how, max_episode_steps)
 
 
 def _fixed(task: str, options: Collection[str]) -> TaskDefinition:
@@ -98,22 +107,29 @@ def _single(kind: Kind, options: Options, render_mode: str | None) -> GymEnv:
     return envs.GymEnv(*split_options(kind, {"autoreset": "disabled"} | options), render_mode)
 
 
-def _vector(
-    kind: Kind,
-    options: Options,
-    num_envs: int,
-    autoreset_mode: str | AutoresetMode,
-    render_mode: str | None,
-) -> GymVectorEnv:
-    """Several environments; how they reset is autoreset_mode alone, else ValueError."""
+def _resetting(kind: Kind, options: Options) -> Made:
+    """An environment that resets as autoreset_mode alone says, and its parameters."""
     if "autoreset" in options:
         raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")
-    return envs.GymVectorEnv(*split_options(kind, options), num_envs, autoreset_mode, render_mode)
+    return split_options(kind, options)
 
 
-def split_options(
-    kind: Kind, options: Options
-) -> tuple[envs.BipedEnv | envs.UGVEnv, envs.BipedEnvParams | envs.UGVEnvParams]:
+def _vector(
+    made: Made, how: tuple[int, str | AutoresetMode, str | None], max_episode_steps: int | None
+) -> GymVectorEnv:
+    """Several environments. max_episode_steps: as `gymnasium.make` takes it, -1 or None for the
+    parameters' own time limit; a longer one changes nothing."""
+    from stickslip.dynamics.checks import require_integer
+    from stickslip.envs.timed import horizon
+
+    env, params = made
+    if max_episode_steps not in (None, -1):
+        steps = require_integer("max_episode_steps", max_episode_steps, accepted=LIMIT)
+        params = params.shortened(steps) if steps < horizon(params) else params
+    return envs.GymVectorEnv(env, params, *how)
+
+
+def split_options(kind: Kind, options: Options) -> Made:
     """A functional environment of a kind (BipedEnv, UGVEnv) and its parameters from one set of
     options; ValueError for unknown ones."""
     from dataclasses import fields
@@ -128,7 +144,11 @@ def split_options(
 
 
 def register() -> None:
-    """Tell Gymnasium of the environments; done by `import stickslip`, safe to repeat."""
+    """Tell Gymnasium of the environments; done by `import stickslip`, safe to repeat.
+
+    The two general ids are registered without max_episode_steps, since TimeLimit would cut what
+    longer parameters ask for; `spec` of what is made says it.
+    """
     import gymnasium
 
     for name, maker in ((BIPED_ID, "make_biped"), (UGV_ID, "make_ugv")):
@@ -144,5 +164,7 @@ def register() -> None:
                 task.id,
                 entry_point="stickslip.envs.registration:make_task",
                 vector_entry_point="stickslip.envs.registration:make_task_vec",
+                reward_threshold=threshold(task),
+                max_episode_steps=task.max_episode_steps,
                 kwargs={"task": task.name},
             )

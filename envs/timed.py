@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
+from stickslip.dynamics.checks import shown
+
 if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number
+
+MOST_STEPS = 10**7
+"""Of one episode."""
 
 
 class Timed(Protocol):
@@ -20,3 +27,16 @@ class Timed(Protocol):
     def time_limit(self) -> Number:
         """Of an episode [s]."""
         ...
+
+
+def horizon(params: Timed) -> int:
+    """Control steps to the time limit. params: concrete numbers."""
+    steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
+    count = float(np.max(steps))
+    if not count <= MOST_STEPS:
+        raise ValueError(
+            f"time_limit = {shown(params.time_limit)} with control_period = "
+            f"{shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
+            f"{MOST_STEPS:g}"
+        )
+    return max(1, int(np.ceil(count - 0.5)))

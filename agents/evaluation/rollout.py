@@ -12,19 +12,16 @@ import numpy as np
 from jax.core import Tracer
 
 from stickslip.agents.evaluation.given import made_for, validated_controller
-from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co, Timed
-from stickslip.dynamics.checks import require_integer, require_kind, shown
+from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co
+from stickslip.dynamics.checks import require_integer, require_kind
 from stickslip.envs.functional import FunctionalEnv, pure_step
+from stickslip.envs.timed import MOST_STEPS, horizon
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
     from stickslip.agents.protocol import Controller
-
-
-MOST_STEPS = 10**7
-"""Of one episode."""
 
 
 class Rollout(NamedTuple, Generic[State_co]):
@@ -119,19 +116,6 @@ def planned(
         with made_for(controller, env, state, params):
             return controller.path(env, params, state)
     return controller
-
-
-def horizon(params: Timed) -> int:
-    """Control steps to the time limit. params: concrete numbers."""
-    steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
-    count = float(np.max(steps))
-    if not count <= MOST_STEPS:
-        raise ValueError(
-            f"time_limit = {shown(params.time_limit)} with control_period = "
-            f"{shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
-            f"{MOST_STEPS:g}"
-        )
-    return max(1, int(np.ceil(count - 0.5)))
 
 
 class _Step(NamedTuple, Generic[State]):

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.checks import require_integer, require_kind, require_known
 from stickslip.envs.functional import FunctionalEnv, bare_step, pure_step
 from stickslip.envs.rendering.extras import require
+from stickslip.envs.timed import horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array
@@ -113,7 +114,7 @@ class BraxEnv(base.Env):
     @property
     def episode_length(self) -> int:
         """Control steps to the time limit."""
-        return max(1, round(float(self.params.time_limit) / float(self.params.control_period)))
+        return horizon(self.params)
 
     @property
     def observation_size(self) -> int:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import Params, State
+from stickslip.envs.timed import horizon
 
 if TYPE_CHECKING:
+    from gymnasium.envs.registration import EnvSpec
+
     from stickslip.envs.functional import FunctionalEnv
 
 
@@ -19,6 +24,19 @@ class Compiled(Generic[State, Params]):
 
     _functional: FunctionalEnv[State, Params]
     _params: Params
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """Gymnasium's, where its `make` or `make_vec` made this; max_episode_steps is that of the
+        parameters."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        with suppress(ValueError):  # an episode without end
+            spec = spec and replace(spec, max_episode_steps=horizon(self._params))
+        self._spec = spec
 
     @property
     def functional(self) -> FunctionalEnv[State, Params]:

@@ -166,6 +166,10 @@ class BipedEnvParams:
             changes["robot"] = self._other_robot(**given)
         return replace(self, **_as_numbers(changes)).validate()
 
+    def shortened(self, steps: int) -> BipedEnvParams:
+        """With a time limit of so many control steps."""
+        return self.replace(time_limit=steps * self.control_period)
+
     def _other_robot(
         self, biped: BipedParams | None = None, fidelity: Any = None, dtype: DTypeLike | None = None
     ) -> BipedModel:

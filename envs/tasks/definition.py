@@ -21,6 +21,8 @@ Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
 NAMESPACE = "stickslip/"
 ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 """Whose a task may be, and the machine of each."""
+DRIVE_STEPS = 66
+"""Of a UGV task: 8 m of ground, less what the vehicle stands on at first, at most 0.1 m a step."""
 DTYPE = "float32"
 """Every task computes in it, whatever `jax_enable_x64` says: a score is the same everywhere."""
 
@@ -65,6 +67,14 @@ class TaskDefinition:
     def id(self) -> str:
         """As Gymnasium knows it."""
         return NAMESPACE + self.name
+
+    @property
+    def max_episode_steps(self) -> int:
+        """Control steps of a whole episode."""
+        limit, period = (self.parameters.get(name) for name in ("time_limit", "control_period"))
+        if isinstance(limit, float) and isinstance(period, float):
+            return round(limit / period)
+        return DRIVE_STEPS
 
     @property
     def digest(self) -> str:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 FILE = Path(__file__).with_name("known.json")
 FORMAT, VERSION = "stickslip known scores", 1
+SOLVED = 0.9
+"""The score from which a task counts as solved."""
 ACCEPTED = "accepted: the file as `python -m benchmarks.tasks` writes it"
 
 
@@ -139,6 +141,16 @@ def known_of(task: TaskDefinition) -> Known | None:
         return _known(task.name, content)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ValueError(f"{FILE}: {task.name}: {shown(error)}; {ACCEPTED}") from error
+
+
+def threshold(task: TaskDefinition) -> float | None:
+    """The return from which a task counts as solved: a score of 0.9. None where nothing is known,
+    and where the file is damaged, which is no reason to register no environment."""
+    try:
+        known = known_of(task)
+    except ValueError:
+        return None
+    return None if known is None else round(known.scale.earned(SOLVED), 4)
 
 
 @lru_cache(maxsize=4)

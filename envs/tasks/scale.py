@@ -48,6 +48,10 @@ class Scale:
         """(earned - zero) / (one - zero); above 1 where more is earned than was known."""
         return (earned - self.zero) / (self.one - self.zero)
 
+    def earned(self, score: float) -> float:
+        """The return of a score."""
+        return self.zero + score * (self.one - self.zero)
+
 
 def bootstrapped(
     statistic: Callable[..., np.ndarray],

@@ -166,6 +166,11 @@ class UGVEnvParams:
             changes["odometer"] = odometer_over(track, start, end, dtype)
         return cast(replace(self, **changes).validate(), dtype)
 
+    def shortened(self, steps: int) -> UGVEnvParams:
+        """With a drive of so many steps; a failure costs what it costs on the whole one."""
+        end = self.start + steps * self.spacing
+        return self.replace(end=end, failure_penalty=self.failure_penalty)
+
     def _goes_a_step(self) -> bool:
         """Whether `steps` is 1 or more; of numbers, also inside a trace of other things."""
         way, spacing = np.asarray(self.end) - np.asarray(self.start), np.asarray(self.spacing)

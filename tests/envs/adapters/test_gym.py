@@ -12,11 +12,12 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction
+from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAwareObservation
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs import BipedEnv, GymEnv, Randomisation, forked
+from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, check_vector_env, forked
+from stickslip.envs.timed import horizon
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
 
@@ -190,6 +191,48 @@ def test_the_spec_makes_the_same_environment_again():
     assert np.array_equal(first, second)
     kept = gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json())
     assert gymnasium.make(kept).reset(seed=3)[0] == pytest.approx(first)
+
+
+@pytest.mark.parametrize("options", [{}, {"time_limit": 20.0}, {"control_period": 0.04}])
+def test_the_spec_says_how_long_an_episode_is(options):
+    """Also where the parameters change it; the wrapper of TimeLimit alone makes it shorter."""
+    steps = {"time_limit": 1000, "control_period": 250}.get(next(iter(options), ""), 500)
+    env = gymnasium.make(BIPED, **options)
+    assert env.spec.max_episode_steps == steps
+    assert TimeAwareObservation(env).max_timesteps == steps
+    assert gymnasium.make(BIPED, **options, max_episode_steps=7).spec.max_episode_steps == 7
+    assert "TimeLimit" not in str(env)
+    for given, want in ((7, 7), (-1, steps), (10**6, steps)):
+        envs = gymnasium.make_vec(BIPED, num_envs=2, **options, max_episode_steps=given)
+        assert envs.spec.max_episode_steps == want
+    with pytest.raises(ValueError, match=r"max_episode_steps = 0; accepted: an integer >= 1"):
+        gymnasium.make_vec(BIPED, num_envs=2, max_episode_steps=0)
+
+
+def test_an_episode_without_end_has_no_length():
+    assert gymnasium.make(BIPED, time_limit=1e9).spec.max_episode_steps is None
+
+
+def test_a_shorter_drive_costs_a_failure_as_much():
+    params = UGVEnv().make_params()
+    short = params.shortened(7)
+    assert (horizon(params), horizon(short)) == (66, 7)
+    assert float(short.failure_penalty) == float(params.failure_penalty)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedSteady-v0", "UGVRough-v0"])
+@pytest.mark.parametrize("steps", [7, None])
+def test_a_vector_is_truncated_where_a_single_one_is(name, steps):
+    """By max_episode_steps, and by the environment's own limit, which TimeLimit repeats."""
+    mode = {"autoreset_mode": "same_step", "max_episode_steps": steps}
+    envs = gymnasium.make_vec(f"stickslip/{name}", num_envs=2, **mode)
+    count = 3 * (steps or 500)
+
+    def single() -> gymnasium.Env:
+        return gymnasium.make(f"stickslip/{name}", max_episode_steps=steps)
+
+    assert check_vector_env(envs, single, steps=count, scale=0.01, rtol=2e-3, atol=1e-2) >= 4
 
 
 def test_gymnasiums_wrappers_work():

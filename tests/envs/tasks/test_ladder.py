@@ -24,7 +24,9 @@ from stickslip.envs import (
     task_by_name,
 )
 from stickslip.envs.biped.params import NUMBERS
+from stickslip.envs.tasks.known import known_of
 from stickslip.envs.tasks.ladder import WITHDRAWN
+from stickslip.envs.timed import horizon
 
 DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
@@ -96,6 +98,7 @@ def test_every_task_makes_parameters_that_say_what_its_definition_says(name):
     env, params = task.make()
     assert type(env).__name__ == task.environment
     assert env.autoreset == "disabled"
+    assert horizon(params) == task.max_episode_steps == gymnasium.spec(task.id).max_episode_steps
     numbers = {k: v for k, v in task.parameters.items() if isinstance(v, int | float)}
     for entry, value in numbers.items():
         if entry not in ("start", "end", "spacing"):
@@ -108,6 +111,14 @@ def test_every_task_makes_parameters_that_say_what_its_definition_says(name):
             )
     low, high = env.observation_bounds(params)
     assert np.all(low < high)
+
+
+def test_a_task_is_solved_from_a_score_of_0_9():
+    task = TASKS["UGVLowGrip-v0"]
+    known, spec = known_of(task), gymnasium.spec(task.id)
+    assert known is not None
+    assert spec.reward_threshold is not None
+    assert known.scale.score(spec.reward_threshold) == pytest.approx(0.9, abs=1e-4)
 
 
 def test_gymnasium_makes_the_task_single_and_as_a_vector():
