@@ -10,7 +10,7 @@ import inspect
 from abc import ABC, abstractmethod
 from dataclasses import fields, is_dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -27,7 +27,7 @@ from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from jaxtyping import Array, Bool, Float, Real
 
@@ -38,6 +38,9 @@ AUTORESET = ("same_step", "next_step", "disabled")
 SATURATES = "finite numbers, which saturate beyond [-1, 1]"
 """What an action is made of."""
 
+Env = TypeVar("Env")
+Keywords = ParamSpec("Keywords")
+Result = TypeVar("Result")
 State = TypeVar("State")
 Params = TypeVar("Params")
 Tree = TypeVar("Tree")
@@ -196,6 +199,26 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     def __post_init__(self):
         require_choice("autoreset", self.autoreset, AUTORESET)
+
+
+def with_keywords_of(
+    function: Callable[Concatenate[Any, Keywords], Result],
+) -> Callable[
+    [Callable[Concatenate[Env, ...], Result]], Callable[Concatenate[Env, Keywords], Result]
+]:
+    """Give a method that takes any keywords the signature of the function that it calls."""
+
+    def decorate(
+        method: Callable[Concatenate[Env, ...], Result],
+    ) -> Callable[Concatenate[Env, Keywords], Result]:
+        keywords = inspect.signature(function).parameters.values()
+        given = [one for one in keywords if one.kind is one.KEYWORD_ONLY]
+        own = inspect.signature(method)
+        parameters = [own.parameters["self"], *given]
+        method.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+        return method
+
+    return decorate
 
 
 def keyword_names(make_params: Any) -> tuple[str, ...]:

@@ -116,7 +116,7 @@ class BipedSwept(Swept):
                 drawn = replace(drawn, crank_rate=ends)
         changed["randomisation"] = drawn
         if "robot" in touched:
-            changed["biped"] = replace(params.robot.bare, **parts["robot"])
+            changed["robot"] = replace(params.robot.bare, **parts["robot"])
         return params.replace(**changed)
 
     def opened(self, params: BipedEnvParams, names: Iterable[str]) -> BipedEnvParams:

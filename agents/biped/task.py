@@ -58,7 +58,7 @@ class BipedTask(NamedTuple):
         """The environment's parameters. ValueError for parts that will not do."""
         dtype = jax.dtypes.canonicalize_dtype(self.dtype)
         return self.env.make_params(
-            biped=self.robot,
+            robot=self.robot,
             scene=self.scene,
             randomisation=self.randomisation,
             dtype=dtype,

@@ -31,7 +31,7 @@ from stickslip.envs.biped.picture import biped_frame
 from stickslip.envs.biped.plain import from_plain
 from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
 from stickslip.envs.biped.state import BipedEnvState, Totals
-from stickslip.envs.functional import FunctionalEnv, keyword_names
+from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
@@ -194,8 +194,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return self.make_params()
 
     @moves_numbers
+    @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> BipedEnvParams:
-        """Parameters with some entries changed: biped, scene (a Scene, or a name of
+        """Parameters with some entries changed: robot, scene (a Scene, or a name of
         stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.
         Raises ValueError naming the field or the unknown name. The dtype is the setting's unless
         given."""

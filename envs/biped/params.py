@@ -150,20 +150,21 @@ class BipedEnvParams:
         settle(self, unit_payload=unit)
 
     def replace(self, **changes: Any) -> BipedEnvParams:
-        """A copy with some entries changed, validated: fields, or biped, fidelity, dtype.
+        """A copy with some entries changed, validated: fields, or fidelity, dtype.
 
-        robot may be a BipedParams, too, as biped is: it is then prepared with the fidelity and in
-        the type of the robot before. ValueError for an unknown name.
+        robot: a BipedModel, or a BipedParams, which is prepared with the fidelity and in the type
+        of the robot before, unless others are given. ValueError for an unknown name.
         """
         known = [one.name for one in fields(self) if one.init]
-        require_known(changes, [*known, *ROBOT])
-        given = {name: changes.pop(name) for name in ROBOT if name in changes}
-        if isinstance(changes.get("robot"), BipedParams):
-            given.setdefault("biped", changes.pop("robot"))
-        if given and "robot" in changes:
-            raise ValueError(f"robot beside {', '.join(given)}; accepted: one or the others")
-        if given:
-            changes["robot"] = self._other_robot(**given)
+        require_known(changes, [*known, *PREPARED])
+        how = {name: changes.pop(name) for name in PREPARED if name in changes}
+        robot = changes.get("robot", self.robot.bare)
+        if how and isinstance(robot, BipedModel):
+            raise ValueError(
+                f"robot = a BipedModel beside {', '.join(how)}; accepted: a BipedParams beside them"
+            )
+        if how or ("robot" in changes and isinstance(robot, BipedParams)):
+            changes["robot"] = self._other_robot(robot, **how)
         return replace(self, **_as_numbers(changes)).validate()
 
     def shortened(self, steps: int) -> BipedEnvParams:
@@ -171,15 +172,14 @@ class BipedEnvParams:
         return self.replace(time_limit=steps * self.control_period)
 
     def _other_robot(
-        self, biped: BipedParams | None = None, fidelity: Any = None, dtype: DTypeLike | None = None
+        self, robot: BipedParams, fidelity: Any = None, dtype: DTypeLike | None = None
     ) -> BipedModel:
         before = self.robot
-        biped = before.bare if biped is None else biped
-        require_kind("biped", biped, BipedParams, "a BipedParams")
-        biped.validate()
+        require_kind("robot", robot, BipedParams, "a BipedParams or BipedModel")
+        robot.validate()
         kind = float_kind(dtype, jnp.result_type(before.bare.crank))
         fidelity = before.fidelity if fidelity is None else fidelity
-        return BipedModel(biped.astype(kind), before.payload, fidelity)
+        return BipedModel(robot.astype(kind), before.payload, fidelity)
 
     def _require_whole_mark(self) -> None:
         """ValueError for half a mark, and for one that is drawn where there is none."""
@@ -258,8 +258,8 @@ def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
     return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
 
 
-ROBOT = ("biped", "fidelity", "dtype")
-"""What the robot of the parameters is made of, by its names in `make_params`."""
+PREPARED = ("fidelity", "dtype")
+"""How the robot of the parameters is prepared."""
 
 CONTROL_PERIOD = 0.02
 """Time from one action to the next [s], unless another is chosen."""
@@ -271,7 +271,7 @@ DEFAULT_SCENE = Scene.named("slippery")
 def make_params(
     fidelity: Fidelity,
     *,
-    biped: BipedParams | None = None,
+    robot: BipedParams | BipedModel | None = None,
     scene: Scene | str | None = None,
     randomisation: Randomisation | None = None,
     dtype: DTypeLike | None = None,
@@ -288,14 +288,18 @@ def make_params(
     mark: Real[Number, "..."] | None = None,
     mark_width: Real[Number, "..."] | None = None,
 ) -> BipedEnvParams:
-    """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units."""
-    biped = BipedParams.from_bars() if biped is None else biped
+    """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units.
+
+    robot: by default `BipedParams.from_bars()`; a BipedModel is prepared anew.
+    """
+    bare = robot.bare if isinstance(robot, BipedModel) else robot
+    bare = BipedParams.from_bars() if bare is None else bare
     scene = DEFAULT_SCENE if scene is None else scene_of(scene)
     drawn = Randomisation() if randomisation is None else randomisation
-    kinds = {"biped": (biped, BipedParams), "randomisation": (drawn, Randomisation)}
+    kinds = {"robot": (bare, BipedParams), "randomisation": (drawn, Randomisation)}
     for name, (given, kind) in kinds.items():
         require_kind(name, given, kind, f"None or a {kind.__name__}")
-    biped.validate()
+    bare.validate()
     numbers = {
         "torque_limit": torque_limit,
         "control_period": control_period,
@@ -311,8 +315,8 @@ def make_params(
         "mark_width": mark_width,
     }
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
-    biped = biped.astype(float_kind(dtype, jnp.result_type(biped.mass)))
+    bare = bare.astype(float_kind(dtype, jnp.result_type(bare.mass)))
     return BipedEnvParams(
-        robot=prepare(biped, fidelity=fidelity, payload=scene.payload),
+        robot=prepare(bare, fidelity=fidelity, payload=scene.payload),
         **numbers,
     ).validate()

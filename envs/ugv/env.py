@@ -19,7 +19,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.poses import stand
-from stickslip.envs.functional import FunctionalEnv, keyword_names
+from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
 from stickslip.envs.ugv.info import info_of, work_between
@@ -196,6 +196,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return self.make_params()
 
     @moves_numbers
+    @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of
         stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,

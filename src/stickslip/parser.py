@@ -13,6 +13,9 @@ from typing import Any, NoReturn
 from stickslip.completing import files
 from stickslip.dynamics.plain_checks import nearest, shown
 
+MEAN_RATES = {"--mean-rate", "--commanded-rate", "--speed"}
+"""What somebody may call a mean crank rate."""
+
 
 class _Once(argparse.Action):
     """Refuses an option that is given twice, of which argparse would take the last."""
@@ -75,7 +78,7 @@ class Parser(argparse.ArgumentParser):
         for word in words[: words.index("--") if "--" in words else None]:
             name = word.partition("=")[0]
             if name.startswith("--") and name not in known:
-                command.error(f"unrecognized arguments: {name[:200]}{nearest(name, known)}")
+                command.error(f"unrecognized arguments: {name[:200]}{_nearest(name, known)}")
         return super().parse_args([*_names_last(words, command), *passed_on], namespace)
 
     def _command_in(self, words: Sequence[str]) -> argparse.ArgumentParser:
@@ -98,6 +101,12 @@ def _split(words: list[str], command: argparse.ArgumentParser) -> tuple[list[str
             if not words[place].startswith("-"):
                 return words[: place + 1], words[place + 1 :]
     return words, ()
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """See `nearest`; the mean crank rate is a gait's, or what a walker is commanded."""
+    other = [one for one in known if {one, name} <= MEAN_RATES]
+    return f" (did you mean {other[0]}?)" if other else nearest(name, known)
 
 
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:

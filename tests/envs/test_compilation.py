@@ -90,6 +90,6 @@ def test_robots_that_differ_in_numbers_are_prepared_by_one_program():
 
     def use(turn: int) -> None:
         biped = task()[1].robot.params.replace(payload=0.1 * (1 + turn), toe=0.2 + 0.01 * turn)
-        env.make_params(biped=biped, commanded_rate=1.0 + turn)
+        env.make_params(robot=biped, commanded_rate=1.0 + turn)
 
     assert warm_then_count(use) == 0

@@ -64,17 +64,20 @@ def test_another_robot_is_prepared_with_the_payload_type_and_fidelity_of_before(
     env, params = task()
     heavy = BipedParams.from_bars(hip_mass=1.7)
     for after in (
-        params.replace(scene=LOADED).replace(biped=heavy),
+        params.replace(scene=LOADED).replace(robot=heavy),
         params.replace(robot=heavy, scene=LOADED),
         replace(params, scene=LOADED, robot=prepare(heavy, fidelity="table")),
     ):
         assert float(after.robot.total_mass) == pytest.approx(OWN + 3.0)
-        same(after, env.make_params(biped=heavy, scene=LOADED))
+        same(after, env.make_params(robot=heavy, scene=LOADED))
     assert params.replace(fidelity=Table(16, 5)).robot.fidelity == Table(16, 5)
     with pytest.raises(ValueError, match=r"robot = BipedParams.*accepted: a BipedModel"):
         replace(params, robot=heavy)
-    with pytest.raises(ValueError, match="robot beside biped"):
-        params.replace(robot=prepare(heavy), biped=heavy)
+    with pytest.raises(ValueError, match="robot = a BipedModel beside fidelity"):
+        params.replace(robot=prepare(heavy), fidelity="table")
+    same(env.make_params(robot=prepare(heavy, fidelity="joint")), env.make_params(robot=heavy))
+    with pytest.raises(ValueError, match=r"'biped' is no parameter of BipedEnv; accepted: robot"):
+        env.make_params(biped=heavy)  # pyright: ignore[reportCallIssue]
     with pytest.raises(ValueError, match="'unit_payload' is no field"):
         params.replace(unit_payload=None)
 

@@ -113,3 +113,10 @@ def test_gymnasium_keeps_the_name():
 def test_another_name_is_refused_with_the_nearest(build, message):
     with pytest.raises(ValueError, match=message):
         build()
+
+
+@pytest.mark.parametrize("kind", [BipedEnv, UGVEnv])
+def test_make_params_shows_what_it_takes(kind):
+    shown = inspect.signature(kind().make_params).parameters
+    assert tuple(shown) == kind.parameter_names()
+    assert shown["dtype"].default is None

@@ -28,7 +28,7 @@ WALK_NUMBERS = dict.fromkeys(
 )  # fmt: skip
 WALK = WALK_NUMBERS | {
     "mark": maybe(*ABOVE), "mark_width": maybe(*ABOVE),
-    "biped": ("none",), "scene": ("none",), "randomisation": ("none",), "dtype": ("none", "type"),
+    "robot": ("none",), "scene": ("none",), "randomisation": ("none",), "dtype": ("none", "type"),
 }  # fmt: skip
 DRIVE = dict.fromkeys(("leg_rate", "preview_length", "reward_scale", "speed"), ABOVE) | {
     "vehicle": ("none",), "track": ("none",), "randomisation": ("none",),
@@ -84,7 +84,6 @@ def environments() -> dict[str, Plan]:
                 "scene": (),
                 "randomisation": (),
                 "robot": (),
-                "biped": ("none",),
                 "fidelity": ("none",),
                 "dtype": ("none", "type"),
             },

@@ -21,7 +21,9 @@ def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
-    assert main([*SMALL, "--objective=energy", "--speed=4", "--reserve=0.05", "--out=run"]) == OK
+    assert (
+        main([*SMALL, "--objective=energy", "--mean-rate=4", "--reserve=0.05", "--out=run"]) == OK
+    )
     printed = capsys.readouterr().out
     found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
     with Path("run/gait.csv").open(newline="", encoding="utf-8") as file:
@@ -48,7 +50,7 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
 
 
 def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys):
-    asked = [*SMALL, "--objective=energy", "--speed=30", "--no-pictures"]
+    asked = [*SMALL, "--objective=energy", "--mean-rate=30", "--no-pictures"]
     assert main([*asked, "--json"]) == NOTHING_FOUND
     told = json.loads(capsys.readouterr().out)
     assert (told["result"]["value"], told["units"]["result"]["value"]) == (None, "J")
@@ -81,7 +83,9 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
         ("--feedback -1", "feedback = -1.0"),
         ("--payload nan", "payload = nan"),
         ("--gravity 0", "gravity = 0.0"),
-        ("--speeds 3", "did you mean --speed"),
+        ("--mean-rates 3", "did you mean --mean-rate"),
+        ("--speed 3", "did you mean --mean-rate"),
+        ("--commanded-rate 3", "did you mean --mean-rate"),
     ],
 )
 def test_wrong_input_is_refused_in_a_line(arguments: str, said: str, capsys):

@@ -17,7 +17,7 @@ EXAMPLES = {
     "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
         "least wheel energy over a higher bump, with motors of 400 N m"
     ),
-    "stickslip optimise biped --objective friction --speed 3": (
+    "stickslip optimise biped --objective friction --mean-rate 3": (
         "the steady gait at 3 rad/s that asks least of the floor"
     ),
     "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "

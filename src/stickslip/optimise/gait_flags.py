@@ -15,7 +15,7 @@ class GaitFlags(TypedDict):
 
     objective: str
     mu: list[float] | None
-    speed: float | None
+    mean_rate: float | None
     torque_limit: str
     payload: float
     gravity: float
@@ -57,10 +57,10 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         help="static friction, one number or one a step (default: the foot never slips)",
     )
     group.add_argument(
-        "--speed",
+        "--mean-rate",
         type=float,
         metavar="RATE",
-        help="mean crank rate at least [rad/s] (default: any)",
+        help="at least this mean crank rate [rad/s] (default: any)",
     )
     group.add_argument(
         "--torque-limit",

@@ -43,7 +43,7 @@ def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
     params = env.make_params(scene="grip")
     heavy = BipedParams.from_bars()
     heavy = replace(heavy, mass=jnp.asarray(heavy.mass).at[12].set(0.9))
-    expected = env.make_params(scene=floor, biped=heavy, commanded_rate=5.0, slip_weight=2.0)
+    expected = env.make_params(scene=floor, robot=heavy, commanded_rate=5.0, slip_weight=2.0)
     names = {"mu": 0.1, "payload": 3.0, "robot.mass.12": 0.9, "slip_weight": 2.0}
     assert_same(put(BipedSwept(), params, **names, commanded_rate=5.0), expected)
 

@@ -295,7 +295,7 @@ def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch
         ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'joint', 'reduced'"),
         ("see_patch", {"see_patch": 1}, r"see_patch = 1; accepted: True or False"),
         ("scene", {"scene": "ice"}, r"scene = 'ice'.*accepted"),
-        ("biped", {"biped": 3}, r"biped = 3.*accepted"),
+        ("robot", {"robot": 3}, r"robot = 3.*accepted"),
         ("randomisation", {"randomisation": {"mass": (1, 2)}}, r"randomisation = .*accepted"),
         ("friction", {"scene": Scene.grip(), "randomisation": Randomisation((1.0, 2.0))}, "grip"),
     ],

@@ -123,7 +123,7 @@ def test_a_robot_that_cannot_be_is_refused():
         task()[1].replace(robot=open_)
     lame = rebuilt(BipedParams.from_bars(), heel=np.float32(-0.1))
     with pytest.raises(ValueError, match=r"heel = -0\.1.* is not accepted"):
-        BipedEnv().make_params(biped=lame)
+        BipedEnv().make_params(robot=lame)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ STILL, PUSH, BACK = constant(0, 0, 0, 0), constant(1, 1, 1, 1), constant(-1, -1,
 def with_feet(length: float):
     """The default task on a robot with feet of another length, in crank lengths."""
     biped = BipedParams.from_bars(heel=length, toe=length)
-    return task()[0].make_params(biped=biped)
+    return task()[0].make_params(robot=biped)
 
 
 def ending(status: Status):

@@ -97,7 +97,7 @@ def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
     def build(mu, commanded_rate, extra, bar_density):
         biped = BipedParams.from_bars(bar_density=bar_density, payload=extra, dtype=jnp.float64)
         scene = Scene.uniform(mu, 0.8 * mu)
-        return env.make_params(biped=biped, scene=scene, commanded_rate=commanded_rate)
+        return env.make_params(robot=biped, scene=scene, commanded_rate=commanded_rate)
 
     columns = [friction, rate, payload, density]
     batch = jax.jit(jax.vmap(build))(*map(jnp.asarray, columns))

@@ -126,7 +126,7 @@ def rebuilt_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]
     bare = BipedParams.from_bars(dtype=jnp.float64)
     heavy = bare.replace(mass=bare.mass * mass, inertia=bare.inertia * mass, payload=payload)
     env = BipedEnv()
-    return env, env.make_params(biped=heavy, dtype=jnp.float64)
+    return env, env.make_params(robot=heavy, dtype=jnp.float64)
 
 
 @pytest.mark.parametrize(("mass", "payload"), [(1.0, 0.0), (1.3, 0.0), (0.7, 0.8), (1.2, 2.0)])
