@@ -3,7 +3,17 @@
 from enum import IntEnum
 
 
-class Status(IntEnum):
+class Code(IntEnum):
+    """An integer that prints its name."""
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name, spec)
+
+
+class Status(Code):
     """Outcome of a step or of one force computation.
 
     `OK` and `SLIP_ONSET` are the model at work; every other value says that the state has left
@@ -50,7 +60,7 @@ class Status(IntEnum):
         return self > Status.SLIP_ONSET
 
 
-class EventKind(IntEnum):
+class EventKind(Code):
     """What happened at a switching instant inside a step."""
 
     NONE = 0

@@ -215,7 +215,7 @@ def with_keywords_of(
         given = [one for one in keywords if one.kind is one.KEYWORD_ONLY]
         own = inspect.signature(method)
         parameters = [own.parameters["self"], *given]
-        method.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+        method.__signature__ = own.replace(parameters=parameters)
         return method
 
     return decorate

@@ -67,8 +67,13 @@ class Evaluation:
         return self.shown().markdown()
 
     def to_text(self) -> str:
-        """The same for a terminal: aligned, with a note on the intervals."""
-        return self.shown().terminal(grouped=True)
+        """The same for a terminal: aligned, with a note where fewer episodes were played."""
+        alike = [row.scene for row in self.rows if row.count < len(self.seeds)]
+        note = (
+            f"\nNothing is drawn in {', '.join(dict.fromkeys(alike))}: all {len(self.seeds)} "
+            "episodes are the same one, which was played once.\n"
+        )
+        return self.shown().terminal(grouped=True) + (note if alike else "")
 
     def _repr_html_(self) -> str:
         """The same in a notebook."""

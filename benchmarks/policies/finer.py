@@ -89,7 +89,7 @@ def rows_of(task: TaskDefinition, episodes: int) -> Iterable[dict[str, Any]]:
         elif SUBSTEPS[step] > 1:
             count = SUBSTEPS[step]
             env = replace(env, substeps=count, max_events=SWITCHES * count)
-        single = {} if step == EXACT else {"dtype": "float32"}
+        single: dict[str, Any] = {} if step == EXACT else {"dtype": "float32"}
         params = env.make_params(**BipedEnv.from_plain(task.parameters), **single)
         count = episodes if is_random(params) else 1
         played = play(env, policy, params, range(count), keep_of)

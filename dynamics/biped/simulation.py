@@ -29,9 +29,7 @@ from stickslip.dynamics.biped.stepping.integrate import advance
 from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit, integrator_of
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
 from stickslip.dynamics.biped.stepping.walk import Walk, entry_status, start
-from stickslip.dynamics.checks import (
-    require_number,
-)
+from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.numeric import (
     Number,
@@ -77,9 +75,10 @@ class Trajectory:
         return jax.tree.map(lambda leaf: leaf[-1], self.states)
 
     @property
-    def status(self) -> Int[Array, ""]:
-        """The gravest Status met."""
-        return jnp.max(self.contacts.status)
+    def status(self) -> Status | Int[Array, ""]:
+        """The gravest Status met; an integer inside a trace."""
+        gravest = jnp.max(self.contacts.status)
+        return Status(int(gravest)) if is_concrete(gravest) else gravest
 
     def events(self) -> list[tuple[float, str, float]]:
         """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.

@@ -26,17 +26,15 @@ class Compiled(Generic[State, Params]):
     _params: Params
     _spec: EnvSpec | None = None
 
-    @property
-    def spec(self) -> EnvSpec | None:
-        """Gymnasium's, where its `make` or `make_vec` made this; max_episode_steps is that of the
-        parameters."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, spec: EnvSpec | None) -> None:
+    def _set_spec(self, spec: EnvSpec | None) -> None:
+        params: Any = self._params
         with suppress(ValueError):  # an episode without end
-            spec = spec and replace(spec, max_episode_steps=horizon(self._params))
+            spec = spec and replace(spec, max_episode_steps=horizon(params))
         self._spec = spec
+
+    spec: Any = property(lambda self: self._spec, _set_spec)
+    """Gymnasium's EnvSpec, where its `make` or `make_vec` made this, else None; max_episode_steps
+    is that of the parameters."""
 
     @property
     def functional(self) -> FunctionalEnv[State, Params]:

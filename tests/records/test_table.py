@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,10 @@ def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluati
         "       a | b              2           2.000              -\n"
         "\n"
         "ice    pi                 2               -              -\n"
+    )
+    noted = replace(evaluation, seeds=(0, 1, 2, 3)).to_text()
+    assert noted.endswith(
+        "\nNothing is drawn in grip, ice: all 4 episodes are the same one, which was played once.\n"
     )
     assert evaluation.write_csv(tmp_path / "table.csv").read_text(encoding="utf-8") == (
         "scene,controller,episodes,speed,speed_low,speed_high,falls,falls_low,falls_high\n"

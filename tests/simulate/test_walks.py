@@ -5,6 +5,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import jax
@@ -75,6 +76,7 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     for name, of in (("slid", "slide_distance"), ("work", "work")):
         total = sum(float(np.sum(getattr(one.contacts, of))) for one in (path, more))
         assert summary[name] == pytest.approx(total, abs=1e-5)
+    assert f"{path.status}" == str(path.status) in Status.__members__
     assert summary["status"] == Status(int(max(path.status, more.status))).name
     events = [*path.events(), *more.events()]
     assert summary["slips"] == sum(kind == "slip" for _, kind, _ in events)
@@ -95,6 +97,29 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
         unit = table.schema.field(name).metadata[b"unit"].decode()
         np.testing.assert_allclose(table[name], column(first, f"{name} [{unit}]"), atol=2e-5)
     assert table["status"].to_pylist()[0] is None
+
+
+def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
+    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
+    assert main([*arguments, *HOW, "--seconds=0.3", "--torque=-0.3"]) == OK
+    said = capsys.readouterr().out
+    assert re.search(r"meaning +took no step, ended 0\.0023\d* m ahead\n", said)
+    assert "per metre" not in said
+
+
+@pytest.mark.parametrize(
+    ("status", "steps", "distance", "said"),
+    [
+        (Status.OK, 0, -0.075, "took no step, ended 0.075 m behind"),
+        (Status.SLIP_ONSET, 0, 0.02, "took no step, ended 0.02 m ahead; the foot slipped"),
+        (Status.OK, -3, -0.2, "the whole time was walked, ended 0.2 m behind"),
+        (Status.SLIP_ONSET, 3, 0.3, "the whole time was walked; the foot slipped"),
+        (Status.TOPPLE, 0, -0.1, "it falls: the zero-moment point leaves the foot"),
+    ],
+)
+def test_the_meaning_is_what_happened(status, steps, distance, said):
+    path = SimpleNamespace(status=status, trajectory=SimpleNamespace(torques=[0.0]))
+    assert walk_table._meaning(path, steps, distance) == said  # type: ignore[arg-type]
 
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):

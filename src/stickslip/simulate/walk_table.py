@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from stickslip.simulate.walk import Walk
 
 
+NO_WAY = 0.1
+"""Of a step: below it nothing is said per metre."""
+
+
 def walk_table(walk: Walk) -> Table:
     """A row for the start and one for the end of every period, numbers as they were computed.
 
@@ -73,11 +77,15 @@ def event_table(walk: Walk) -> Table:
     return Table(heads, walk.events)
 
 
-def _meaning(walk: Walk) -> str:
+def _meaning(walk: Walk, steps: int, distance: float) -> str:
     """How it ended; of a torque that is no number, which one, when and at what crank rate."""
-    torque = float(walk.trajectory.torques[-1])
+    torque, meaning = float(walk.trajectory.torques[-1]), STATUS[walk.status.name]
+    if walk.status <= Status.SLIP_ONSET and (steps == 0 or distance < 0):
+        place = f"ended {abs(distance):.3g} m {'behind' if distance < 0 else 'ahead'}"
+        took = "took no step" if steps == 0 else STATUS["OK"]
+        return f"{took}, {place}{meaning.removeprefix(STATUS['OK'])}"
     if walk.status.name != "NON_FINITE" or np.isfinite(torque):
-        return STATUS[walk.status.name]
+        return meaning
     states = walk.trajectory.states
     time, angle, rate = (float(v[-2]) for v in (states.time, states.crank_angle, states.crank_rate))
     return (
@@ -88,7 +96,8 @@ def _meaning(walk: Walk) -> str:
 
 def walk_summary(walk: Walk, seconds: float) -> Table:
     """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
-    far it is displaced, forwards positive. slips: how often it broke loose. seconds: asked for."""
+    far it is displaced, forwards positive. slips: how often it broke loose. energy_per_metre: of
+    walks of at least NO_WAY of a step. seconds: asked for."""
     states, contacts = walk.trajectory.states, walk.trajectory.contacts
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
@@ -96,23 +105,24 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     distance, slid = float(mass[-1] - mass[0]), float(np.sum(contacts.slide_distance))
     work, positive = float(np.sum(contacts.work)), float(np.sum(contacts.positive_work))
     kinds = Counter(kind for _, kind, _ in walk.events)
-    went = abs(distance) > 0
+    steps = int(states.steps[-1] - states.steps[0])
+    went = distance >= NO_WAY * float(walk.robot.step_length)
     fell = walk.status.name in FALLS
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
-        Column("meaning", words=True): _meaning(walk),
+        Column("meaning", words=True): _meaning(walk, steps, distance),
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,
         Column("mean_speed", "m/s"): distance / time if time else None,
         Column("mean_crank_rate", "rad/s"): angle / time if time else None,
-        Column("steps"): int(states.steps[-1] - states.steps[0]),
+        Column("steps"): steps,
         Column("slid", "m"): slid,
         Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
         Column("slips"): kinds["slip"],
         Column("work", "J"): work,
         Column("positive_work", "J"): positive,
-        Column("energy_per_metre", "J/m"): positive / abs(distance) if went else None,
+        Column("energy_per_metre", "J/m"): positive / distance if went else None,
         Column("falls"): int(fell),
     }
     return Table(list(row), [list(row.values())])
