@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 def ending(info: Mapping[str, float], terminated: bool) -> str:
     """How an episode ended; info: of its last step."""
     how = "terminated" if terminated else "truncated"
-    length = f" after {info['episode_length']} steps" if "episode_length" in info else ""
+    count = info.get("episode_length")
+    length = "" if count is None else f" after {count} step{'' if count == 1 else 's'}"
     status = f", status {Status(int(info['status'])).name}" if "status" in info else ""
     return how + length + status
 

@@ -133,13 +133,19 @@ def test_stepping_outside_an_episode_is_refused():
     env.step(np.zeros(2))
 
 
+def test_info_says_which_torque_acted():
+    env = make()
+    env.reset(seed=0)
+    assert env.step([-2.5])[4]["torque"] == -4.0
+
+
 def test_stepping_an_ended_episode_says_how_it_ended():
     env = make()
     env.reset(seed=0)
     *_, terminated, _, info = env.step([0.5])
     assert terminated
     name = Status(info["status"]).name
-    with pytest.raises(ValueError, match=rf"ended \(terminated after 1 steps, status {name}\)"):
+    with pytest.raises(ValueError, match=rf"ended \(terminated after 1 step, status {name}\)"):
         env.step([0.5])
 
 

@@ -12,7 +12,6 @@ import pytest
 
 from stickslip.envs import FunctionalEnv
 from stickslip.envs.adapters.gymnax import GymnaxEnv
-from tests.envs.helpers import make
 from tests.envs.toy import PARAMS, Toy, one_toy, toys
 
 KEY = jax.random.key(0)
@@ -112,9 +111,3 @@ def test_a_wrong_shape_or_kind_names_its_member(actions, message):
 def test_a_list_of_actions_is_an_array():
     given = [[0.5, -2.0], jnp.array([0.1, 0.2]), np.array([3, 0])]
     np.testing.assert_allclose(Toy().check_action(given, (3,)), [[0.5, -1], [0.1, 0.2], [1, 0]])
-
-
-def test_info_says_which_torque_acted():
-    env = make()
-    env.reset(seed=0)
-    assert env.step([-2.5])[4]["torque"] == -4.0
