@@ -4,8 +4,9 @@
 
 Prints one table a theme and writes all of them as JSON; docs/extremes.md quotes it. Walks run on a
 table of 64 pieces of degree 9 with the event-split integrator, in both precisions, on feet too long
-to topple on unless said otherwise. --calls: of the long walks. --only: measure some themes anew and
-keep the rest of the file; every theme says where and when it was measured.
+to topple on unless said otherwise. --calls: of the long walks; the long episode has half as many.
+--only: measure some themes anew and keep the rest of the file; every theme says where and when it
+was measured.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.long_walks import LONG_WALKS, energy, long_walks
+from benchmarks.long_walks import LONG_WALKS, energy, long_episode, long_walks
 from benchmarks.marching import March, Start, march
 from benchmarks.report import markdown, options, provenance, read_json, write_json
 from stickslip.dynamics import Status
@@ -176,7 +177,6 @@ def step_size_rows() -> list[dict[str, Any]]:
             "angle error [rad]": f"{abs(end.state.phase[i] - exact.phase):.1e}",
             "rate error [rad/s]": f"{abs(end.state.crank_rate[i] - exact.crank_rate):.1e}",
             "slide error [m]": f"{abs(end.state.foot_position[i] - exact.foot_position):.1e}",
-            "clock error [s]": f"{abs(float(end.state.time[i]) - 0.1):.1e}",
         }
         for dtype, end in ends.items()
         for i, size in enumerate(sizes)
@@ -262,10 +262,22 @@ def long_rows(calls: int, size: float = 0.005) -> list[dict[str, Any]]:
             "slide drift [m]": f"{float(single.foot_position[i]) - double.foot_position[i]:.1e}",
             "energy, single [J]": f"{energies[0][i]:.6f}",
             "energy, double [J]": f"{energies[1][i]:.6f}",
-            "clock drift [s]": f"{float(single.time[i]) - float(double.time[i]):.2e}",
             "us per call": f"{1e6 * seconds['float32'] / calls:.0f}",
         }
         for i, name in enumerate(LONG_WALKS)
+    ]
+
+
+def sum_rows(calls: int) -> list[dict[str, Any]]:
+    """What an episode adds up to, beside the exact sums of the same terms."""
+    ends = {}
+    for dtype in PRECISIONS:
+        with jax.enable_x64(dtype == "float64"):
+            ends[dtype] = long_episode(dtype, calls)
+    return [
+        {"sum": name, "at the end": f"{ends['float64'][name][1]:.1f}"}
+        | {f"error, {dtype}": f"{np.subtract(*end[name]):.1e}" for dtype, end in ends.items()}
+        for name in ends["float64"]
     ]
 
 
@@ -296,6 +308,7 @@ def main(arguments: list[str] | None = None) -> None:
         "cases": case_rows,
         "time-steps": lambda: {"time steps": step_size_rows()},
         "anywhere": lambda: {"anywhere": anywhere_rows(tuple(given.integrators))},
+        "long-episode": lambda: {"long episode": sum_rows(given.calls // 2)},
         "long-walks": lambda: {"long walks": long_rows(given.calls)},
     }
     parser.add_argument("--only", nargs="*", choices=themes, default=list(themes))

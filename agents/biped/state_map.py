@@ -127,6 +127,7 @@ class BipedStates:
             velocity = jnp.where(place.sheet == REST, zero, signed)
         commanded = jnp.asarray(params.commanded_rate, kind)
         one = jnp.ones((), kind)
+        nothing = Totals(*[zero] * len(Totals._fields))
         phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
         return BipedEnvState(
             biped=BipedState(phase, none, rate, zero, velocity, zero),
@@ -134,7 +135,8 @@ class BipedStates:
             elapsed=none,
             over=jnp.zeros((), bool),
             drawn=Drawn(one, one, zero, commanded, mark=mark),
-            totals=Totals(*[zero] * len(Totals._fields)),
+            totals=nothing,
+            rests=nothing,
         )
 
     def place(self, grid: Grid, state: BipedEnvState) -> Place:

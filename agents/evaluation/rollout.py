@@ -60,7 +60,10 @@ class Rollout(NamedTuple, Generic[State_co]):
             return Table([Column("Rollout", words=True)], [[kept]]).html()
         end = int(self.length)
         over = [name for name in ("terminated", "truncated") if bool(getattr(self, name)[end - 1])]
-        rows = [["steps", f"{end}"], ["return", f"{float(np.sum(self.reward[:end])):.6g}"]]
+        rows = [
+            ["steps", f"{end}"],
+            ["return", f"{np.sum(self.reward[:end], dtype=np.float64):.6g}"],
+        ]
         rows.append(["ended", ", ".join(over) or "not yet"])
         return Table([Column("Rollout", words=True), Column("", words=True)], rows).html()
 

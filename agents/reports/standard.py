@@ -33,5 +33,5 @@ def shown(played: AnyRollout, env: AnyEnv, params: Timed, name: str, scale: Scal
         events=(Event(int(played.length), "end", ended),) if ended else (),
         numbers=tuple((one.title, one.lines[0].values, 3) for one in panels[:5]),
         ended=ended,
-        facts=facts([("return", float(np.sum(played.reward)), "-")]),
+        facts=facts([("return", float(np.sum(played.reward, dtype=np.float64)), "-")]),
     )

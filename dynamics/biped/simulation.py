@@ -43,6 +43,7 @@ from stickslip.dynamics.numeric import (
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import EventKind, Status
+from stickslip.dynamics.sums import clock
 from stickslip.dynamics.transfers import moves_numbers
 
 if TYPE_CHECKING:
@@ -246,6 +247,8 @@ def stepped(
     motion = instant.motion
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
+    begun = jnp.asarray(state.time, dtype)
+    end = clock(begun, duration)
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
     after = BipedState(
         phase=walk.theta,
@@ -253,7 +256,7 @@ def stepped(
         crank_rate=walk.rate,
         foot_position=walk.slide,
         foot_velocity=walk.velocity,
-        time=jnp.asarray(state.time, dtype) + passed,
+        time=jnp.where(walk.left == 0, end, begun + passed),
     )
     contact = Contact(
         friction_force=motion.friction_force,
@@ -267,7 +270,7 @@ def stepped(
         work=walk.work,
         positive_work=walk.positive_work,
         joint_forces=instant.joint_forces,
-        events=_events(walk, jnp.asarray(state.time, dtype) + duration),
+        events=_events(walk, end),
     )
     unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
     return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))
@@ -284,10 +287,14 @@ def _simulate(
     scene = replace(scene, payload=None)  # the model carries it
     dtype = float_type(model, scene, state, values)
     state = state.astype(dtype)
+    begun = state.time
+    state = replace(state, time=jnp.where(jnp.isfinite(begun), 0.0, begun))  # its clock counts
 
     def body(carry, value):
         now, last = carry
-        drive = kind(jnp.asarray(value if policy is None else policy(now), dtype))
+        if policy is not None:
+            value = policy(replace(now, time=begun + now.time))
+        drive = kind(jnp.asarray(value, dtype))
         after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
@@ -303,6 +310,10 @@ def _simulate(
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
     _, (states, torques, contacts) = jax.lax.scan(body, (state, blank), values, length=count)
     states = jax.tree.map(lambda one, rest: jnp.concatenate([one[None], rest]), state, states)
+    states = replace(states, time=begun + states.time)
+    if contacts.events is not None:
+        times = begun + contacts.events.times
+        contacts = replace(contacts, events=replace(contacts.events, times=times))
     return Trajectory(states, torques, contacts)
 
 

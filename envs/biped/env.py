@@ -23,6 +23,7 @@ from stickslip.dynamics.biped.trade.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.sums import compensated
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.biped.draw import commanded_at, draw, drawn_robot, drawn_scene
 from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
@@ -225,13 +226,15 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         drawn, phase, rate = draw(key, params)
         dtype = rate.dtype
         zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+        nothing = Totals(*[zero] * len(Totals._fields))
         state = BipedEnvState(
             biped=BipedState(phase, none, rate, zero, zero, zero),
             mode=none,
             elapsed=none,
             over=jnp.zeros((), bool),
             drawn=drawn,
-            totals=Totals(*[zero] * len(Totals._fields)),
+            totals=nothing,
+            rests=nothing,
         )
         return self._observe(state, params), state
 
@@ -265,7 +268,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
         info |= ground_force(contact, status)
         reward = self.reward_of(state, action, info, params)
-        totals = state.totals.after(reward, outcome)
+        added = Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
+        totals, rests = compensated(state.totals, state.rests, added)
         after = BipedEnvState(
             biped=biped,
             mode=contact.mode,
@@ -273,6 +277,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             over=terminated | timed_out,
             drawn=commanded_at(state.drawn, duration),
             totals=totals,
+            rests=rests,
         )
         info |= totals.info(elapsed, duration)
         return (

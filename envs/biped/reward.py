@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -39,7 +40,8 @@ def outcome_of(
     copper_loss: Float[Array, ""],
 ) -> Outcome:
     """What a control step came to."""
-    turned = after.crank_angle - before.crank_angle
+    steps = jnp.asarray(after.steps) - jnp.asarray(before.steps)  # whole angles would lose digits
+    turned = replace(after, steps=steps).crank_angle - before.phase
     walked = centre_of_mass(robot, after, before.steps)
     walked -= centre_of_mass(robot, before, before.steps)
     return Outcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)

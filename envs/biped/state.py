@@ -44,7 +44,7 @@ class Outcome(NamedTuple):
 
 
 class Totals(NamedTuple):
-    """Sums over the episode."""
+    """Sums over the episode, or what a step adds to them."""
 
     reward: Float[Array, ""]
     turned: Float[Array, ""]
@@ -55,16 +55,6 @@ class Totals(NamedTuple):
     """[m]"""
     energy: Float[Array, ""]
     """Positive motor work and copper loss [J]."""
-
-    def after(self, reward: Float[Array, ""], outcome: Outcome) -> Totals:
-        """With one more step."""
-        return Totals(
-            self.reward + reward,
-            self.turned + outcome.turned,
-            self.walked + outcome.walked,
-            self.slid + outcome.slid,
-            self.energy + outcome.energy,
-        )
 
     def info(self, elapsed: Int[Array, ""], duration: Float[Array, ""]) -> dict[str, Array]:
         """What info says of the episode after so many steps and seconds."""
@@ -90,6 +80,8 @@ class BipedEnvState:
     over: Bool[Array, ""]
     drawn: Drawn
     totals: Totals
+    rests: Totals
+    """What rounding has left out of the totals (see `compensated`)."""
 
     @property
     def to_go(self) -> Float[Array, ""] | None:

@@ -16,6 +16,7 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.status import Status
+from stickslip.dynamics.sums import compensated
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.poses import stand
@@ -29,7 +30,7 @@ from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
 from stickslip.envs.ugv.plain import from_plain
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
-from stickslip.optim.posture.criteria import CRITERIA, Criterion, accumulate
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.stations.station import Station, station_of, torque_left
 
@@ -212,6 +213,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         drawn, angles = draw(key, params)
         dtype = angles.dtype
         zero = jnp.zeros((), dtype)
+        nothing = UGVTotals(*[zero] * len(UGVTotals._fields))
         station, attitude = self._stand(params.waypoint(0), angles, drawn, params)
         state = UGVEnvState(
             station=station,
@@ -220,7 +222,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             cost=zero,
             over=jnp.zeros((), bool),
             drawn=drawn,
-            totals=UGVTotals(*[zero] * len(UGVTotals._fields)),
+            totals=nothing,
+            rests=(zero, nothing),
         )
         return self._observe(state, params), state
 
@@ -241,11 +244,12 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             return jax.tree.map(lambda a, b: jnp.where(failed, b, a), new, old)
 
         after, attitude = unless_failed((after, attitude), (before, state.attitude))
-        cost = accumulate(self.measure, state.cost, before, after, state.elapsed == 0)
-        cost = jnp.where(failed, state.cost, cost).astype(dtype)
-        increase = cost - state.cost + jnp.where(failed, params.failure_penalty, 0.0)
-        reward = -params.reward_scale * increase
+        more = increase(self.measure, state.cost, before, after, state.elapsed == 0)
+        more = jnp.where(failed, 0.0, more).astype(dtype)
+        reward = -params.reward_scale * (more + jnp.where(failed, params.failure_penalty, 0.0))
         work = work_between(before, after, dtype)
+        added = (more, UGVTotals(reward, work.wheel_work, work.total_work))
+        (cost, totals), rests = compensated((state.cost, state.totals), state.rests, added)
         done = elapsed >= params.steps
         state = UGVEnvState(
             station=after,
@@ -254,7 +258,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             cost=cost,
             over=failed | done,
             drawn=state.drawn,
-            totals=state.totals.after(reward, work),
+            totals=totals,
+            rests=rests,
         )
         info = {"status": status, **work._asdict(), **info_of(state, params)}
         return (

@@ -32,21 +32,13 @@ class StepWork(NamedTuple):
 
 
 class UGVTotals(NamedTuple):
-    """Sums over the episode."""
+    """Sums over the episode, or what a step adds to them."""
 
     reward: Float[Array, ""]
     wheel_energy: Float[Array, ""]
     """Put in by the motors, none recovered [J]."""
     total_energy: Float[Array, ""]
     """The same with the legs' actuators [J]."""
-
-    def after(self, reward: Float[Array, ""], work: StepWork) -> UGVTotals:
-        """With one more step."""
-        return UGVTotals(
-            self.reward + reward,
-            self.wheel_energy + work.wheel_work,
-            self.total_energy + work.total_work,
-        )
 
 
 @register_pytree
@@ -65,6 +57,8 @@ class UGVEnvState:
     over: Bool[Array, ""]
     drawn: UGVDrawn
     totals: UGVTotals
+    rests: tuple[Float[Array, ""], UGVTotals]
+    """What rounding has left out of cost and totals (see `compensated`)."""
 
     @property
     def leg_angles(self) -> Float[Array, "... 2"]:

@@ -232,41 +232,21 @@ def steps(stations: Station) -> tuple[Station, Station]:
     return stations.map(lambda of: of[:-1]), stations.map(lambda of: of[1:])
 
 
-def nothing_yet(criterion: Criterion | Weighted, like: Float[Array, "..."]) -> Float[Array, "..."]:
-    """What `accumulate` starts from: zero, shaped like `like`; for a Weighted [parts, ...]."""
-    if isinstance(criterion, Weighted):
-        return jnp.stack([jnp.zeros_like(like)] * len(criterion.parts))
-    return jnp.zeros_like(like)
-
-
-def accumulate(
-    criterion: Criterion | Weighted,
+def increase(
+    criterion: Criterion,
     so_far: Float[Array, "..."],
     a: Station,
     b: Station,
     first: Numeric,
 ) -> Float[Array, "..."]:
-    """The cost so far after the step from a to b; first: whether it is a drive's first step.
+    """What the step from a to b adds to the cost so far; first: whether it is a drive's first step.
 
-    The increments add up to `drive_cost` exactly. For a Weighted the costs of its parts are kept,
-    [parts, ...]: `total` adds them up.
+    The increases along a drive add up to `drive_cost`, from a cost of 0.
     """
-    if isinstance(criterion, Weighted):
-        kept = [
-            accumulate(one, so_far[i], a, b, first) for i, (one, _) in enumerate(criterion.parts)
-        ]
-        return jnp.stack(kept)
     if criterion.kind == "sum":
-        return so_far + step_cost(criterion, a, b)
+        return step_cost(criterion, a, b)
     begin, end = station_cost(criterion, a), station_cost(criterion, b)
-    return larger(jnp.where(first, begin, larger(so_far, begin)), end)
-
-
-def total(criterion: Criterion | Weighted, so_far: Float[Array, "..."]) -> Float[Array, "..."]:
-    """One number of what `accumulate` keeps."""
-    if isinstance(criterion, Weighted):
-        return _weighted(criterion, list(so_far))
-    return so_far
+    return larger(jnp.where(first, begin, larger(so_far, begin)), end) - so_far
 
 
 def larger(a: Array, b: Numeric) -> Array:

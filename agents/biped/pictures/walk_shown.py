@@ -73,7 +73,7 @@ def walk_shown(walked: Walked, name: str) -> Shown:
     count = int(over[0]) + 1 if len(over) else len(walk.torques)
     contacts = jax.tree.map(lambda leaf: from_start(leaf[:count]), walk.contacts)
     states = jax.tree.map(lambda leaf: leaf[: count + 1], walk.states)
-    slid = np.cumsum(np.nan_to_num(contacts.slide_distance))
+    slid = np.cumsum(np.nan_to_num(contacts.slide_distance), dtype=np.float64)
     slips = np.nan_to_num(contacts.slide_distance) > LEAST_SLID
     slips |= np.nan_to_num(contacts.mode) != 0
     torque = from_start(walk.torques[:count])

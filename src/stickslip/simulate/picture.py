@@ -53,7 +53,7 @@ def course_of(walk: Walk, scene: Scene) -> Histories:
         crank_rate=np.asarray(states.crank_rate),
         momentum=np.asarray(momentum),
         friction_use=np.abs(contacts.friction_force) / np.maximum(carried, 1e-6),
-        slid=np.cumsum(contacts.slide_distance),
+        slid=np.cumsum(contacts.slide_distance, dtype=np.float64),
         sliding=np.asarray(contacts.slide_distance) > 1e-7,
         commanded_rate=None,
         cruise=None,

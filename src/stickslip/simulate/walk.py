@@ -84,7 +84,7 @@ def walked(
     count, size = periods(seconds, period)
     pieces = math.ceil(count / PIECE)
     each = math.ceil(count / pieces)
-    starts = np.arange(each * pieces) * size + float(np.asarray(state.time))
+    starts = np.arange(each * pieces + 1) * size + float(np.asarray(state.time))
     law, values = (0.0, torque) if isinstance(torque, Recorded) else (torque, None)
     held = None if values is None else values.over(starts, count)
     integrator = replace(setting.integrator_over(size), record_events=True)
@@ -109,7 +109,8 @@ def walked(
             part, over = _trimmed(part, count - piece * each)
             parts.append(part)
             events += part.events()
-            now = part.final
+            time = np.asarray(starts[(piece + 1) * each], setting.dtype)  # by the count of periods
+            now = replace(part.final, time=time)
             bar.advance(len(part.torques))
             if over:
                 break

@@ -102,8 +102,11 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
     mass = _places(walk)[1]
-    distance, slid = float(mass[-1] - mass[0]), float(np.sum(contacts.slide_distance))
-    work, positive = float(np.sum(contacts.work)), float(np.sum(contacts.positive_work))
+    distance = float(mass[-1] - mass[0])
+    slid, work, positive = (
+        float(np.sum(of, dtype=np.float64))
+        for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
+    )
     kinds = Counter(kind for _, kind, _ in walk.events)
     steps = int(states.steps[-1] - states.steps[0])
     went = distance >= NO_WAY * float(walk.robot.step_length)

@@ -42,6 +42,7 @@ def test_ten_thousand_steps_in_single_precision():
         apart = energy(default_model(), single) - energy(default_model(), double)
     assert abs(apart[FREE]) < 2e-3  # of 38 J
     assert abs(float(single.foot_position[HELD])) == 0.0
+    np.testing.assert_allclose(single.time, 10_000 * np.float64(np.float32(0.005)), rtol=6e-8)
 
 
 @pytest.mark.long
