@@ -118,3 +118,10 @@ def all_finite(*trees: Any) -> jax.Array:
         if jnp.issubdtype(leaf.dtype, jnp.floating):
             finite &= jnp.all(jnp.isfinite(leaf))
     return finite
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A copy that cannot be written to: for what is kept and given out."""
+    kept = np.array(array)
+    kept.setflags(write=False)
+    return kept

@@ -7,6 +7,7 @@ constraints. With a start that is good it polishes; it is no global search in hu
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -162,8 +163,11 @@ def own_draws(seed: int) -> dict[str, object]:
 
     By itself it takes the seed 0 for the time of day.
     """
-    rng = np.random.default_rng(seed)
-    return {"seed": np.nan, "randn": lambda *shape: rng.standard_normal(shape)}
+    return {"seed": np.nan, "randn": partial(_normal, np.random.default_rng(seed))}
+
+
+def _normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    return rng.standard_normal(shape)
 
 
 class _Samples:

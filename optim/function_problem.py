@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -12,8 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.numeric import read_only
 from stickslip.optim.options import as_floats
 from stickslip.optim.problem import Problem, Structure, shortfall
+from stickslip.optim.processes import refuse_after_fork
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
@@ -66,9 +67,10 @@ class FunctionProblem(Problem[Result]):
 
     def __post_init__(self):
         for name in ("low", "high"):
-            array = as_floats(name, getattr(self, name), "finite numbers").copy()
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+            array = as_floats(name, getattr(self, name), "finite numbers")
+            object.__setattr__(self, name, read_only(array))
+        data = jax.tree.map(_kept, self.data)
+        object.__setattr__(self, "data", data)
         if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
@@ -94,14 +96,15 @@ class FunctionProblem(Problem[Result]):
 
     def drawn(self, draw: int) -> FunctionProblem:
         """The same problem with another draw."""
-        other = copy(self)
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), draw=int(draw))
         vars(other).pop("free", None)  # of this draw
-        object.__setattr__(other, "draw", int(draw))
         return other
 
     @cached_property
     def sizes(self) -> tuple[int, int]:
         """How many values and margins there are, found without computing any."""
+        refuse_after_fork()
         x = jax.ShapeDtypeStruct((self.n,), np.float64)
         draw = jax.ShapeDtypeStruct((), np.uint32)
         with jax.enable_x64(True):
@@ -187,9 +190,20 @@ class FunctionProblem(Problem[Result]):
     def _call(
         self, program: Callable[..., Any], *given: object, static: tuple[int, ...] = ()
     ) -> Any:
+        refuse_after_fork()
         with jax.enable_x64(True):
-            found = program(self.function, *static, self.data, *given)
+            found = program(self.function, *static, self._data, *given)
             return jax.tree.map(np.asarray, found)
+
+    @cached_property
+    def _data(self) -> PyTree:
+        """Where JAX keeps it: handing arrays over takes longer than many an evaluation."""
+        return jax.device_put(self.data)
+
+
+def _kept(leaf: Any) -> Any:
+    """A leaf of the data as it is now, whoever writes to it later."""
+    return read_only(leaf) if isinstance(leaf, np.ndarray) else leaf
 
 
 def _finite(slopes: np.ndarray) -> np.ndarray:

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, c
 
 import numpy as np
 
+from stickslip.dynamics.numeric import read_only
 from stickslip.optim.options import as_floats
+from stickslip.optim.processes import given_state
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
@@ -84,6 +86,10 @@ class Problem(ABC, Generic[R]):
     default_method: ClassVar[str | None] = None
     """None: the first that it has."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What it was given: a copy, or another process, works out the rest anew."""
+        return given_state(self)
+
     @property
     def structure(self) -> frozenset[Structure]:
         """What methods may make use of."""
@@ -97,7 +103,7 @@ class Problem(ABC, Generic[R]):
     @property
     @abstractmethod
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Least and greatest numbers; the same where one is given."""
+        """Least and greatest numbers, not to be written to; the same where one is given."""
 
     @abstractmethod
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
@@ -222,7 +228,7 @@ class FreeProblem(Problem[Result]):
     def which(self) -> Bool[np.ndarray, "whole"]:
         """Which of the problem's numbers are free."""
         low, high = self.problem.bounds
-        return low < high
+        return read_only(low < high)
 
     @property
     def n(self) -> int:
@@ -237,7 +243,7 @@ class FreeProblem(Problem[Result]):
     @cached_property
     def _bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         low, high = self.problem.bounds
-        return low[self.which], high[self.which]
+        return read_only(low[self.which]), read_only(high[self.which])
 
     def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... whole"]:
         """The problem's decision vector, or a batch; ValueError for a wrong length."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from stickslip.dynamics.numeric import read_only
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -75,6 +76,10 @@ class Result:
     seconds: float = 0.0
     message: str = ""
     details: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if self.x is not None:
+            object.__setattr__(self, "x", read_only(self.x))
 
     @property
     def gap(self) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.biped.links import SUPPORT_START
+from stickslip.dynamics.numeric import read_only
 from stickslip.optim.gait import between
 from stickslip.optim.gait.between import Polynomials
 from stickslip.optim.gait.convex.limits import ground_of, torque_of, zmp_of
@@ -38,6 +39,10 @@ class Gait:
     b: Float[np.ndarray, "n K+1"]
     nodes: Profile
     closely: Closely
+
+    def __post_init__(self):
+        for name in ("a", "b"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
     def theta(self) -> Float[np.ndarray, "n K+1"]:
@@ -104,7 +109,8 @@ class Gait:
         x = self.grid.samples - self.theta[:, :-1, None]
         a = self.a[:, :-1, None]
         rise = (np.diff(self.a, axis=1) / self.grid.h)[..., None]
-        return a + rise * x, self.b[:, :-1, None] + 2 * a * x + rise * x**2
+        b = self.b[:, :-1, None] + 2 * a * x + rise * x**2
+        return read_only(a + rise * x), read_only(b)
 
     @cached_property
     def torque_between(self) -> Polynomials:
@@ -145,7 +151,7 @@ class Gait:
     @cached_property
     def times(self) -> Float[np.ndarray, "n K"]:
         """In each cell [s], in closed form; infinite where the crank stands still in it."""
-        return between.times(self.grid, self.a, self.b)
+        return read_only(between.times(self.grid, self.a, self.b))
 
     @property
     def clock(self) -> Float[np.ndarray, "n K+1"]:

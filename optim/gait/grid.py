@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.numeric import read_only
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -51,18 +52,18 @@ class Grid:
                 rows[-1] = 1 - (1 - share) ** CLOSER
         theta = SUPPORT_START + (SUPPORT_END - SUPPORT_START) * rows
         theta[:, 0], theta[:, -1] = SUPPORT_START, SUPPORT_END
-        return theta
+        return read_only(theta)
 
     @cached_property
     def h(self) -> Float[np.ndarray, "n K"]:
         """Length of each cell [rad]."""
-        return np.diff(self.theta, axis=1)
+        return read_only(np.diff(self.theta, axis=1))
 
     @cached_property
     def weights(self) -> Float[np.ndarray, "n K+1"]:
         """Of the trapezoid rule over the phase [rad]."""
         ends = np.zeros((self.steps, 1))
-        return (np.hstack([self.h, ends]) + np.hstack([ends, self.h])) / 2
+        return read_only((np.hstack([self.h, ends]) + np.hstack([ends, self.h])) / 2)
 
     @cached_property
     def inside(self) -> tuple[Float[np.ndarray, "n K Q"], Float[np.ndarray, "n K Q"]]:
@@ -79,7 +80,7 @@ class Grid:
             share[0, 0], weight[0, 0] = x**2, 2 * x * w
         if self.to_rest:
             share[-1, -1], weight[-1, -1] = 1 - x[::-1] ** 2, (2 * x * w)[::-1]
-        return share * self.h[..., None], weight * self.h[..., None]
+        return read_only(share * self.h[..., None]), read_only(weight * self.h[..., None])
 
     @cached_property
     def samples(self) -> Float[np.ndarray, "n K D+1"]:
@@ -89,4 +90,4 @@ class Grid:
         share = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
         found = self.theta[:, :-1, None] + share * self.h[..., None]
         found[..., -1] = self.theta[:, 1:]
-        return found
+        return read_only(found)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.optim.options import as_floats
 
@@ -47,4 +48,4 @@ def friction_along(
             raise ValueError(f"mu is a batch of floors {found.shape}; accepted: one floor")
     if np.any(found < 0):
         raise ValueError(f"mu = {float(np.min(found))!r} is not accepted; accepted: {ACCEPTED}")
-    return np.broadcast_to(found, (steps,)).astype(float)
+    return read_only(np.broadcast_to(found, (steps,)).astype(float))

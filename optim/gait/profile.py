@@ -14,6 +14,8 @@ from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import as_batch
 from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.numeric import read_only
+from stickslip.optim.processes import refuse_after_fork
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -93,6 +95,7 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     if batch := as_batch(params)[0]:
         raise ValueError(f"params is a batch of shape {batch}; accepted: one robot")
     params.validate()
+    refuse_after_fork()
     kind = jnp.result_type(params.crank)
     with jax.enable_x64(True):
         wide = params.astype(jnp.float64)
@@ -112,6 +115,7 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
 
 def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."]) -> Profile:
     """The profile at any crank angles of the supporting leg, exact (`inertia_and_moment`)."""
+    refuse_after_fork()
     angles, where = np.unique(np.ravel(theta), return_inverse=True)
     blocks = -(-len(angles) // BLOCK)
     padded = np.pad(angles, (0, blocks * BLOCK - len(angles)), mode="edge")
@@ -121,9 +125,10 @@ def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."
             np.asarray(_numbers(wide, jnp.asarray(block))) for block in np.split(padded, blocks)
         ]
     columns = np.concatenate(rows, axis=1)[:, where].reshape(len(NAMES), *np.shape(theta))
+    columns = read_only(columns)
     if not np.all(np.isfinite(columns)):
         raise ValueError("params give inertia functions that are not finite in double precision")
-    return Profile(robot, np.asarray(theta), *columns)
+    return Profile(robot, read_only(theta), *columns)
 
 
 @jax.jit

@@ -11,6 +11,7 @@ objective's own.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -29,6 +30,47 @@ if TYPE_CHECKING:
 
 Foreign: TypeAlias = Any
 """What another library takes or gives."""
+
+
+@dataclass(frozen=True)
+class Penalised:
+    """`Objective.penalised` as a function of one point, which processes can be handed.
+
+    in_unit_box: points lie in a box of sides 1. SciPy's vectorised points are columns [n, B]."""
+
+    objective: Objective
+    weight: float
+    in_unit_box: bool = False
+
+    def __call__(self, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]) -> Foreign:
+        """The value, or values [B]."""
+        if np.ndim(x) == 2:
+            return self.of_rows(np.transpose(x))
+        return self.objective.penalised(self._point(x), self.weight)
+
+    def of_rows(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """The values of points that are rows."""
+        return self.objective.penalised_batch(self._point(X), self.weight)
+
+    def _point(self, x: Foreign) -> Foreign:
+        return self.objective.from_unit(x) if self.in_unit_box else x
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An objective as a function of Optuna's trials."""
+
+    objective: Objective
+    weight: float
+
+    def __call__(self, trial: Foreign) -> Foreign:
+        """The value, or the values of several goals."""
+        numbers = enumerate(zip(*self.objective.bounds, strict=True))
+        x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
+        if self.objective.k == 1:
+            return self.objective.penalised(x, self.weight)
+        values, missed = self.objective(x), self.objective.violation(x)
+        return tuple(float(value + self.weight * missed) for value in values)
 
 
 def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, Foreign]:
@@ -57,16 +99,10 @@ def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str,
     """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct.
 
     differential_evolution may be given vectorized=True, updating="deferred": a generation is then
-    one batch. workers would count in processes of their own, and are refused by pickle."""
+    one batch; or workers: the map of a pool whose processes are spawned."""
     _require_one_goal(objective)
-
-    def function(x: np.ndarray) -> Foreign:
-        if np.ndim(x) == 2:  # numbers first: [n, B]
-            return objective.penalised_batch(x.T, penalty)
-        return objective.penalised(x, penalty)
-
     return {
-        "func": function,
+        "func": Penalised(objective, penalty),
         "bounds": list(zip(*objective.bounds, strict=True)),
     }
 
@@ -74,10 +110,16 @@ def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str,
 def as_pymoo(objective: Objective) -> Foreign:
     """A pymoo Problem that evaluates whole populations, one or several goals, with constraints."""
     pymoo = _library("pymoo.core.problem", "pymoo")
-    low, high = objective.bounds
+    low, high = map(np.array, objective.bounds)
 
     class Exported(pymoo.Problem):
         """The objective."""
+
+        def __reduce__(self) -> tuple[Foreign, ...]:
+            return as_pymoo, (objective,)
+
+        def __deepcopy__(self, memo: Foreign) -> Foreign:
+            return self  # what pymoo's copies evaluate counts, too
 
         def __init__(self):
             super().__init__(
@@ -105,7 +147,7 @@ def as_cma(
     _require_one_goal(objective)
     seed = require_integer("seed", seed, low=0, high=2**64)
     return {
-        "objective_function": lambda u: objective.penalised(objective.from_unit(u), penalty),
+        "objective_function": Penalised(objective, penalty, in_unit_box=True),
         "x0": np.full(objective.n, 0.5),
         "sigma0": sigma,
         "options": {"bounds": [0, 1], **own_draws(seed), "verbose": -9},
@@ -120,24 +162,13 @@ def as_nevergrad(
     ng = _library("nevergrad", "nevergrad")
     low, high = objective.bounds
     where = ng.p.Array(init=objective.middle, lower=low, upper=high)
-    return where, lambda x: objective.penalised(x, penalty)
+    return where, Penalised(objective, penalty)
 
 
 def as_optuna(objective: Objective, penalty: float = PENALTY) -> Callable[[Foreign], Foreign]:
     """A function of a trial: `study.optimize(function, n_trials)`; a study of several directions
     where there are several goals."""
-    low, high = objective.bounds
-    names = [f"x{i}" for i in range(objective.n)]
-
-    def evaluate(trial: Foreign) -> Foreign:
-        numbers = zip(names, low, high, strict=True)
-        x = np.array([trial.suggest_float(name, least, most) for name, least, most in numbers])
-        if objective.k == 1:
-            return objective.penalised(x, penalty)
-        values, missed = objective(x), objective.violation(x)
-        return tuple(float(value + penalty * missed) for value in values)
-
-    return evaluate
+    return Trial(objective, penalty)
 
 
 def as_evosax(
@@ -146,11 +177,7 @@ def as_evosax(
     """A first solution, and the fitness of a population [B, n] as `tell` takes it, in a box of
     sides 1: strategies begin with a deviation of 1, so give them params.replace(std_init=0.2)."""
     _require_one_goal(objective)
-
-    def fitness(population: Foreign) -> np.ndarray:
-        return objective.penalised_batch(objective.from_unit(np.asarray(population)), penalty)
-
-    return np.full(objective.n, 0.5), fitness
+    return np.full(objective.n, 0.5), Penalised(objective, penalty, in_unit_box=True).of_rows
 
 
 def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Foreign:
@@ -158,7 +185,7 @@ def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Foreign
     _require_one_goal(objective)
     ioh = _library("ioh", "ioh")
     return ioh.wrap_problem(
-        lambda u: objective.penalised(objective.from_unit(np.asarray(u)), penalty),
+        Penalised(objective, penalty, in_unit_box=True),
         name=name,
         dimension=objective.n,
         lb=0.0,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.known import known_of
 from stickslip.optim.instances.objective import Objective
+from stickslip.optim.processes import given_state, refuse_after_fork
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,9 +67,13 @@ class Instance:
     n: int
     build: Callable[[], tuple[AnyProblem, ...]]
 
+    def __getstate__(self) -> dict[str, Any]:
+        return given_state(self)
+
     @cached_property
     def problems(self) -> tuple[AnyProblem, ...]:
         """One for each goal, of one decision vector under the same constraints."""
+        refuse_after_fork()
         with jax.enable_x64(True):
             return self.build()
 
@@ -121,12 +126,12 @@ class Instance:
 def made(name: str, build: Callable[[], Built], version: int = 1, **rest: Any) -> Instance:
     """An instance under a name without its version. build: makes a problem, or one a goal; rest:
     the other fields."""
+    return Instance(id=f"{name}-v{version}", build=partial(_tuple_of, build), **rest)
 
-    def problems() -> tuple[AnyProblem, ...]:
-        found = build()
-        return found if isinstance(found, tuple) else (found,)
 
-    return Instance(id=f"{name}-v{version}", build=problems, **rest)
+def _tuple_of(build: Callable[[], Built]) -> tuple[AnyProblem, ...]:
+    found = build()
+    return found if isinstance(found, tuple) else (found,)
 
 
 def verified(instance: Instance) -> str:

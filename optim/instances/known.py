@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dynamics.numeric import read_only
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 
@@ -48,8 +49,8 @@ def known_of(name: str) -> Known | None:
     points = _points()
     x, front = points.get(name), points.get(f"{name} front")
     value = np.nan if entry["value"] is None else entry["value"]
-    rest = {key: given for key, given in entry.items() if key != "value"}
-    return Known(value, **rest, x=x, front=front)
+    rest = {key: given for key, given in entry.items() if key not in ("value", "cost")}
+    return Known(value, **rest, cost=dict(entry["cost"]), x=x, front=front)
 
 
 def keep(name: str, known: Known, here: Path = HERE) -> None:
@@ -82,4 +83,4 @@ def _points(here: Path = HERE) -> dict[str, np.ndarray]:
     if not file.is_file():
         return {}
     with np.load(file, allow_pickle=False) as content:
-        return {name: content[name] for name in content.files}
+        return {name: read_only(content[name]) for name in content.files}

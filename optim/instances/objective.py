@@ -7,14 +7,17 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from zlib import crc32
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.record import BudgetSpent, Record
+from stickslip.optim.instances.reports import Seen, reported
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
+from stickslip.optim.processes import given_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,7 +31,7 @@ A_DRAW = 1_000_003
 """Draws of one seed begin so far from those of the next."""
 
 
-class _Seen(NamedTuple):
+class _Last(NamedTuple):
     """The point looked at last: its values [k], margins [m], and the number of its draw."""
 
     x: np.ndarray
@@ -53,6 +56,8 @@ class Objective:
     What is asked for at the point looked at last (constraints, or its value again) costs no
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
     draw that its value had.
+
+    A copy in another process counts here: see reports.py.
     """
 
     problems: tuple[AnyProblem, ...]
@@ -72,6 +77,10 @@ class Objective:
             require_scalar("seconds", self.seconds, low=0.0, strict=True, accepted=accepted)
         require_choice("outside", self.outside, OUTSIDE)
         require_integer("seed", self.seed, low=0, high=2**31 - 1)
+        self.record.targets = self.targets
+
+    def __getstate__(self) -> dict[str, Any]:
+        return given_state(self)
 
     @cached_property
     def free(self) -> tuple[FreeProblem, ...]:
@@ -107,12 +116,12 @@ class Objective:
     def from_unit(self, u: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
         """The numbers of a point in a box of sides 1."""
         low, high = self.bounds
-        return low + (high - low) * np.asarray(u, float)
+        return low + (high - low) * _numbers(u)
 
     def to_unit(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
         """A point in a box of sides 1."""
         low, high = self.bounds
-        return (np.asarray(x, float) - low) / (high - low)
+        return (_numbers(x) - low) / (high - low)
 
     @property
     def has_slopes(self) -> bool:
@@ -123,6 +132,7 @@ class Objective:
         """The problem's own decision vector."""
         return self.free[0].expand(x)
 
+    @reported
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
         x, sound = self._inside(x)
@@ -130,62 +140,69 @@ class Objective:
             self._spend(1)
             return np.inf if self.k == 1 else np.full(self.k, np.inf)
         values = self._look(x, again=self.noisy).values
-        return float(values[0]) if self.k == 1 else values
+        return float(values[0]) if self.k == 1 else values.copy()
 
+    @reported
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
         """Values of a batch: [B], or [B, k]."""
         return self.batch_with_constraints(X)[0]
 
+    @reported
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
-        X = np.atleast_2d(np.asarray(X, float))
+        X = np.atleast_2d(_numbers(X))
         inside = [self._inside(x) for x in X]
         left = self._left(len(X))
         points = np.array([x for x, _ in inside[:left]]).reshape(-1, self.n)
         sound = np.array([ok for _, ok in inside[:left]], bool)
         values = np.full((left, self.k), np.inf)
         margins = np.full((left, self.m), -1.0)
-        self.record.batches += 1
+        self.record.count("batches")
         if np.any(sound):
             values[sound], margins[sound] = self._all(points[sound], np.flatnonzero(sound))
         for x, value, margin, ok in zip(points, values, margins, sound, strict=True):
-            self.record.values += 1
+            self.record.count("values")
             if ok:
                 self._note(x, value, margin)
         if left < len(X):
-            raise BudgetSpent(f"{self.record.evaluations} evaluations")
+            raise self.record.spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
+    @reported
     def gradient(self, x: Float[np.ndarray, "n"], goal: int = 0) -> Float[np.ndarray, "n"]:
         """A goal's slope; NotImplementedError where the instance has none."""
         x, sound = self._inside(x)
-        draw = self._draw()
-        self._spend(1, gradients=True)
+        draw = self._draw(x)
+        self._spend(1, "gradients")
         if not sound:
             return np.zeros(self.n)
         seen = self._seen_at(x)
         return self._drawn(self.free[goal], draw if seen is None else seen.draw).gradient(x)
 
+    @reported
     def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
         """Both, for one goal; counted as two evaluations."""
         return self(x), self.gradient(x)
 
+    @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """What must be >= 0, scaled to about 1."""
         x, sound = self._inside(x)
         if not sound:
             return np.full(self.m, -1.0)
-        return self._look(x).margins
+        return self._look(x).margins.copy()
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; not counted."""
         x, sound = self._inside(x)
         return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
 
+    @reported
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
         """What a point misses of its constraints, summed; 0 where it is feasible."""
         return float(shortfall(self.constraints(x)))
 
+    @reported
     def penalised(self, x: Float[np.ndarray, "n"], weight: float = PENALTY) -> float:
         """The value, with `weight` for each scaled constraint missed: for optimisers that take no
         constraints. A feasible point's value is its own."""
@@ -196,6 +213,7 @@ class Objective:
         seen = self._look(x, again=self.noisy)
         return float(seen.values[0] + weight * shortfall(seen.margins))
 
+    @reported
     def penalised_batch(
         self, X: Float[np.ndarray, "B n"], weight: float = PENALTY
     ) -> Float[np.ndarray, "B"]:
@@ -211,11 +229,11 @@ class Objective:
 
     def _inside(self, x: object) -> tuple[np.ndarray, bool]:
         """A point within the bounds, and whether it is one."""
-        x = np.asarray(x, dtype=float).reshape(-1)
+        x = _numbers(x).reshape(-1)
         if x.shape != (self.n,):
             raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
         if not np.all(np.isfinite(x)):
-            self.record.not_numbers += 1
+            self.record.count("not_numbers")
             if self.outside == "refuse":
                 raise ValueError("x holds what is no finite number; accepted: finite numbers")
             return x, False
@@ -224,30 +242,30 @@ class Objective:
         if np.any(out):
             i = int(np.argmax(out))
             if self.outside == "refuse":
-                self.record.refused += 1
+                self.record.count("refused")
                 raise ValueError(
                     f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
                 )
-            self.record.clipped += 1
+            self.record.count("clipped")
             x = np.clip(x, low, high)
         return x, True
 
-    def _seen_at(self, x: np.ndarray) -> _Seen | None:
+    def _seen_at(self, x: np.ndarray) -> _Last | None:
         """What was found at the point looked at last, if that is this one."""
         seen = self.__dict__.get("_seen")
         return seen if seen is not None and np.array_equal(seen.x, x) else None
 
-    def _look(self, x: np.ndarray, again: bool = False) -> _Seen:
+    def _look(self, x: np.ndarray, again: bool = False) -> _Last:
         """A point inside; the last one without another evaluation, unless `again`."""
         seen = None if again else self._seen_at(x)
         if seen is not None:
             return seen
-        draw = self._draw()
+        draw = self._draw(x)
         self._spend(1)
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
-        seen = _Seen(np.array(x), values, margins, draw)
+        seen = _Last(np.array(x), values, margins, draw)
         object.__setattr__(self, "_seen", seen)
         self._note(x, values, margins)
         return seen
@@ -257,14 +275,16 @@ class Objective:
         first, *others = (one.problem for one in self.free)
         whole = self.expand(X)
         if self.noisy and isinstance(first, FunctionProblem):
-            value, margins = first.evaluate_all(whole, (self._draw() + places) % 2**32)
+            value, margins = first.evaluate_all(whole, (self._draw(X) + places) % 2**32)
         else:
             value, margins = first.evaluate_all(whole)
         return np.stack([value, *(one.objectives(whole) for one in others)], axis=1), margins
 
-    def _draw(self) -> int:
-        """The number of the next evaluation's draw."""
-        return (self.seed * A_DRAW + self.record.evaluations) % 2**32
+    def _draw(self, x: np.ndarray) -> int:
+        """The number of the next evaluation's draw; elsewhere, where several processes count from
+        the same number, of the point as well."""
+        number = self.seed * A_DRAW + self.record.evaluations
+        return (number + (0 if self.record.home.here else crc32(x.tobytes()))) % 2**32
 
     def _drawn(self, free: FreeProblem, draw: int) -> FreeProblem:
         if not self.noisy or not isinstance(free.problem, FunctionProblem):
@@ -272,12 +292,8 @@ class Objective:
         return free.problem.drawn(draw).free
 
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
-        record = self.record
         feasible = self.free[0].meets(x, margins)
-        record.see(x, values, float(shortfall(margins)), feasible, record.evaluations)
-        for target in self.targets:
-            if target not in record.hits and record.best <= target:
-                record.hits[target] = (record.evaluations, record.seconds)
+        self.record.note(Seen(np.array(x), np.array(values), float(shortfall(margins)), feasible))
 
     def _left(self, wanted: int) -> int:
         """How many of so many evaluations there is budget for; BudgetSpent for none."""
@@ -287,12 +303,17 @@ class Objective:
         late = self.seconds is not None and record.seconds > self.seconds
         left = wanted if self.budget is None else self.budget - record.evaluations
         if wanted and (late or left <= 0):
-            raise BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
+            raise self.record.spent()
         return min(wanted, left)
 
-    def _spend(self, count: int, gradients: bool = False) -> None:
+    def _spend(self, count: int, name: str = "values") -> None:
         self._left(count)
-        if gradients:
-            self.record.gradients += count
-        else:
-            self.record.values += count
+        self.record.count(name, count)
+
+
+def _numbers(x: Any) -> np.ndarray:
+    """Real numbers, finite or not, in double precision; ValueError for what is none, as complex
+    and masked arrays are."""
+    if type(x) is np.ndarray and (x.dtype == float or x.size == 0):
+        return x
+    return as_real("x", x, "real numbers").astype(float)

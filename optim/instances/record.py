@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+from stickslip.dynamics.numeric import read_only
+from stickslip.optim.instances.reports import reporting, settle
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.optim.instances.reports import Home, Seen
 
 
 class Improvement(NamedTuple):
@@ -22,6 +30,12 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
 
     `Objective.minimise` takes it as the end; a loop of one's own may do the same.
     """
+
+    home: Home | None = None
+    """Of the objective, in another process, that has not reported all that it counted."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reporting(type(self)(*self.args), self.home) or (type(self), self.args)
 
 
 @dataclass
@@ -46,6 +60,20 @@ class Record:
     least_violation: float = np.inf
     front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
+    targets: tuple[float, ...] = ()
+    home: Home = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        settle(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"began": self.seconds}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Clocks of two processes need not begin together: seconds go on."""
+        vars(self).update(state, began=time.perf_counter() - state["began"])
+        if self.home.here:
+            settle(self)
 
     @property
     def evaluations(self) -> int:
@@ -63,10 +91,35 @@ class Record:
         luckiest draw, as a rule far below what `Instance.value(best_x)` says, the mean of 256."""
         return self.improvements[-1].value if self.improvements else np.inf
 
+    def count(self, name: str, by: int = 1) -> None:
+        """Add to one of the counters."""
+        setattr(self, name, getattr(self, name) + by)
+        if not self.home.here:
+            self.home.counts[name] += by
+
+    def spent(self) -> BudgetSpent:
+        """The end of the budget, or of the time."""
+        error = BudgetSpent(f"{self.evaluations} evaluations in {self.seconds:.3g} s")
+        error.home = None if self.home.here else self.home
+        return error
+
+    def take(self, counts: Mapping[str, int], seen: Sequence[Seen]) -> None:
+        """Add what a copy in another process counted and saw."""
+        for i, one in enumerate(seen):
+            self.see(*one, self.evaluations + i + 1)
+        for name, by in counts.items():
+            self.count(name, by)
+
+    def note(self, point: Seen) -> None:
+        """Take note of the point counted last."""
+        if not self.home.here:
+            self.home.seen.append(point)
+        self.see(*point, self.evaluations)
+
     def see(
         self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool, number: int
     ) -> None:
-        """Take note of a point. number: of its evaluation."""
+        """Keep a point, if it is better. number: of its evaluation."""
         self.least_violation = min(self.least_violation, violation)
         if not feasible or not np.all(np.isfinite(values)):
             return
@@ -74,10 +127,13 @@ class Record:
             self._keep_unbeaten(x, values)
         elif values[0] < self.best:
             self.improvements.append(Improvement(number, self.seconds, float(values[0])))
-            self.best_x = np.array(x)
+            self.best_x = read_only(x)
+            for target in self.targets:
+                if target not in self.hits and self.best <= target:
+                    self.hits[target] = (number, self.seconds)
 
     def _keep_unbeaten(self, x: np.ndarray, values: np.ndarray) -> None:
         if any(np.all(other <= values) for _, other in self.front):
             return
         self.front = [one for one in self.front if not np.all(values <= one[1])]
-        self.front.append((np.array(x), np.array(values)))
+        self.front.append((read_only(x), read_only(values)))

@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
@@ -29,6 +30,7 @@ from stickslip.optim.posture.stations.waypoints import (
     waypoints_along,
 )
 from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.processes import refuse_after_fork
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
@@ -111,11 +113,12 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             low[:2] = high[:2] = self.start_angles
         if self.end_angles is not None:
             low[-2:] = high[-2:] = self.end_angles
-        return low, high
+        return read_only(low), read_only(high)
 
     @cached_property
     def posture(self) -> Posture:
         """The same problem as a pytree of float64 numbers, for functions that are traced."""
+        refuse_after_fork()
         first = float(self.x[0]) - longest_wheelbase(self.params)
         first -= 2 * float(self.params.wheel_radius)
         with jax.enable_x64(True):
@@ -318,4 +321,4 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
 def _number(value: Any) -> Any:
     """A leaf in double precision."""
-    return np.asarray(value, dtype=np.float64)
+    return read_only(np.asarray(value, dtype=np.float64))

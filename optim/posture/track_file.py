@@ -37,6 +37,10 @@ ACCEPTED = (
     f"and {' or '.join(Y_NAMES)}, with [m] behind it or not"
 )
 IN_METRES = re.compile(r"\s*(\[m\]|\(m\))")
+IN_WORDS = {"lat": "latitude", "lon": "longitude", "ele": "elevation"}
+STEEPEST, LEAST_JUMP = 2.0, 5.0
+"""Ground rises by no more than STEEPEST m a metre, in a table where it is over LEAST_JUMP m: no
+vehicle climbs that, so it is a fault of the survey."""
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 
@@ -149,7 +153,9 @@ def _gpx(path: Path, text: str) -> tuple[Sequence[int], np.ndarray, np.ndarray]:
     for i, given in enumerate(points.found):
         place = f"{name}: track point {i + 1}"
         for j, (key, value) in enumerate(zip(("lat", "lon", "ele"), given, strict=True)):
-            if value is None or not _is_number(value) or not math.isfinite(float(value)):
+            if not (value or "").strip():
+                raise ValueError(f"{place} has no {IN_WORDS[key]} ({key}); {_accepted(path)}")
+            if not _is_number(value) or not math.isfinite(float(value)):
                 raise ValueError(f"{place}: {key} = {shown(value)}; {_accepted(path)}")
             values[i, j] = float(value)
         for key, value, limit in (("lat", values[i, 0], 90), ("lon", values[i, 1], 360)):
@@ -225,12 +231,25 @@ def _require_points(path: Path, line: Sequence[int], x: np.ndarray, y: np.ndarra
         if bad.size:
             at = f"{name}{before}{line[int(bad[0])]}"
             raise ValueError(f"{at}: {axis} = {values[bad[0]]}; {_accepted(path)}")
+    gpx = before != ":"
     wrong = np.flatnonzero(np.diff(x) <= 0)
     if wrong.size:
         i = int(wrong[0]) + 1
+        odd = f"x = {x[i]} after {x[i - 1]} does not increase"
+        if gpx:
+            odd = f"the place of track point {line[i - 1]} again ({len(wrong)} such in the file)"
+        raise ValueError(f"{name}{before}{line[i]}: {odd}; {_accepted(path)}")
+    jump = np.abs(np.diff(y))
+    steep = np.flatnonzero((jump > STEEPEST * np.diff(x)) & (gpx | (jump > LEAST_JUMP)))
+    if steep.size:
+        near = slice(max(int(steep[0]) - 3, 0), int(steep[0]) + 5)
+        i, j = (int(steep[0]) + k for k in (0, 1))
+        usual = float(np.median(y[near]))
+        i, j = (i, j) if abs(y[i] - usual) > abs(y[j] - usual) else (j, i)
         raise ValueError(
-            f"{name}{before}{line[i]}: x = {x[i]} after {x[i - 1]} does not increase; "
-            f"{_accepted(path)}"
+            f"{name}{before}{line[i]}: elevation {y[i]:.6g} m among {usual:.6g} m, "
+            f"{y[i] - y[j]:+.6g} m in {abs(x[i] - x[j]):.3g} m; {_accepted(path)}, slopes up to "
+            f"{STEEPEST:g} m a metre"
         )
 
 

@@ -13,6 +13,7 @@ from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim import PostureProblem
+from stickslip.optimise.command import spacing_of
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.picture import chosen
 
@@ -154,12 +155,25 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ),
         ("ugv --spacing 1e-300", "makes 6.56e+300 waypoints"),
         ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
+        (
+            "ugv --track flat --track-option end=5000 --spacing 0.1 --polish",
+            "fewer --angles, --no-polish",
+        ),
         ("ugv --seed 3", "--seed with --method dp; accepted: without it"),
     ],
 )
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
     assert said in refusal(capsys, *arguments.split())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_spacing_goes_by_the_length_of_the_way():
+    flags = {"spacing": None, "start": None, "end": None}
+    assert spacing_of(Track.flat(end=100.0), flags) == 0.1
+    long = spacing_of(Track.flat(end=5000.0), flags)
+    assert 5000 / long == pytest.approx(4999)
+    assert spacing_of(Track.flat(end=5000.0), flags | {"start": 10.0, "end": 60.0}) == 0.1
+    assert spacing_of(Track.flat(end=5000.0), flags | {"spacing": 0.3}) == 0.3
 
 
 def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):

@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.numeric import Numeric, read_only
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.ground.near import in_two, locate
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
@@ -60,7 +60,7 @@ class Spline(Closed):
         """The spline of concrete numbers in double precision."""
         heights, lows = in_two(coefficients[:, 0])
         table = np.concatenate([heights[:, None], coefficients[:, 1:]], axis=1)
-        return cls(*in_two(knots), table, lows, even)
+        return cls(*map(read_only, (*in_two(knots), table, lows)), even)
 
     def near(self, base: Numeric, u: Numeric):
         """The polynomial of the piece that base + u [m] lies in, by Horner's rule."""

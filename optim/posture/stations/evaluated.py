@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.posture.stations.traced import Posture, packed
+from stickslip.optim.processes import refuse_after_fork
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,6 +73,7 @@ class Waypoints(NamedTuple):
         return self._rows(_slopes, pairs)
 
     def _rows(self, program: Program, pairs: np.ndarray) -> np.ndarray:
+        refuse_after_fork()
         with jax.enable_x64(True):
             parts = [
                 np.asarray(program(self.shared, x, friction, padded(pairs[begin:], size)))

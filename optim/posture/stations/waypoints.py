@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number, shown
+from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.once import run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
@@ -98,6 +99,8 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
             f"friction has shape {np.shape(problem.friction)}; accepted: a number or one for each "
             f"of the {len(x)} waypoints"
         )
+    if isinstance(problem.friction, np.ndarray):
+        fields["friction"] = read_only(problem.friction)
     if problem.leg_rate is not None:
         accepted = "None, or a number > 0 [rad/m]"
         require_scalar("leg_rate", problem.leg_rate, low=0.0, strict=True, accepted=accepted)
@@ -114,15 +117,14 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
 
 
 def _waypoints(x: Any) -> np.ndarray:
-    array = as_floats("x", x, "increasing places, two or more [m]").copy()
+    array = as_floats("x", x, "increasing places, two or more [m]")
     if array.ndim != 1 or len(array) < 2:
         raise ValueError(f"x has shape {array.shape}; accepted: [K] with K >= 2 waypoints")
     falls = np.flatnonzero(np.diff(array) <= 0)
     if falls.size:
         i = int(falls[0]) + 1
         raise ValueError(f"x[{i}] = {array[i]} after {array[i - 1]}; accepted: increasing [m]")
-    array.setflags(write=False)
-    return array
+    return read_only(array)
 
 
 def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
@@ -131,6 +133,4 @@ def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
     array = as_floats(name, angles, accepted)
     if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
         raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
-    array = np.clip(array, low, high)
-    array.setflags(write=False)
-    return array
+    return read_only(np.clip(array, low, high))

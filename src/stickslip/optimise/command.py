@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.plain_checks import MEMORY_LIMIT
+from stickslip.dynamics.ugv import Track
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.progress import say_stage
@@ -29,6 +34,9 @@ from stickslip.records.table import json_text
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
 REPORT = "report.html"
+SPACING, MOST_WAYPOINTS, POLISHED = 0.1, 5000, 2000
+"""Waypoints are SPACING [m] apart, or more where there would be more than MOST_WAYPOINTS; a path of
+more than POLISHED is not polished, unless it is asked for."""
 NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
@@ -43,7 +51,8 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     out = _folder(flags)
     require_choice("criterion", flags["criterion"], tuple(CRITERIA))
     require_choice("method", flags["method"], tuple(METHODS))
-    problem = problem_of(flags)
+    with _flags_named():
+        problem = problem_of(flags)
     if flags["pictures"]:
         require("matplotlib.figure")
     if flags["method"] in NEEDS:
@@ -53,8 +62,10 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     for name in options:
         if name not in taken:
             raise ValueError(f"--{name} with --method {flags['method']}; accepted: without it")
-    options["polish"] = flags["polish"]
-    result = solve(problem, flags["method"], progress=True, **options)
+    polish = flags["polish"]
+    options["polish"] = len(problem.x) <= POLISHED if polish is None else polish
+    with _flags_named():
+        result = solve(problem, flags["method"], progress=True, **options)
     spent = energies(problem, result.x)
     print(table(rows(problem, result, spent)), end="")
     for warning in warnings(problem, result):
@@ -66,13 +77,34 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     return result.x is not None, Content(facts=found | written, units=result_units(problem))
 
 
+@contextmanager
+def _flags_named() -> Iterator[None]:
+    """Add to a refusal for want of memory which flags ask for less."""
+    try:
+        yield
+    except ValueError as error:
+        if MEMORY_LIMIT not in str(error):
+            raise
+        less = "a greater --spacing, --start and --end nearer together, fewer --angles, --no-polish"
+        raise ValueError(f"{error}; less takes {less}") from error
+
+
+def spacing_of(track: Track, flags: Mapping[str, Any]) -> float:
+    """What is asked for, or by the length of the way: see SPACING [m]."""
+    if flags["spacing"] is not None:
+        return flags["spacing"]
+    ends = (flags["start"], track.start), (flags["end"], track.end)
+    start, end = (float(np.asarray(of if given is None else given)) for given, of in ends)
+    return max(SPACING, (end - start) / (MOST_WAYPOINTS - 1))
+
+
 def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
     """The problem that the flags describe."""
     track = track_of(flags["track"], flags["track_options"])
     return PostureProblem.along(
         track,
         flags["criterion"],
-        spacing=flags["spacing"],
+        spacing=spacing_of(track, flags),
         start=flags["start"],
         end=flags["end"],
         leg_rate=limit_of("--leg-rate", flags["leg_rate"], "rad/m"),

@@ -29,7 +29,7 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         help="what is to be small, see below (default: %(default)s)",
     )
     completes(criterion, CRITERIA_IN_WORDS)
-    add_way(group, 0.1, "%(default)s")
+    add_way(group, None, "0.1, or more on a long track: 5000 waypoints at most")
     for name, which in (("start", "first"), ("end", "last")):
         group.add_argument(
             f"--{name}-angles",
@@ -52,9 +52,8 @@ def _add_method(group: argparse._ArgumentGroup) -> None:
         help="of each leg on the grid, over its range (default: a grid that uses the leg rate)",
     )
     group.add_argument(
-        "--no-polish",
-        dest="polish",
-        action="store_false",
-        help="the grid's own path, without scp from there",
+        "--polish",
+        action=argparse.BooleanOptionalAction,
+        help="let scp follow the grid's path (default: up to 2000 waypoints)",
     )
     group.add_argument("--seed", type=int, metavar="N", help="of the method cma")

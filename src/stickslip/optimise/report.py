@@ -60,7 +60,11 @@ def rows(
     about = getattr(problem.criterion, "about", "")
     found = [
         ("criterion", f"{problem.criterion.name}: {about}" if about else problem.criterion.name),
-        ("waypoints", f"{len(problem.x)}, from {problem.x[0]:.4g} to {problem.x[-1]:.4g} m"),
+        (
+            "waypoints",
+            f"{len(problem.x)}, {np.max(np.diff(problem.x)):.3g} m apart, from {problem.x[0]:.4g} "
+            f"to {problem.x[-1]:.4g} m",
+        ),
         ("status", result.status_in_words),
         ("message", "" if result.message == result.status.value else result.message),
         ("grid", _grid(result, unit)),

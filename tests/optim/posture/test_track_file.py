@@ -89,6 +89,7 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
         ("x [mm],y [mm]\n0,0\n1,1\n", ("track.csv:1: header 'x [mm],y [mm]'", "with [m]")),
         ("lat,lon\n0,0\n1,1\n", ("track.csv:1: header 'lat,lon'", "distance", "elevation")),
         ("x,s,y\n0,0,0\n1,1,1\n", ("track.csv:1: header 'x,s,y'",)),
+        ("0,1800\n5,46.8\n10,1801\n", ("track.csv:2: elevation 46.8 m among 1800 m",)),
         ("0,0\n1e-310,1\n", ("track.csv: ", "overflows float64")),
         ("0,0\n" + "1" * 20_000 + "\n", ("track.csv:2: a line of 20001 characters",)),
         ("x" * 9000 + ",y\n0,0\n", ("track.csv:1: header 'xxx", "...", "two columns")),
@@ -98,6 +99,11 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
 def test_a_table_that_is_no_track_is_refused_with_its_line(text, parts, tmp_path):
     with pytest.raises(ValueError, match=".*".join(map(re.escape, parts))):
         read_track(write(tmp_path, text))
+
+
+def survey(odd):
+    """Ten points 5.56 m apart near 1800 m, some of another elevation."""
+    return [(45 + 5e-5 * i, 7, odd.get(i, 1800 + 0.1 * i)) for i in range(10)]
 
 
 GOOD = [(59, 10, 100), (60, 10, 160)]
@@ -111,8 +117,13 @@ GOOD = [(59, 10, 100), (60, 10, 160)]
         (gpx(*GOOD)[:-9], ("track.gpx: no XML",)),
         (gpx(), ("track.gpx: 0 points",)),
         (gpx(*GOOD[:1]), ("track.gpx: 1 points",)),
-        (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: x = 0.0 after 0.0",)),
-        (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2: ele = None",)),
+        (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: the place of track point 1 again",)),
+        (gpx(*GOOD, *GOOD[1:] * 2), ("track point 3: the place", "2 such in the file")),
+        (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2 has no elevation (ele)",)),
+        (gpx(*survey({7: 46.8})), ("track point 8: elevation 46.8 m among 1800", "in 5.56 m")),
+        (gpx(*survey({0: 0.0})), ("track point 1: elevation 0 m among 1800",)),
+        (gpx(*survey({9: 9999.0})), ("track point 10: elevation 9999 m among 1800",)),
+        (gpx(*survey({4: 0.0, 5: 0.0})), ("track point 5: elevation 0 m among 1800",)),
         (gpx(GOOD[0], (60, 10, "nan")), ("track.gpx: track point 2: ele = 'nan'",)),
         (gpx(GOOD[0], (95, 10, 0)), ("track.gpx: track point 2: lat = 95.0",)),
         (gpx(("x", 10, 0), GOOD[0]), ("track.gpx: track point 1: lat = 'x'", "lat, lon [deg]")),
