@@ -11,17 +11,14 @@ import os
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import wraps
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from uuid import uuid4
 from weakref import WeakValueDictionary
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from stickslip.optim.instances.objective import Objective
-    from stickslip.optim.instances.record import Record
+    from collections.abc import Callable, Mapping, Sequence
 
 
 class Seen(NamedTuple):
@@ -48,10 +45,19 @@ class Home:
         return os.getpid() == self.process
 
 
-_made_here: WeakValueDictionary[str, Record] = WeakValueDictionary()
+class Counts(Protocol):
+    """A record."""
+
+    home: Home
+
+    def take(self, counts: Mapping[str, int], seen: Sequence[Seen]) -> None:
+        """Add what a copy in another process counted and saw."""
 
 
-def settle(record: Record) -> None:
+_made_here: WeakValueDictionary[str, Counts] = WeakValueDictionary()
+
+
+def settle(record: Counts) -> None:
     """Give a new record, or a copy of one in its process, a name to report to."""
     record.home = Home()
     _made_here[record.home.name] = record
@@ -61,7 +67,7 @@ def reported(method: Callable[..., Any]) -> Callable[..., Any]:
     """The method of an Objective; what it returns away from home reports what was counted."""
 
     @wraps(method)
-    def call(self: Objective, *args: Any, **options: Any) -> Any:
+    def call(self: Any, *args: Any, **options: Any) -> Any:
         found = method(self, *args, **options)
         home = self.record.home
         return found if home.here else _reporting(found, home)

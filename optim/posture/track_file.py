@@ -38,9 +38,8 @@ ACCEPTED = (
 )
 IN_METRES = re.compile(r"\s*(\[m\]|\(m\))")
 IN_WORDS = {"lat": "latitude", "lon": "longitude", "ele": "elevation"}
-STEEPEST, LEAST_JUMP = 2.0, 5.0
-"""Ground rises by no more than STEEPEST m a metre, in a table where it is over LEAST_JUMP m: no
-vehicle climbs that, so it is a fault of the survey."""
+STEEPEST = 2.0
+"""Steeper legs of a GPX track, in m a metre, are a fault of the survey: no vehicle climbs them."""
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 
@@ -225,13 +224,13 @@ def _require_points(path: Path, line: Sequence[int], x: np.ndarray, y: np.ndarra
     if len(x) < 2:
         raise ValueError(f"{name}: {len(x)} points; {_accepted(path)}")
     require_memory(name, "points", len(x), BYTES_A_POINT)
-    before = ": track point " if path.suffix.lower() == ".gpx" else ":"
+    gpx = path.suffix.lower() == ".gpx"
+    before = ": track point " if gpx else ":"
     for axis, values in (("x", x), ("y", y)):
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
             at = f"{name}{before}{line[int(bad[0])]}"
             raise ValueError(f"{at}: {axis} = {values[bad[0]]}; {_accepted(path)}")
-    gpx = before != ":"
     wrong = np.flatnonzero(np.diff(x) <= 0)
     if wrong.size:
         i = int(wrong[0]) + 1
@@ -240,8 +239,8 @@ def _require_points(path: Path, line: Sequence[int], x: np.ndarray, y: np.ndarra
             odd = f"the place of track point {line[i - 1]} again ({len(wrong)} such in the file)"
         raise ValueError(f"{name}{before}{line[i]}: {odd}; {_accepted(path)}")
     jump = np.abs(np.diff(y))
-    steep = np.flatnonzero((jump > STEEPEST * np.diff(x)) & (gpx | (jump > LEAST_JUMP)))
-    if steep.size:
+    steep = np.flatnonzero(jump > STEEPEST * np.diff(x))
+    if gpx and steep.size:
         near = slice(max(int(steep[0]) - 3, 0), int(steep[0]) + 5)
         i, j = (int(steep[0]) + k for k in (0, 1))
         usual = float(np.median(y[near]))

@@ -14,17 +14,8 @@ from stickslip.optim.instances import exports
 from stickslip.optim.instances.objective import Objective
 from tests.optim.instances.toys import HIGH, LEAST, LOW, bowl
 
-QUICK = "ugv-bump-energy-d8-v1"
-OF_EACH = (
-    QUICK,
-    "split-bump-squared-torque-d32-v1",
-    "gait-time-d16-v1",
-    "shoot-slippery-d10-v1",
-    "gains-rate3-d2-v1",
-    "design-ugv-energy-d4-v1",
-    "design-biped-energy-d12-v1",
-    "goals-gait-time-energy-d32-v1",
-)
+SMALLEST = {one: min(suite(one).values(), key=lambda it: it.n).id for one in FAMILIES}
+QUICK = SMALLEST["posture"]
 X = np.array([0.5, -0.5])
 
 
@@ -56,7 +47,10 @@ def spawned():
 
 @pytest.mark.parametrize(
     ("name", "slopes"),
-    [(QUICK, False), *(pytest.param(name, True, marks=pytest.mark.long) for name in OF_EACH)],
+    [
+        (QUICK, False),
+        *(pytest.param(name, True, marks=pytest.mark.long) for name in SMALLEST.values()),
+    ],
 )
 def test_an_evaluated_instance_is_the_same_to_the_last_bit_in_another_process(
     name, slopes, spawned
@@ -71,10 +65,6 @@ def test_an_evaluated_instance_is_the_same_to_the_last_bit_in_another_process(
         for a, b in zip(here, other, strict=True):
             np.testing.assert_array_equal(b, a)
             assert b.dtype == np.float64
-
-
-def test_every_family_is_looked_at():
-    assert {suite()[name].family for name in OF_EACH} == set(FAMILIES)
 
 
 def test_what_a_copy_was_given_is_in_the_precision_that_it_was_given_in():
@@ -129,7 +119,7 @@ def test_draws_elsewhere_differ_from_point_to_point(spawned):
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="no fork")
 def test_a_fork_is_refused_where_it_would_wait_for_ever():
-    it, posture, gait = toy(), instance(QUICK).problem, instance("gait-time-d16-v1")
+    it, posture, gait = toy(), instance(QUICK).problem, instance(SMALLEST["gait"])
     it(X)
     with multiprocessing.get_context("fork").Pool(1) as pool:
         for evaluate in (it, posture.objective, gait.value):
