@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import shlex
-import signal
 import sys
 import time
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -46,10 +44,10 @@ from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
+from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-    from types import FrameType
+    from collections.abc import Callable, Mapping, Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import AnyMachine, Options
@@ -62,8 +60,8 @@ EPISODES = 32
 """Of each in `stickslip evaluate`, unless it says otherwise."""
 
 
-def train_command(given: Options) -> bool:
-    """`stickslip train`: whether training came to its end."""
+def train_command(given: Options) -> None:
+    """`stickslip train`."""
     machine, out = machine_by_name(given["machine"]), given["out"]
     changed = flags_given(given, machine.configuration)
     if given["resume"] and out is None:
@@ -83,7 +81,7 @@ def train_command(given: Options) -> bool:
     if out is not None:
         require_folder(out)
     directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
-    with interruptible() as stop:
+    with stoppable() as stop:
         trained = train(
             config,
             directory,
@@ -92,14 +90,13 @@ def train_command(given: Options) -> bool:
             stop=stop,
             devices=given["devices"],
         )
+    machine, where = machine_of_config(trained.config), shlex.quote(str(directory))
+    if not trained.finished:
+        again = f"stickslip train {machine.name} --out {where} --resume"
+        raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")
     if not processes.is_lead():
         print(f"Trained {trained.timesteps:,} steps in all with the first process", file=sys.stderr)
-        return trained.finished
-    machine = machine_of_config(trained.config)
-    if not trained.finished:
-        again = f"stickslip train {machine.name} --out {shlex.quote(str(directory))} --resume"
-        print(f"Stopped after {trained.timesteps:,} steps; go on with: {again}", file=sys.stderr)
-        return False
+        return
     if not given["no_pictures"]:
         say_stage("drawing")
         machine.write_products(trained)
@@ -115,16 +112,14 @@ def train_command(given: Options) -> bool:
         print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
         print(task_in_words(trained.config.task))
         on_task = f" --task {trained.config.task}"
-    where = shlex.quote(str(directory))
     print(f"Compare it: stickslip evaluate{on_task} {where} {' '.join(machine.baselines)}")
-    return True
 
 
-def demo_command(given: Options) -> Content | None:
-    """`stickslip demo`: its table and where it is, None where it was stopped before its end."""
+def demo_command(given: Options) -> Content:
+    """`stickslip demo`: its table and where it is."""
     from stickslip.agents.demo import demo
 
-    with interruptible() as stop:
+    with stoppable() as stop:
         directory = demo(
             given["out"],
             machine=given["machine"],
@@ -133,7 +128,7 @@ def demo_command(given: Options) -> Content | None:
             time_limit=given["time_limit"],
         )
         if stop():
-            return None
+            raise stop.interrupted(f"Stopped; go on with the same command ({directory})")
     table = directory / "table.json"  # not there where time was up before there was a policy
     found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
     units = {"rows": {"metrics": found.pop("units", {})}}
@@ -273,21 +268,3 @@ def view_command(given: Options) -> None:
         say_stage(f"drawing {files.film}")
         film = write_film(env, played, params, files.film, machine.frames, seconds, progress=True)
         print(f"Written: {film}")
-
-
-@contextmanager
-def interruptible() -> Iterator[Callable[[], bool]]:
-    """Inside, the first Ctrl-C makes the function given return true; the second interrupts."""
-    asked: list[int] = []
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        if asked:
-            raise KeyboardInterrupt
-        asked.append(number)
-        print("\nStopping at the next step; again to stop at once.", file=sys.stderr)
-
-    before = signal.signal(signal.SIGINT, ask)
-    try:
-        yield lambda: bool(asked)
-    finally:
-        signal.signal(signal.SIGINT, before)

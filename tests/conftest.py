@@ -40,7 +40,12 @@ import jax.numpy as jnp
 import pytest
 
 from stickslip import compiling
-from tests.times import (  # noqa: F401  (pytest finds its hooks here)
+from tests.extras import (  # noqa: F401  (pytest finds its hooks here)
+    pytest_pycollect_makemodule,
+    pytest_runtest_call,
+    pytest_runtest_setup,
+)
+from tests.times import (  # noqa: F401  (likewise)
     pytest_addoption,
     pytest_runtest_logstart,
     pytest_runtest_makereport,

@@ -17,6 +17,8 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import IO
 
+from stickslip.records.signals import ENDING
+
 LENGTH = struct.Struct("<Q")
 DIES_WITH_PARENT = 1
 """Linux's PR_SET_PDEATHSIG."""
@@ -45,7 +47,8 @@ def main() -> None:
 
         with suppress(OSError, AttributeError):
             ctypes.CDLL(None).prctl(DIES_WITH_PARENT, signal.SIGKILL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    for one in ENDING:
+        signal.signal(one, signal.SIG_IGN)  # the parent decides
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     asked: SimpleQueue[bytes] = SimpleQueue()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.method import METHODS
 from stickslip.optim.progress import say_stage
+from stickslip.records.signals import Interrupted, complain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimisers.results import Run
     from stickslip.records.content import Content
 
-OK, STOPPED, WRONG_INPUT = 0, 1, 2
+OK, WRONG_INPUT = 0, 2
 PROGRAM = "stickslip bench optimisers"
 EXAMPLES = {
     "run": f"""\
@@ -32,7 +33,7 @@ EXAMPLES = {
 
 
 def main(arguments: list[str]) -> int:
-    """Do what is asked; the exit status: 0, 1 where it was stopped, 2 for wrong input."""
+    """Do what is asked; the exit status: 0, 2 for wrong input, 128 + a signal's number."""
     return run(arguments)[0]
 
 
@@ -44,7 +45,10 @@ def run(arguments: list[str]) -> tuple[int, Content | None]:
     except (ValueError, OSError, ModuleNotFoundError) as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
         return WRONG_INPUT, None
-    return (STOPPED if found is None else OK), found
+    except Interrupted as error:
+        complain(str(error))
+        return error.status, None
+    return OK, found
 
 
 def make_parser(program: str = PROGRAM) -> argparse.ArgumentParser:
@@ -113,8 +117,7 @@ def _add_sources(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def _run(given: argparse.Namespace) -> Content | None:
-    from stickslip.agents.commands import interruptible
+def _run(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.plan import RacePlan
     from stickslip.agents.optimisers.racing import run_race
     from stickslip.agents.optimisers.words import counted_text, runs_table
@@ -122,6 +125,7 @@ def _run(given: argparse.Namespace) -> Content | None:
     from stickslip.agents.view_files import require_folder
     from stickslip.optim.instances.catalogue import suite
     from stickslip.records.content import Content
+    from stickslip.records.signals import stoppable
 
     require_folder(given.out)
     if given.again and not given.resume:
@@ -140,7 +144,7 @@ def _run(given: argparse.Namespace) -> Content | None:
         "instance do not suit each other",
         flush=True,
     )
-    with interruptible() as stop:
+    with stoppable() as stop:
         try:
             runs = run_race(
                 plan,
@@ -153,10 +157,8 @@ def _run(given: argparse.Namespace) -> Content | None:
                 stop=stop,
             )
         except StoppedError:
-            print(
-                f"Stopped; go on with the same command and --resume ({given.out})", file=sys.stderr
-            )
-            return None
+            again = f"Stopped; go on with the same command and --resume ({given.out})"
+            raise stop.interrupted(again) from None
     print(counted_text(runs), end="")
     if not given.no_pictures:
         from stickslip.agents.reports.raced import report_race

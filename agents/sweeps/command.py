@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.agents.commands import interruptible
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.reports.swept import report_sweep
 from stickslip.agents.sweeps.design import design_of
@@ -22,6 +20,7 @@ from stickslip.agents.view_files import require_folder
 from stickslip.dynamics.checks import shown
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
+from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.sweep import Swept
 
 
-def sweep_command(given: Options) -> Content | None:
-    """`stickslip sweep`: its summary, None where it was stopped before its end."""
+def sweep_command(given: Options) -> Content:
+    """`stickslip sweep`: its summary."""
     path, machine = Path(given["out"]), machine_by_name(given["machine"])
     require_folder(path)
     axes = _axes(given["axis"] or ())
@@ -51,7 +50,7 @@ def sweep_command(given: Options) -> Content | None:
     print(about)
     print(size_in_words(plan, given["episodes"]), flush=True)
     begun = time.monotonic()
-    with interruptible() as stop:
+    with stoppable() as stop:
         try:
             done = run_plan(
                 plan,
@@ -63,8 +62,8 @@ def sweep_command(given: Options) -> Content | None:
                 stop=stop,
             )
         except StoppedError:
-            print(f"Stopped; go on with the same command and --resume ({path})", file=sys.stderr)
-            return None
+            again = f"Stopped; go on with the same command and --resume ({path})"
+            raise stop.interrupted(again) from None
     print(done_in_words(done, time.monotonic() - begun))
     told = report_sweep(
         plan,

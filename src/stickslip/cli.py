@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NoReturn
 
 from stickslip.commands import COMMANDS, command_by_name
 from stickslip.commands.outcome import (
-    INTERRUPTED,
     NOTHING_FOUND,
     OK,
     READER_LEFT,
@@ -24,7 +23,8 @@ from stickslip.commands.outcome import (
 )
 from stickslip.parser import Parser, add_examples
 from stickslip.programs import compiled_programs
-from stickslip.streams import discard_output, prepare_streams, whole_output
+from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
+from stickslip.streams import prepare_streams, whole_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "COMMANDS",
-    "INTERRUPTED",
     "NOTHING_FOUND",
     "OK",
     "READER_LEFT",
@@ -68,15 +67,15 @@ COMPILE_NOTHING = ("bench", "completion")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 where nothing was found or a simulated machine
-    did not get to the end, 2 for wrong input, 130 after Ctrl-C, 141 where the reader of the output
-    left before its end."""
+    did not get to the end, 2 for wrong input, 128 and a signal's number where one ended it (130
+    after Ctrl-C), 141 where the reader of the output left before its end."""
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
         from stickslip.completing import complete
 
         complete(make_parser)
     prepare_streams()
     try:
-        with whole_output():
+        with handled(interrupt), whole_output():
             words = list(sys.argv[1:] if arguments is None else arguments)
             given = make_parser(words).parse_args(words)
             return _run(given)
@@ -89,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f'pip install "stickslip[{EXTRAS[package]}]"'
         )
     except BrokenPipeError:
-        discard_output()
+        discard_output("stdout")
         return READER_LEFT
     except (ValueError, OSError) as error:
         _complain(str(error))
@@ -99,9 +98,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if EXHAUSTED not in str(error):
             raise
         _complain(f"not enough memory ({error}); accepted: less at once")
-    except KeyboardInterrupt:
-        _complain("interrupted")
-        return INTERRUPTED
+    except Interrupted as error:
+        complain(str(error))
+        return error.status
     return WRONG_INPUT
 
 

@@ -40,20 +40,6 @@ def whole_output() -> Iterator[None]:
         sys.stdout.flush()
 
 
-def discard_output() -> None:
-    """Let standard output lead nowhere from here on: who read it has left.
-
-    What is still kept of it goes there, too, when the interpreter ends and would complain of it.
-    """
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, sys.stdout.fileno())
-    except (OSError, ValueError):  # a stream in memory, or closed
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-    finally:
-        os.close(nowhere)
-
-
 def _plain(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error

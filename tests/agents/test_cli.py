@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from importlib import import_module
@@ -14,7 +15,7 @@ import pytest
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
-from stickslip.cli import INTERRUPTED, OK, WRONG_INPUT, main
+from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 
 TINY = [
@@ -235,13 +236,17 @@ def test_a_directory_is_not_called_as_a_file_is(capsys, command: str):
     assert not Path("table.csv").exists()
 
 
-def test_ctrl_c_ends_with_its_own_status(capsys, monkeypatch: pytest.MonkeyPatch):
-    def interrupt(given):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("stickslip.agents.commands.view_command", interrupt)
-    assert main(["view", "computed-torque"]) == INTERRUPTED
-    assert "interrupted" in capsys.readouterr().err
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_signal_ends_with_its_own_status(
+    capsys, monkeypatch: pytest.MonkeyPatch, name: str, status: int
+):
+    number = getattr(signal, name)
+    before = signal.signal(number, signal.SIG_DFL)  # whoever runs the tests may have it ignored
+    ended = lambda given: signal.raise_signal(number)  # noqa: E731
+    monkeypatch.setattr("stickslip.agents.commands.view_command", ended)
+    assert main(["view", "computed-torque"]) == status
+    assert f"interrupted by {name}; the same command begins anew" in capsys.readouterr().err
+    assert signal.signal(number, before) == signal.SIG_DFL
 
 
 def test_the_program_runs_as_a_module():

@@ -23,6 +23,7 @@ NAMES |= {"foot_position": -0.2, "foot_velocity": 0.0, "steps": 3, "pi": math.pi
         "sqrt(abs(foot_position)) + exp(-t) * cos(pi / 3) + log(steps) + floor(2.7) + tan(tanh(1))",
         "(t > 1) + (t <= 1 or t > 5)",
         "1e-3 * 10 ** 9",
+        "+".join(["t"] * 300),
     ],
 )
 @pytest.mark.parametrize("compiled", [False, True])
@@ -37,9 +38,9 @@ def test_it_is_what_python_makes_of_it(text: str, compiled: bool):
 
 
 def test_every_function_takes_as_many_values_as_it_says():
-    for name, (count, _) in FUNCTIONS.items():
+    for name, count in FUNCTIONS.items():
         assert math.isfinite(Expression(f"{name}({', '.join(['0.5'] * count)})")(AT))
-        with pytest.raises(ValueError, match=f"{name} takes {count} values, not {count + 1}"):
+        with pytest.raises(ValueError, match=f"{name} takes {count} values?, not {count + 1}"):
             Expression(f"{name}({', '.join(['0.5'] * (count + 1))})")
 
 
@@ -63,7 +64,12 @@ def test_the_same_text_is_the_same_law_to_a_compiler():
         ("1j", "is no finite number"),
         ("1e999", "is no finite number"),
         ("9" * 400, "is no finite number"),
-        ("sin(x=1)", "sin takes 1 values"),
+        ("sin(t, where=1)", "sin takes 1 value, not where="),
+        ("1/0", r"'1 / 0' comes to inf; accepted: constants that are finite"),
+        ("1 + log(-1) * t", r"'log\(-1\)' comes to nan"),
+        ("10**400", "comes to inf"),
+        ("2 - 1/0 + t", "comes to -?inf"),
+        ("t if 1 > 0 % 0 else 2", "comes to nan"),
         ("sin(*[1])", "is not accepted"),
         ("t := 3", "accepted: arithmetic"),
         ("t;t", "accepted: arithmetic"),

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -238,19 +238,38 @@ def test_names_in_the_help_are_those_of_the_library():
     assert tuple(names.STATUS) == tuple(status.name for status in Status)
 
 
+class Told(NamedTuple):
+    """What `walked` looks at of a contact."""
+
+    status: np.ndarray
+    normal_force: np.ndarray
+
+
 @pytest.mark.parametrize("torque", [np.nan, np.inf])
-def test_a_torque_that_is_no_number_is_told_with_its_time_and_place(torque: float):
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(torque: float, end: int):
     zero = np.zeros(3)
     states = BipedState(
         phase=zero + 2.0,
         steps=zero,
-        crank_rate=np.asarray([3.0, -1.5, -1.5]),
+        crank_rate=np.asarray([3.0, -1.5, np.nan, np.nan][1 - end :][:3]),
         foot_position=zero,
         foot_velocity=zero,
         time=np.asarray([0.0, 0.02, 0.02]),
     )
-    walked = Trajectory(states, np.asarray([0.1, torque]), None)  # type: ignore[arg-type]
+    torques = np.asarray([*[0.1] * end, torque, torque])
+    status = np.asarray([*[Status.OK] * end, Status.NON_FINITE, Status.NON_FINITE])
+    forces = np.asarray([*[7.0] * end, -np.inf, np.nan])
+    whole: Any = Trajectory(states, torques, Told(status, forces))  # type: ignore[arg-type]
+    kept, last = walk._trimmed(whole, 2)
+    assert last == pytest.approx((Status.NON_FINITE, torque), nan_ok=True)
+    assert kept.states.crank_rate.tolist() == [3.0, -1.5][1 - end :]
+    assert kept.contacts.normal_force.tolist() == [7.0] * end
     robot: Any = None
-    told = walk_table._meaning(walk.Walk(robot, walked, [], Status.NON_FINITE, 0.02, "float64"))
-    assert told.startswith(f"the torque is {torque:g} at 0.02 s, where the crank angle is 2 rad")
+    made = walk.Walk(robot, kept, [], Status.NON_FINITE, torque, 0.02, "float64")
+    told = walk_table._meaning(made, 0, 0.0)
+    time = 0.02 * end
+    assert told.startswith(
+        f"the torque is {torque:g} at {time:g} s, where the crank angle is 2 rad"
+    )
     assert told.endswith("its rate -1.5 rad/s")

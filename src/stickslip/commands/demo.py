@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import INTERRUPTED, OK, Outcome
+from stickslip.commands.outcome import Outcome
 
 if TYPE_CHECKING:
     import argparse
@@ -51,5 +51,4 @@ def run(given: argparse.Namespace) -> Outcome:
     """Train and show."""
     from stickslip.agents.commands import demo_command
 
-    found = demo_command(vars(given))
-    return Outcome(INTERRUPTED if found is None else OK, found)
+    return Outcome(found=demo_command(vars(given)))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from stickslip.records.content import Content
 
-OK, NOTHING_FOUND, WRONG_INPUT, INTERRUPTED, READER_LEFT = 0, 1, 2, 130, 141
+OK, NOTHING_FOUND, WRONG_INPUT, READER_LEFT = 0, 1, 2, 141
 """Exit statuses. NOTHING_FOUND: no drive, no gait, or a simulated machine that did not get to the
 end of what was asked. READER_LEFT: nobody reads the output any more, as shells count it."""
 

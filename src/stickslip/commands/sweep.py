@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import INTERRUPTED, OK, Outcome
+from stickslip.commands.outcome import Outcome
 from stickslip.commands.shared import players, tasks
 from stickslip.parser import add_tables, completes
 
@@ -41,5 +41,4 @@ def run(given: argparse.Namespace) -> Outcome:
     """Play every point."""
     from stickslip.agents.sweeps.command import sweep_command
 
-    found = sweep_command(vars(given))
-    return Outcome(INTERRUPTED if found is None else OK, found)
+    return Outcome(found=sweep_command(vars(given)))

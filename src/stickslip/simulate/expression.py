@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import reduce
+from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from stickslip.dynamics.checks import nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from jaxtyping import Array, Float
 
@@ -33,39 +34,29 @@ STATE: dict[str, Callable[[BipedState], Number]] = {
 }
 """What changes along a walk."""
 CONSTANTS = {"pi": math.pi}
-FUNCTIONS: dict[str, tuple[int, Callable[..., Array]]] = {
-    "sin": (1, jnp.sin),
-    "cos": (1, jnp.cos),
-    "tan": (1, jnp.tan),
-    "tanh": (1, jnp.tanh),
-    "exp": (1, jnp.exp),
-    "log": (1, jnp.log),
-    "sqrt": (1, jnp.sqrt),
-    "abs": (1, jnp.abs),
-    "sign": (1, jnp.sign),
-    "floor": (1, jnp.floor),
-    "min": (2, jnp.minimum),
-    "max": (2, jnp.maximum),
-    "clip": (3, jnp.clip),
+ONE = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt", "abs", "sign", "floor")
+FUNCTIONS = dict.fromkeys(ONE, 1) | {"min": 2, "max": 2, "clip": 3}
+"""Number of arguments."""
+NUMPY = {"min": "minimum", "max": "maximum"}
+"""What NumPy and JAX call a function, where it is another name."""
+OPERATORS: dict[type[ast.AST], str] = {
+    ast.Add: "add",
+    ast.Sub: "subtract",
+    ast.Mult: "multiply",
+    ast.Div: "divide",
+    ast.Mod: "mod",
+    ast.Pow: "power",
+    ast.UAdd: "positive",
+    ast.USub: "negative",
+    ast.Lt: "less",
+    ast.LtE: "less_equal",
+    ast.Gt: "greater",
+    ast.GtE: "greater_equal",
+    ast.And: "logical_and",
+    ast.Or: "logical_or",
+    ast.Not: "logical_not",
 }
-"""Number of arguments, and what computes them."""
-OPERATORS: dict[type[ast.AST], Callable[..., Array]] = {
-    ast.Add: jnp.add,
-    ast.Sub: jnp.subtract,
-    ast.Mult: jnp.multiply,
-    ast.Div: jnp.divide,
-    ast.Mod: jnp.mod,
-    ast.Pow: jnp.power,
-    ast.UAdd: jnp.positive,
-    ast.USub: jnp.negative,
-    ast.Lt: jnp.less,
-    ast.LtE: jnp.less_equal,
-    ast.Gt: jnp.greater,
-    ast.GtE: jnp.greater_equal,
-    ast.And: jnp.logical_and,
-    ast.Or: jnp.logical_or,
-    ast.Not: jnp.logical_not,
-}
+"""What NumPy and JAX call them."""
 ACCEPTED = (
     f"arithmetic of numbers, {', '.join((*STATE, *CONSTANTS))}, with + - * / % **, comparisons, "
     f"`a if c else b` and {', '.join(FUNCTIONS)}"
@@ -77,14 +68,15 @@ class Expression:
     """A torque [N m] of a BipedState, for `simulate`: "0.8 + 0.3 * sin(2 * crank_angle)".
 
     Hashable by its text, so that the same text is compiled once. ValueError for text that is no
-    such arithmetic, which nothing of is ever run: the parts are looked up, one by one.
+    such arithmetic, which nothing of is ever run: the parts are looked up, one by one; and for a
+    part without a variable that is not finite.
     """
 
     text: str
 
     def __post_init__(self):
-        tree = _parsed(self.text)
-        _require(tree, self.text, 0)
+        with np.errstate(all="ignore"):
+            _require(_parsed(self.text), self.text, 0)
 
     def __call__(self, state: BipedState) -> Float[Array, ""]:
         """The torque in a state."""
@@ -92,7 +84,17 @@ class Expression:
         dtype = known["phase"].dtype
         names = {name: value.astype(dtype) for name, value in known.items()}
         names |= {name: jnp.asarray(value, dtype) for name, value in CONSTANTS.items()}
-        return jnp.asarray(_value(_parsed(self.text), names, dtype), dtype)
+
+        def value(node: ast.AST) -> Array:
+            match node:
+                case ast.Name(id=name):
+                    return names[name]
+                case ast.Constant(value=int() | float() as number):
+                    with np.errstate(over="ignore"):  # in single precision: a status tells
+                        return jnp.asarray(np.asarray(float(number), dtype))
+            return _combined(node, [value(part) for part in _parts(node) or ()], jnp)
+
+        return jnp.asarray(value(_parsed(self.text)), dtype)
 
 
 def _parsed(text: str) -> ast.expr:
@@ -105,15 +107,29 @@ def _parsed(text: str) -> ast.expr:
         raise ValueError(f"torque {shown(text)}: {why}; accepted: {ACCEPTED}") from None
 
 
-def _require(node: ast.AST, text: str, depth: int) -> None:
-    """ValueError for the first part that is not accepted."""
+def _require(node: ast.AST, text: str, depth: int) -> Any:
+    """ValueError for the first part that is not accepted; the value of one that is constant."""
     if depth > DEEPEST:
         raise ValueError(f"torque {shown(text)} is nested deeper than {DEEPEST}; accepted: less")
     parts = _parts(node)
     if parts is None:
         raise ValueError(f"torque {shown(text)}: {_said(node)}; accepted: {ACCEPTED}")
-    for part in parts:
-        _require(part, text, depth + 1)
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return float(number)
+        case ast.Name(id=name):
+            return CONSTANTS.get(name)
+    values = [_require(part, text, depth + 1) for part in parts]
+    known = next((place for place, value in enumerate(values) if value is None), len(values))
+    if known < min(2, len(values)) or (known < len(values) and not isinstance(node, ast.BinOp)):
+        return None
+    found = _combined(node, values[:known], np)
+    if not np.isfinite(found):
+        raise ValueError(
+            f"torque {shown(text)}: {shown(ast.unparse(node))} comes to {float(found)}; accepted: "
+            "constants that are finite"
+        )
+    return found if known == len(values) else None
 
 
 def _parts(node: ast.AST) -> list[ast.AST] | None:
@@ -123,8 +139,8 @@ def _parts(node: ast.AST) -> list[ast.AST] | None:
             return [] if _finite(value) else None
         case ast.Name(id=name) if name in STATE or name in CONSTANTS:
             return []
-        case ast.BinOp(left=a, op=op, right=b) if type(op) in OPERATORS:
-            return [a, b]
+        case ast.BinOp() if all(type(op) in OPERATORS for op in _chain(node)[1]):
+            return list(_chain(node)[0])
         case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
             return [a]
         case ast.BoolOp(values=values):
@@ -134,8 +150,19 @@ def _parts(node: ast.AST) -> list[ast.AST] | None:
         case ast.IfExp(test=test, body=a, orelse=b):
             return [test, a, b]
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in FUNCTIONS:
-            return list(args) if len(args) == FUNCTIONS[name][0] else None
+            return list(args) if len(args) == FUNCTIONS[name] else None
     return None
+
+
+def _chain(node: ast.BinOp) -> tuple[list[ast.expr], list[ast.operator]]:
+    """Of a + b - c: its parts, and + and -. Long sums are as deep as short ones."""
+    parts, operators = [], []
+    left: ast.expr = node
+    while isinstance(left, ast.BinOp):
+        parts.append(left.right)
+        operators.append(left.op)
+        left = left.left
+    return [left, *reversed(parts)], operators[::-1]
 
 
 def _finite(value: float) -> bool:
@@ -152,37 +179,29 @@ def _said(node: ast.AST) -> str:
             return f"{shown(name)} is unknown{nearest(name, (*STATE, *CONSTANTS, *FUNCTIONS))}"
         case ast.Call(func=ast.Name(id=name), args=args):
             if name in FUNCTIONS:
-                return f"{name} takes {FUNCTIONS[name][0]} values, not {len(args)}"
+                count = FUNCTIONS[name]
+                given = ", ".join(f"{one.arg}=" for one in node.keywords) or len(args)
+                return f"{name} takes {count} value{'s' if count > 1 else ''}, not {given}"
             return f"{shown(name)} is no function here{nearest(name, FUNCTIONS)}"
         case ast.Constant(value=value):
             return f"{shown(value)} is no finite number"
     return f"{shown(ast.unparse(node))} is not accepted"
 
 
-def _value(node: ast.AST, names: Mapping[str, Array], dtype: np.dtype) -> Array:
-    """The value of what `_require` has passed."""
-
-    def of(part: ast.AST) -> Array:
-        return _value(part, names, dtype)
-
+def _combined(node: ast.AST, values: list[Any], of: Any) -> Any:
+    """A part's value from those of its parts, or of the first parts of a sum. of: NumPy or JAX."""
     match node:
-        case ast.Constant(value=int() | float() as value):
-            return jnp.asarray(float(value), dtype)
-        case ast.Name(id=name):
-            return names[name]
-        case ast.BinOp(left=a, op=op, right=b):
-            return OPERATORS[type(op)](of(a), of(b))
-        case ast.UnaryOp(op=op, operand=a):
-            return OPERATORS[type(op)](of(a))
-        case ast.BoolOp(op=op, values=values):
-            found = of(values[0])
-            for value in values[1:]:
-                found = OPERATORS[type(op)](found, of(value))
+        case ast.BinOp():
+            found = values[0]
+            for op, value in zip(_chain(node)[1], values[1:], strict=False):
+                found = getattr(of, OPERATORS[type(op)])(found, value)
             return found
-        case ast.Compare(left=a, ops=[op], comparators=[b]):
-            return OPERATORS[type(op)](of(a), of(b))
-        case ast.IfExp(test=test, body=a, orelse=b):
-            return jnp.where(of(test), of(a), of(b))
-        case ast.Call(func=ast.Name(id=name), args=args):
-            return FUNCTIONS[name][1](*map(of, args))
+        case ast.BoolOp(op=op):
+            return reduce(getattr(of, OPERATORS[type(op)]), values)
+        case ast.UnaryOp(op=op) | ast.Compare(ops=[op]):
+            return getattr(of, OPERATORS[type(op)])(*values)
+        case ast.IfExp():
+            return of.where(*values)
+        case ast.Call(func=ast.Name(id=name)):
+            return getattr(of, NUMPY.get(name, name))(*values)
     raise ValueError(_said(node))

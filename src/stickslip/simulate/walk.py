@@ -41,13 +41,15 @@ class Walk:
     """What was walked, as NumPy arrays: states [n + 1], torques and contacts [n].
 
     status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
-    between two states [s]. finished: whether all of it was walked.
+    between two states [s]. torque: held when it ended [N m]. A period that ends NON_FINITE is left
+    out: its numbers are none.
     """
 
     robot: BipedModel
     trajectory: Trajectory
     events: list[tuple[float, str, float]]
     status: Status
+    torque: float
     period: float
     dtype: str
 
@@ -106,32 +108,36 @@ def walked(
                 size,
                 integrator=integrator,
             )
-            part, over = _trimmed(part, count - piece * each)
+            part, last = _trimmed(part, count - piece * each)
             parts.append(part)
             events += part.events()
             time = np.asarray(starts[(piece + 1) * each], setting.dtype)  # by the count of periods
             now = replace(part.final, time=time)
             bar.advance(len(part.torques))
-            if over:
+            if last is not None:
                 break
         whole = _joined(parts)
-    gravest = Status(int(np.max(whole.contacts.status)))
-    return Walk(robot, whole, events, gravest, size, setting.dtype)
+    status, held_last = last or (np.max(whole.contacts.status), whole.torques[-1])
+    return Walk(robot, whole, events, Status(int(status)), float(held_last), size, setting.dtype)
 
 
 def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), parts)
 
 
-def _trimmed(part: Trajectory, most: int) -> tuple[Trajectory, bool]:
-    """What was walked of a piece, as NumPy arrays, and whether the walk is over with it."""
+def _trimmed(part: Trajectory, most: int) -> tuple[Trajectory, tuple[int, float] | None]:
+    """What was walked of a piece, as NumPy arrays, and, where the walk is over with it, the status
+    of that and the torque [N m]."""
     part = jax.tree.map(np.asarray, part)
-    ended = np.flatnonzero(part.contacts.status > Status.SLIP_ONSET)
-    over = bool(ended.size) and int(ended[0]) < most
-    keep = int(ended[0]) + 1 if over else min(most, len(part.torques))
+    ended = np.flatnonzero(part.contacts.status[:most] > Status.SLIP_ONSET)
+    keep, last = min(most, len(part.torques)), None
+    if ended.size:
+        end = int(ended[0])
+        last = int(part.contacts.status[end]), float(part.torques[end])
+        keep = end + (last[0] != Status.NON_FINITE)
     states = jax.tree.map(lambda leaf: leaf[: keep + 1], part.states)
     contacts = jax.tree.map(lambda leaf: leaf[:keep], part.contacts)
-    return Trajectory(states, part.torques[:keep], contacts), over
+    return Trajectory(states, part.torques[:keep], contacts), last
 
 
 def _joined(parts: list[Trajectory]) -> Trajectory:

@@ -35,11 +35,13 @@ def walk_table(walk: Walk) -> Table:
     ends there. slid: the foot's path during it, either direction; foot position: how far it has
     slid in all, forwards positive. What belongs to the period before is empty in the first row.
     """
-    states, contacts = walk.trajectory.states, walk.trajectory.contacts
+    states, torques, contacts = (
+        getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
+    )
     ankle, mass = _places(walk)
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
-        Column("torque", "N m"): np.append(walk.trajectory.torques, walk.trajectory.torques[-1:]),
+        Column("torque", "N m"): np.append(torques, torques[-1:] if len(torques) else None),
         Column("phase", "rad"): states.phase,
         Column("steps"): states.steps,
         Column("crank angle", "rad"): states.phase + np.pi * states.steps,
@@ -79,18 +81,18 @@ def event_table(walk: Walk) -> Table:
 
 def _meaning(walk: Walk, steps: int, distance: float) -> str:
     """How it ended; of a torque that is no number, which one, when and at what crank rate."""
-    torque, meaning = float(walk.trajectory.torques[-1]), STATUS[walk.status.name]
+    meaning = STATUS[walk.status.name]
     if walk.status <= Status.SLIP_ONSET and (steps == 0 or distance < 0):
         place = f"ended {abs(distance):.3g} m {'behind' if distance < 0 else 'ahead'}"
         took = "took no step" if steps == 0 else STATUS["OK"]
         return f"{took}, {place}{meaning.removeprefix(STATUS['OK'])}"
-    if walk.status.name != "NON_FINITE" or np.isfinite(torque):
+    if walk.status.name != "NON_FINITE" or np.isfinite(walk.torque):
         return meaning
-    states = walk.trajectory.states
-    time, angle, rate = (float(v[-2]) for v in (states.time, states.crank_angle, states.crank_rate))
+    end = walk.trajectory.final
+    time, angle, rate = map(float, (end.time, end.crank_angle, end.crank_rate))
     return (
-        f"the torque is {torque:g} at {time:.6g} s, where the crank angle is {angle:.4g} rad and "
-        f"its rate {rate:.4g} rad/s"
+        f"the torque is {walk.torque:g} at {time:.6g} s, where the crank angle is {angle:.4g} rad "
+        f"and its rate {rate:.4g} rad/s"
     )
 
 
