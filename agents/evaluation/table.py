@@ -45,9 +45,9 @@ class Evaluation:
     """A table with one row for each scene and controller.
 
     Intervals are 95 %: Student's t over episodes for means and for the ratios per metre (totals
-    over totals), Wilson's for shares of episodes. Where a reset draws nothing every seed is the
-    same episode: it is run once, and there are no intervals. What is not defined is NaN, shown as
-    "-".
+    over totals), Wilson's for shares of episodes, the bootstrap for scores (`Known.score`). Where a
+    reset draws nothing every seed is the same episode: it is run once, and there are no intervals.
+    What is not defined is NaN, shown as "-".
     """
 
     rows: tuple[Row, ...]

@@ -45,8 +45,8 @@ def proved(problem: PostureData) -> float:
 
     ValueError naming the file where it is damaged.
     """
-    if problem.solver.method != "newton":  # hollow ground may look otherwise to it
-        return np.nan
+    if problem.solver.method != "newton" or problem.solver.overlap:
+        return np.nan  # hollow ground may look otherwise to it, and wheels that overlap cost less
     for track, criterion, bound in _read(FILE):
         if criterion == problem.criterion.name and _same(problem, named_problem(track, criterion)):
             return bound - ROUNDING * abs(bound)

@@ -109,11 +109,13 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     the first time that such a ground is asked for (seconds), and no more for other numbers.
 
     ## End
-    Terminated, with the Status in info["status"]: WHEEL_SLIP (a wheel needs more than mu N),
-    ROLLOVER (N <= 0), GROUNDED (body or legs lower than `min_clearance`), OVERLOAD (a wheel needs
-    more than `max_torque`, where that is given), HOLLOW_GROUND, NO_SOLUTION, NOT_CONVERGED,
-    NON_FINITE. The state stays at the station before. An episode that starts in such a station ends
-    with its first step. Truncated: at the last waypoint before `end` (the track's).
+    Terminated, with the Status in info["status"]: OVERLAP (the wheels' centres are nearer than 2 r
+    and the vehicle's `wheel_gap`; `PoseSolver(overlap=True)` lets them, to compare with the
+    chapter), WHEEL_SLIP (a wheel needs more than mu N), ROLLOVER (N <= 0), GROUNDED (body or legs
+    lower than `min_clearance`), OVERLOAD (a wheel needs more than `max_torque`, where that is
+    given), HOLLOW_GROUND, NO_SOLUTION, NOT_CONVERGED, NON_FINITE. The state stays at the station
+    before. An episode that starts in such a station ends with its first step. Truncated: at the
+    last waypoint before `end` (the track's).
 
     ## Info
     Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,

@@ -34,8 +34,9 @@ def test_an_episode_over_a_named_track_is_the_problem_that_was_proved():
         assert np.isnan(proved(env.problem(first_state(env, other, 0), other)))
 
 
-def test_ground_that_grips_otherwise_in_places_is_another_problem():
+def test_other_ground_and_wheels_that_may_overlap_are_other_problems():
     usual = named_problem("bump", "wheel_energy")
+    assert np.isnan(proved(replace(usual, solver=replace(usual.solver, overlap=True))))
     assert np.isfinite(proved(usual))
     surface = Surface.patches([4.0], [1.0, 1.25])
     assert np.isnan(proved(replace(usual, track=replace(usual.track, surface=surface))))

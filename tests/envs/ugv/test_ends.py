@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -28,6 +30,22 @@ def ending(status: Status):
         ),
     }
     return env, cases[status]()
+
+
+def test_wheels_that_meet_end_the_episode_unless_they_are_let():
+    env, params = task(preview=0)
+    inwards = -np.ones((int(params.steps), 2))
+    run = drive(env, params, inwards)
+    end = int(np.argmax(run.over))
+    assert run.terminated[end]
+    assert run.info["status"][end] == Status.OVERLAP
+    assert run.reward[end] == -float(params.failure_penalty)
+    reached = run.state.station.wheel_clearance
+    assert 0 <= reached[end] == reached[end - 1]
+    again = drive(env, params.replace(vehicle=params.vehicle.replace(wheel_gap=0.1)), inwards)
+    assert int(np.argmax(again.over)) < end
+    chapter = drive(replace(env, solver=replace(env.solver, overlap=True)), params, inwards)
+    assert chapter.truncated.any()
 
 
 @pytest.mark.parametrize(
