@@ -20,13 +20,13 @@ from stickslip.optim import suite
 
 INSTANCES = (
     "shoot-grip-d10-v1",
-    "ugv-bump-energy-d16-v1",
+    "ugv-bump-energy-d16-v2",
     "shoot-slippery-d20-v1",
     "shoot-icy-d20-v1",
     "gait-time-d16-v2",
-    "ugv-bump-energy-d64-v1",
+    "ugv-bump-energy-d64-v2",
     "split-bump-squared-torque-d32-v1",
-    "goals-ugv-bump-energy-demand-d32-v1",
+    "goals-ugv-bump-energy-demand-d32-v2",
     "design-biped-friction-d12-v2",
     "goals-gait-time-energy-d32-v2",
     "gains-rate3-d4-v1",

@@ -35,6 +35,8 @@ def missed_by(
     missed["normal"] = [problem.min_normal - at.N_rear, problem.min_normal - at.N_front]
     if problem.solver.samples:
         missed["clearance"] = [problem.min_clearance - at.clearance]
+    if not problem.solver.overlap:
+        missed["wheels"] = [problem.min_wheel_clearance - at.wheel_clearance]
     if problem.max_torque is not None:
         missed["torque"] = [np.abs(at.torque) - problem.max_torque]
     worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
@@ -45,6 +47,7 @@ def missed_by(
 def tolerated(problem: PostureData, name: str) -> float:
     """How much of a residual of that name is within FEASIBLE, once scaled as a constraint is."""
     sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
-    sizes |= {"clearance": problem.params.leg_length, "leg_rate": problem.leg_rate}
+    sizes |= dict.fromkeys(("clearance", "wheels"), problem.params.leg_length)
+    sizes |= {"leg_rate": problem.leg_rate}
     sizes |= {"torque": problem.params.weight * problem.params.wheel_radius}
     return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)

@@ -24,11 +24,8 @@ from stickslip.optim.posture.stations.evaluated import Waypoints
 from stickslip.optim.posture.stations.jacobian import whole_jacobian
 from stickslip.optim.posture.stations.station import Station
 from stickslip.optim.posture.stations.traced import Posture
-from stickslip.optim.posture.stations.waypoints import (
-    check_problem,
-    longest_wheelbase,
-    waypoints_along,
-)
+from stickslip.optim.posture.stations.waypoints import check_problem, waypoints_along
+from stickslip.optim.posture.stations.wheels import longest_wheelbase
 from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.processes import refuse_after_fork
 from stickslip.optim.result import Evaluation
@@ -55,6 +52,9 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     above the ground [m]. max_torque: of each wheel's motor, either way [N m]; None: any.
     start_angles, end_angles: the first and the last pair where they are given, rear and front
     [rad]. solver: how poses are found.
+
+    The wheels keep params.wheel_gap between them, at the waypoints and, where leg_rate is given,
+    between them, too; PoseSolver(overlap=True) lets them overlap, as the chapter does.
 
     The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
     computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
@@ -133,6 +133,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                 min_normal=_number(self.min_normal),
                 min_grip=_number(self.min_grip),
                 min_clearance=_number(self.min_clearance),
+                min_wheel_clearance=_number(self.min_wheel_clearance),
                 max_torque=None if self.max_torque is None else _number(self.max_torque),
                 criterion=jax.tree.map(_number, self.criterion),
                 solver=self.solver,
@@ -268,6 +269,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         K = len(self.x)
         sizes = {"grip": 4 * K, "normal": 2 * K}
         sizes |= {"clearance": K} if self.solver.samples else {}
+        sizes |= {} if self.solver.overlap else {"wheels": K}
         sizes |= {} if self.max_torque is None else {"torque": 2 * K}
         sizes |= {"pose": K}
         return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
@@ -276,8 +278,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers are not
-        finite.
+        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
+        are not finite.
         """
         return missed_by(self, self.angles(x), self.stations(x))
 

@@ -75,7 +75,7 @@ def require_waypoint_matrices(
 
 def require_jacobian(problem: PostureData) -> None:
     """Refuse a dense matrix of all constraints' slopes that does not fit."""
-    rows = 12.0 * len(problem.x)
+    rows = 13.0 * len(problem.x)
     bytes_each = 8.0 * problem.n
     require_memory(f"a jacobian of {problem.n} angles", "rows", rows, bytes_each)
 

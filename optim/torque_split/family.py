@@ -9,6 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.ugv import Equilibrium, Forces, Pose, UGVParams, ground_forces
+from stickslip.optim.problem import FEASIBLE
 from stickslip.optim.torque_split.program import Affine
 
 if TYPE_CHECKING:
@@ -36,14 +37,21 @@ class Family(NamedTuple):
     def of(cls, params: UGVParams, posture: Pose | Equilibrium | Family) -> Family:
         """Of a pose, in the pose's precision; of an equilibrium, of its pose.
 
-        What a newton of difference adds is taken for none where it is below rounding: on a straight
-        slope the normal forces do not depend on the split.
+        ValueError where the body or a leg touches the ground, or the wheels overlap. What a newton
+        of difference adds is taken for none where it is below rounding: on a straight slope the
+        normal forces do not depend on the split.
         """
         if isinstance(posture, Family):
             return posture
         kinds = "a Pose, an Equilibrium or a Family"
         require_kind("posture", posture, (Pose, Equilibrium), kinds)
         placed = posture.pose if isinstance(posture, Equilibrium) else posture
+        for what, least in (
+            ("clearance", np.min(placed.clearance, initial=np.inf)),
+            ("wheel_clearance", np.min(placed.wheel_clearance, initial=np.inf)),
+        ):
+            if least < -FEASIBLE:
+                raise ValueError(f"posture with a {what} of {least:.3g} m; accepted: >= 0")
         weight = float(params.weight)
         equal, shifted = (
             np.stack([np.asarray(force) for force in ground_forces(params, placed, difference)], -1)

@@ -38,7 +38,7 @@ LIBRARIES = {
     "evosax": by_evosax,
 }
 for name, search in LIBRARIES.items():
-    objective = instance("ugv-bump-energy-d8-v1").objective(budget=20)
+    objective = instance("ugv-bump-energy-d8-v2").objective(budget=20)
     record = objective.minimise(search)
     if not record.evaluations:
         sys.exit(f"{name} evaluated nothing")

@@ -64,6 +64,7 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert found["details"]["grid_bound"] == pytest.approx(found["value"], rel=1e-9)
     assert found["status"] == "FEASIBLE"
     assert found["feasible"] is True
+    assert f"centres {0.56 + np.min(at['between the wheels']):.4g} m apart or more" in printed
     assert f"no path over it is below {found['value']:.8g} J" in printed
     assert re.search(r"lower bound +none proved: see --method branch", printed)
     assert re.search(rf"legs' actuators +{found['energies']['total_energy']:.6g} J", printed)

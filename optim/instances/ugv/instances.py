@@ -58,9 +58,6 @@ GOALS = {
 }
 
 
-WITHDRAWN: dict[str, str] = {}
-
-
 def instances() -> Iterator[Instance]:
     """All of them."""
     yield from _postures()
@@ -81,6 +78,7 @@ def _postures() -> Iterator[Instance]:
                 goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
                 flags=Flags(smooth=False),
                 n=n,
+                version=2,
             )
 
 
@@ -107,6 +105,7 @@ def _designs() -> Iterator[Instance]:
             goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
             flags=Flags(smooth=False),
             n=4,
+            version=2,
         )
 
 
@@ -120,4 +119,13 @@ def _goals() -> Iterator[Instance]:
             goals=tuple(f"{one} [{CRITERIA[one].unit}]" for one in criteria),
             flags=Flags(smooth=False),
             n=n,
+            version=2,
         )
+
+
+WITHDRAWN: dict[str, str] = {
+    f"{one.id.removesuffix('2')}1": "its wheels could overlap"
+    for one in instances()
+    if one.id.endswith("-v2")
+}
+"""Why an instance was withdrawn, by its id."""

@@ -59,4 +59,4 @@ def _posture(track: Track, criterion: str) -> Posture:
     start, end = float(np.asarray(track.start)), float(np.asarray(track.end))
     x = np.linspace(start + 2.5, end, STATIONS)
     usual = PostureProblem.along(track).params
-    return PostureProblem(usual, track, x, criterion).posture
+    return PostureProblem(usual, track, x, criterion, leg_rate=None).posture

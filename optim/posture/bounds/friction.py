@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.optim.posture.stations.waypoints import longest_wheelbase
+from stickslip.optim.posture.stations.wheels import longest_wheelbase
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -24,12 +24,13 @@ from stickslip.optim.posture.bounds.vehicle import (
     rear_jets,
     wheelbase_squared,
 )
-from stickslip.optim.posture.stations.waypoints import longest_wheelbase
+from stickslip.optim.posture.stations.wheels import longest_wheelbase
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
+    from stickslip.optim.intervals.jet import Jet
     from stickslip.optim.posture.stations.data import PostureData
 
 FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
@@ -138,6 +139,10 @@ class Surveyor:
         first, last = float(problem.x[0]), float(problem.x[-1])
         self.arc = Arc.along(self.ground, first - reach, last + 0.01)
         self.friction = most_friction(problem)
+        self.least = 0.0
+        if not problem.solver.overlap:
+            self.least = 2 * self.vehicle.radius + float(problem.params.wheel_gap)
+            self.least += problem.min_wheel_clearance - 2 * FEASIBLE * self.vehicle.leg
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
         """The cells of waypoint k before any is halved."""
@@ -145,6 +150,7 @@ class Surveyor:
             self.ground, self.vehicle.radius, float(self.problem.x[k]), self.longest
         )
         alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
+        alive = self._apart(rear, front, alive)
         inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / self.vehicle.radius
@@ -160,9 +166,21 @@ class Surveyor:
         alive = cells.alive
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
+        alive = self._apart(rear, front, alive)
         inside = self._inside(cells.bracket, rear, front, alive)
         after = replace(cells, rear=rear, front=front, alive=alive, inside=inside)
         return self._valued(k, after)
+
+    def _apart(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
+        """The cells in some posture of which the wheels may be far enough apart."""
+        rows, columns = np.nonzero(alive)
+        apart = np.zeros_like(alive)
+        Q = self._wheelbases(
+            Interval(rear.nodes[rows], rear.nodes[rows + 1]),
+            Interval(front.nodes[columns], front.nodes[columns + 1]),
+        )
+        apart[rows, columns] = Q.value.hi >= self.least**2
+        return apart
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
         rows, columns = np.nonzero(alive)
@@ -191,8 +209,7 @@ class Surveyor:
     def _over(self, bracket: Bracket, r: Interval, f: Interval) -> Boxes:
         """Over boxes of angles, each as a whole."""
         rear_jet, front_jet = angle_jets(r, f)
-        Q = wheelbase_squared(self.vehicle, rear_jet, front_jet)
-        Q = replace(Q, value=self._narrower(Q.value, Q.first, r, f))
+        Q = self._wheelbases(r, f)
         x, known, (first, last) = bracket.where(Q.value)
         with np.errstate(all="ignore"):
             behind = rear_jets(bracket, Q, first, last)
@@ -210,13 +227,16 @@ class Surveyor:
             smooth,
         )
 
-    def _narrower(self, Q: Interval, slopes: Interval, r: Interval, f: Interval) -> Interval:
-        """The range of Q over each cell, by its slopes where that says more."""
+    def _wheelbases(self, r: Interval, f: Interval) -> Jet:
+        """The squared wheelbase over boxes of angles, its range by the slopes where that says
+        more."""
+        Q = wheelbase_squared(self.vehicle, *angle_jets(r, f))
         middles = interval(r.middle), interval(f.middle)
         about = wheelbase_squared(self.vehicle, *middles)
         for leg, (whole, middle) in enumerate(zip((r, f), middles, strict=True)):
-            about = about + slopes[leg] * (whole - middle)
-        return Interval(np.maximum(Q.lo, about.lo), np.minimum(Q.hi, about.hi))
+            about = about + Q.first[leg] * (whole - middle)
+        value = Interval(np.maximum(Q.value.lo, about.lo), np.minimum(Q.value.hi, about.hi))
+        return replace(Q, value=value)
 
     def _valued(self, k: int, cells: StationCells) -> StationCells:
         """With values at the corners, and without the cells in which every posture is ruled out."""

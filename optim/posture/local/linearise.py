@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from stickslip.optim.posture.problem import PostureProblem
 
-SMOOTH = ("grip", "normal", "clearance", "torque")
+SMOOTH = ("grip", "normal", "clearance", "wheels", "torque")
 """The constraints that have slopes. leg_rate is linear; pose is a yes or no."""
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.optim.posture.stations.wheels import nearer_between
 
 if TYPE_CHECKING:
-    import numpy as np
     from jaxtyping import Float
 
 
@@ -35,3 +38,11 @@ class PostureData:
     def n(self) -> int:
         """Length of the decision vector, 2K."""
         return 2 * len(self.x)
+
+    @cached_property
+    def min_wheel_clearance(self) -> float:
+        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
+        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
+        if self.leg_rate is None:
+            return 0.0
+        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))

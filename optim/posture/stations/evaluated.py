@@ -53,7 +53,7 @@ class Waypoints(NamedTuple):
         """Of so many stations, each with its x [m] and mu [-]."""
         x, friction = np.asarray(x), np.asarray(friction)
         names = ("x", "friction", "leg_rate", "criterion")
-        names += ("min_normal", "min_grip", "min_clearance", "max_torque")
+        names += ("min_normal", "min_grip", "min_clearance", "min_wheel_clearance", "max_torque")
         calls = [
             (begin, size, padded(x[begin : begin + size], size), padded(friction[begin:], size))
             for begin, size in _calls(len(x))

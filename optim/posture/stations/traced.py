@@ -39,6 +39,7 @@ class Posture:
     min_normal: Numeric
     min_grip: Numeric
     min_clearance: Numeric
+    min_wheel_clearance: Numeric
     max_torque: Numeric
     """[N m], or None: any."""
     criterion: Any
@@ -87,9 +88,11 @@ class Posture:
 
         grip: mu N - |F| - min_grip, as two smooth terms for each wheel, over the weight. normal:
         N - min_normal of both wheels, over the weight. clearance: less min_clearance, over the leg
-        length (left out where the solver looks at no samples). torque: what the motors have left,
-        over weight x wheel radius (left out without a limit). pose: 1 where the vehicle has a
-        place on the track, else -1. Numbers that are not finite count as -1.
+        length (left out where the solver looks at no samples). wheels: wheel_clearance less
+        min_wheel_clearance, over the leg length (left out where the solver lets them overlap).
+        torque: what the motors have left, over weight x wheel radius (left out without a limit).
+        pose: 1 where the vehicle has a place on the track, else -1. Numbers that are not finite
+        count as -1.
         """
         grip = jnp.stack([mu * N - s * F for F, N, mu in at.wheels for s in (1, -1)], -1)
         normal = jnp.stack([at.N_rear, at.N_front], -1)
@@ -101,6 +104,9 @@ class Posture:
         if self.solver.samples:
             low = (at.clearance - self.min_clearance) / self.params.leg_length
             found["clearance"] = low[..., None]
+        if not self.solver.overlap:
+            apart = at.wheel_clearance - self.min_wheel_clearance
+            found["wheels"] = (apart / self.params.leg_length)[..., None]
         if self.max_torque is not None:
             found["torque"] = torque_left(at, self.max_torque) / (W * self.params.wheel_radius)
         one = jnp.ones_like(at.torque)

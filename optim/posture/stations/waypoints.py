@@ -14,26 +14,15 @@ from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.options import as_floats, require_scalar
 from stickslip.optim.posture.sizes import WAYPOINT, require_stations, require_waypoints
+from stickslip.optim.posture.stations.wheels import longest_wheelbase
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.optim.posture.stations.data import PostureData
 
-FINE = 181
-"""Angles of each leg that are looked at for the longest wheelbase."""
-
 
 _slope = run_once(Track.slope)
-
-
-def longest_wheelbase(params: UGVParams) -> float:
-    """The greatest distance of the wheels' centres over all leg angles in the range [m]."""
-    angles = np.linspace(float(params.leg_angle_min), float(params.leg_angle_max), FINE)
-    l, L = float(params.leg_length), float(params.body_length)
-    rear, front = angles[:, None], angles
-    along = L - l * (np.cos(rear) + np.cos(front))
-    return float(np.max(np.hypot(along, l * (np.sin(rear) - np.sin(front)))))
 
 
 def waypoints_along(

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.plain_checks import MEMORY_LIMIT
-from stickslip.dynamics.ugv import Track
+from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.progress import say_stage
@@ -112,6 +112,7 @@ def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
         max_torque=limit_of("--max-torque", flags["max_torque"], "N m"),
         start_angles=flags["start_angles"],
         end_angles=flags["end_angles"],
+        solver=PoseSolver(overlap=flags["overlap"]),
     )
 
 

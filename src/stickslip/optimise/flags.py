@@ -29,6 +29,11 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
         help="what is to be small, see below (default: %(default)s)",
     )
     completes(criterion, CRITERIA_IN_WORDS)
+    group.add_argument(
+        "--overlap",
+        action="store_true",
+        help="let the wheels overlap, as the chapter does, to compare with it; no vehicle can",
+    )
     add_way(group, None, "0.1, or more on a long track: 5000 waypoints at most")
     for name, which in (("start", "first"), ("end", "last")):
         group.add_argument(

@@ -39,6 +39,7 @@ UNITS = {
     "grip": "N",
     "normal": "N",
     "clearance": "m",
+    "wheels": "m",
     "torque": "N m",
     "pose": "waypoints",
 }
@@ -75,7 +76,7 @@ def rows(
         found.append(("between waypoints", _between(problem, result, unit)))
         found.append(("feasible", "yes" if result.feasible else "no"))
         found.append(("constraints missed by", _missed(problem, result.residuals)))
-        found.append(("wheels", _overlap(problem, result.x.reshape(-1, 2))))
+        found.append(("wheels", _wheels(problem, result.x)))
     found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
     found += [
         ("evaluations", str(result.evaluations)),
@@ -149,14 +150,13 @@ def _missed(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
     return shown or f"nothing ({', '.join(residuals)})"
 
 
-def _overlap(problem: PostureProblem, leg_angles: Float[np.ndarray, "K 2"]) -> str:
-    """A warning where the wheels would be in each other's way; the model does not look at it."""
-    rear, front = (np.asarray(of) for of in legs(problem.params, leg_angles))
+def _wheels(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
+    """How far the wheels' centres are apart at least, and whether that is asked for."""
+    rear, front = (np.asarray(of) for of in legs(problem.params, problem.angles(x)))
     least = float(np.min(np.hypot(*(front - rear).T)))
-    across = 2 * float(problem.params.wheel_radius)
-    if least >= across:
-        return ""
-    return f"they overlap, centres {least:.3g} m apart where {across:.3g} is needed: not modelled"
+    needed = 2 * float(problem.params.wheel_radius) + float(problem.params.wheel_gap)
+    found = f"centres {least:.4g} m apart or more, {needed:.4g} m needed"
+    return f"{found}, which --overlap let pass" if problem.solver.overlap else found
 
 
 def table(lines: list[tuple[str, str]]) -> str:
@@ -181,6 +181,7 @@ def stations_table(found: Station) -> Table:
         Column("N_front", "N"): found.N_front,
         Column("least grip margin", "N"): found.grip,
         Column("clearance", "m"): found.clearance,
+        Column("between the wheels", "m"): found.wheel_clearance,
     }
     numbers = [np.asarray(values, float).tolist() for values in columns.values()]
     status = [Status(int(code)).name for code in np.asarray(found.status)]
@@ -205,6 +206,7 @@ def result_content(
             "min_normal": problem.min_normal,
             "min_grip": problem.min_grip,
             "min_clearance": problem.min_clearance,
+            "overlap": problem.solver.overlap,
             "max_torque": problem.max_torque,
             "start_angles": problem.start_angles,
             "end_angles": problem.end_angles,

@@ -38,23 +38,16 @@ def along_bump(
     waypoints: int,
     criterion: str = "torque_variation",
     leg_rate: float | None = None,
-    vehicle: UGVParams = VEHICLE,
 ) -> PostureProblem:
     """The drive over the soft bump; leg_rate [rad/m]."""
     x = np.linspace(FROM, TO, waypoints)
-    return PostureProblem(vehicle, TRACK, x, criterion, friction=FRICTION, leg_rate=leg_rate)
+    return PostureProblem(VEHICLE, TRACK, x, criterion, friction=FRICTION, leg_rate=leg_rate)
 
 
 def held(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:
     """Stations [pairs, K] of drives with the legs held at pairs of angles [degrees]."""
     angles = np.broadcast_to(np.radians(pairs)[:, None], (len(pairs), len(problem.x), 2))
     return evaluated.stations(problem.posture, angles)
-
-
-def wheelbases(pairs: Sequence[Pair]) -> np.ndarray:
-    """Distance between the wheels' centres, which the legs alone fix [pairs, m]."""
-    cosines = np.cos(np.radians(pairs))
-    return VEHICLE.body_length - VEHICLE.leg_length * np.sum(cosines, axis=1)
 
 
 def all_pairs() -> list[Pair]:
@@ -70,14 +63,19 @@ def statics(setting: Setting) -> Result:
     """Fig. 24."""
     problem = along_bump(setting.samples + 1)
     every, drawn = all_pairs(), [*ALIKE, *UNLIKE]
-    clear = wheelbases(every) >= 2 * VEHICLE.wheel_radius
-    pairs = [pair for pair, apart in zip(every, clear, strict=True) if apart]
-    setting.say(f"{len(pairs)} pairs of leg angles")
-    found = held(problem, [*drawn, *pairs])
-    cut = len(drawn)
-    shown, rest = (found.map(lambda of, s=s: of[s]) for s in (slice(cut), slice(cut, None)))
+    setting.say(f"{len(every)} pairs of leg angles")
+    shown, found = held(problem, drawn), held(problem, every)
+    apart = found.wheel_clearance[:, 0]
+    fits = apart >= 0
     radius = float(VEHICLE.wheel_radius)
-    tried = Tried(pairs, problem.x, wheelbases(pairs), rest, radius, len(every) - len(pairs))
+    tried = Tried(
+        [pair for pair, clear in zip(every, fits, strict=True) if clear],
+        problem.x,
+        apart[fits] + 2 * radius,
+        found.map(lambda of: of[fits]),
+        radius,
+        int(np.sum(~fits)),
+    )
     curves = {"front wheel [m]": problem.x} | {
         f"torque with legs at {bump_claims.name_of(pair)} [N m]": torque
         for pair, torque in zip(drawn, shown.torque, strict=True)

@@ -17,8 +17,8 @@ Pair = tuple[float, float]
 
 class Tried(NamedTuple):
     """Pairs of leg angles held over the bump. x: of the front wheel [K, m]. wheelbase: of each
-    [pairs, m]. stations: [pairs, K]. radius: of the wheels [m]. overlapping: how many more pairs
-    let them overlap."""
+    [pairs, m]. stations: [pairs, K]. radius: of the wheels [m]. overlapping: with how many more
+    pairs they overlap."""
 
     pairs: Sequence[Pair]
     x: np.ndarray
@@ -80,7 +80,7 @@ def passes(tried: Tried) -> Claim:
         "a wheel that lifts, slips or a body that touches would have failed. Radius, friction and "
         f"the legs' range are not in the chapter: {tried.radius:g} m, {np.max(at.friction):g} and "
         f"{angles[0]} to {angles[-1]}° are ours; with any friction above {need[most]:.2f} as many "
-        f"pass. {tried.overlapping} more pairs are left out, as the wheels would overlap",
+        f"pass. With {tried.overlapping} more pairs the wheels overlap",
     )
 
 

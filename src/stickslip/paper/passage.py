@@ -8,38 +8,31 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stickslip.dynamics.ugv import PoseSolver
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, solve
 from stickslip.optim import PostureResult as Solved
 from stickslip.optimise.picture import FRONT, REAR
 from stickslip.optimise.vehicle import draw_scene, extent, poses
 from stickslip.paper import drawing, passage_claims
-from stickslip.paper.bump import TRACK, along_bump
-from stickslip.paper.bump import VEHICLE as WHOLE_RANGE
+from stickslip.paper.bump import TRACK, VEHICLE, along_bump
 from stickslip.paper.passage_claims import CRITERIA, FREE, HELD, LIMITED, POINTWISE, RATE, Drive
 from stickslip.paper.result import Columns, Result, Setting
 
-LEAST, MOST = 70, 150
-"""Leg angles [degrees]. With both legs steeper than 67 the wheels of this radius would overlap, and
-a planner keeps each leg in a range of its own."""
-VEHICLE = replace(
-    WHOLE_RANGE,
-    leg_angle_min=float(np.radians(LEAST)),
-    leg_angle_max=float(np.radians(MOST)),
-)
 WAYPOINTS = 66
 """Every 0.1 m."""
 BETWEEN = 10
 """Drives are looked at again at so many times as many points, legs turning evenly between."""
-FINE, COARSE = 33, 17
-"""Angles of each leg on the grid: with the rate limited; without limit, each move to each pair."""
+FINE, COARSE, HELD_ANGLES = 43, 17, 41
+"""Angles of each leg: on the grid with the rate limited; without limit, each move to each pair; of
+postures that are held, every 3 degrees."""
 VEHICLES = 4
 """Drawn in each sequence."""
 
 
 def least_variation(setting: Setting) -> Result:
     """Fig. 25."""
-    limited, free = _problem(WAYPOINTS, leg_rate=RATE), _problem(WAYPOINTS)
+    limited, free = along_bump(WAYPOINTS, leg_rate=RATE), along_bump(WAYPOINTS)
     setting.say("legs held")
     held = _best_held(limited)
     setting.say(f"legs turning up to {RATE:g} rad/m")
@@ -50,9 +43,8 @@ def least_variation(setting: Setting) -> Result:
     pointwise = solve(free, "grid", polish=False, angles=FINE)
     by_peak = replace(free, criterion="peak_torque")
     bottleneck = solve(by_peak, "grid", polish=False, angles=FINE)
-    setting.say("the vehicle's whole range")
-    whole = along_bump(WAYPOINTS, leg_rate=RATE)
-    _, widest = _solved(whole, FINE)
+    setting.say("wheels that may overlap")
+    _, overlapping = _solved(replace(limited, solver=PoseSolver(overlap=True)), FINE)
     setting.say("between the points")
     found = {
         HELD: held.x,
@@ -62,13 +54,13 @@ def least_variation(setting: Setting) -> Result:
     }
     drives = {name: _drive(limited, np.asarray(x)) for name, x in found.items()}
     claims = [
-        passage_claims.varies_less(drives, held.degrees, FINE),
+        passage_claims.varies_less(drives, held.degrees, HELD_ANGLES),
         passage_claims.between(drives),
         passage_claims.proved(
             {f"{FINE} x {FINE} angles at {RATE:g} rad/m": (grid, refined)}
             | {f"{COARSE} x {COARSE} without limit": (grid_free, refined_free)}
         ),
-        passage_claims.wider(drives[LIMITED], whole.angles(np.asarray(widest.x)), widest.value),
+        passage_claims.wheels(drives[LIMITED], overlapping.value),
         passage_claims.peak(drives, *_bottleneck(bottleneck), held.peak, FINE),
         passage_claims.energy(drives),
         passage_claims.pointwise(drives),
@@ -78,13 +70,9 @@ def least_variation(setting: Setting) -> Result:
     return Result(tables, lambda: _draw(limited, drives), claims)
 
 
-def _problem(waypoints: int, leg_rate: float | None = None) -> PostureProblem:
-    return along_bump(waypoints, leg_rate=leg_rate, vehicle=VEHICLE)
-
-
 def _bottleneck(solved: Solved) -> tuple[float, float]:
     """The largest torque that no posture gets below [N m], and where it is needed [m]."""
-    at = _problem(WAYPOINTS).stations(np.asarray(solved.x))
+    at = along_bump(WAYPOINTS).stations(np.asarray(solved.x))
     return solved.value, float(at.x[int(np.argmax(np.abs(at.torque)))])
 
 
@@ -98,12 +86,15 @@ class Held(NamedTuple):
 
 
 def _best_held(problem: PostureProblem) -> Held:
-    """The best fixed postures of the fine grid."""
-    angles = np.linspace(LEAST, MOST, FINE)
+    """The best fixed postures of HELD_ANGLES that the drive can be made with."""
+    low, high = (float(np.degrees(end[0])) for end in problem.bounds)
+    angles = np.linspace(low, high, HELD_ANGLES).round(9)
     pairs = np.stack(np.meshgrid(angles, angles, indexing="ij"), -1).reshape(-1, 2)
     drives = np.tile(np.radians(pairs), len(problem.x))
+    varied, missed = problem.sample(drives)
     peaks = replace(problem, criterion="peak_torque").objectives(drives)
-    best, low = int(np.argmin(problem.objectives(drives))), int(np.argmin(peaks))
+    varied, peaks = (np.where(missed > 0, np.inf, of) for of in (varied, peaks))
+    best, low = int(np.argmin(varied)), int(np.argmin(peaks))
     at = [(float(rear), float(front)) for rear, front in pairs[[best, low]]]
     return Held(drives[best], at[0], passage_claims.Peak(float(peaks[low]), at[1]))
 
@@ -116,7 +107,7 @@ def _solved(problem: PostureProblem, angles: int) -> tuple[Solved, Solved]:
 
 def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
     """The drive at the problem's points, and with BETWEEN times as many, legs turning evenly."""
-    finer = _problem((len(problem.x) - 1) * BETWEEN + 1)
+    finer = along_bump((len(problem.x) - 1) * BETWEEN + 1)
     angles = problem.angles(x)
     legs = [np.interp(finer.x, problem.x, angles[:, leg]) for leg in (0, 1)]
     dense = np.stack(legs, -1).reshape(-1)

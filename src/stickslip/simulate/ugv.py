@@ -132,6 +132,7 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
         Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
         Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
         Column("least_clearance", "m"): float(np.min(at.clearance)),
+        Column("least_between_wheels", "m"): float(np.min(at.wheel_clearance)),
     }
     return Table(list(row), [list(row.values())])
 

@@ -15,7 +15,7 @@ from stickslip.optim import suite
 from stickslip.optim.instances.instance import Instance
 from tests.agents.optimisers.table import BEST, NAME, run
 
-DRIVE = "ugv-bump-energy-d8-v1"
+DRIVE = "ugv-bump-energy-d8-v2"
 
 
 def found(name: str, gap: float, **given: Any):

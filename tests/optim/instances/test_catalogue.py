@@ -10,7 +10,7 @@ from stickslip.optim.instances.catalogue import withdrawn
 from stickslip.optim.instances.instance import parts_of, verified
 from stickslip.optim.instances.known import HERE, Known, keep
 
-CHEAP = ("ugv-bump-energy-d8-v1", "gait-time-d16-v2", "gait-friction-d32-v2")
+CHEAP = ("ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2")
 
 
 def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
@@ -24,8 +24,8 @@ def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
 
 
 def test_an_unknown_one_brings_the_nearest():
-    with pytest.raises(ValueError, match="ugv-bump-energy-d64-v1"):
-        instance("ugv-bump-energie-d64-v1")
+    with pytest.raises(ValueError, match="ugv-bump-energy-d64-v2"):
+        instance("ugv-bump-energie-d64-v2")
     with pytest.raises(ValueError, match="posture"):
         suite("postures")
 

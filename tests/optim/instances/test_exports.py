@@ -141,11 +141,11 @@ def test_cvxpy_takes_what_is_convex():
     assert feasible
     assert values[0] == pytest.approx(one.best_known, rel=1e-6)
     with pytest.raises(ValueError, match="is not convex"):
-        exports.as_cvxpy(instance("ugv-bump-energy-d8-v1"))
+        exports.as_cvxpy(instance("ugv-bump-energy-d8-v2"))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["split-bump-squared-torque-d32-v1", "ugv-bump-energy-d8-v1"])
+@pytest.mark.parametrize("name", ["split-bump-squared-torque-d32-v1", "ugv-bump-energy-d8-v2"])
 def test_on_instances_of_the_suite(name):
     from scipy.optimize import minimize
 

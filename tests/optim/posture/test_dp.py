@@ -10,13 +10,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted, progress
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.posture.helpers import on_grid as solve
 
 THREE = np.linspace(LOW, HIGH, 3)
 ENDS = {"start_angles": (1.3, 1.9), "end_angles": (1.7, 1.6)}
-FAR = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6)}
+FAR = {"start_angles": (1.25, 1.25), "end_angles": (2.6, 2.6)}
 SUM = Weighted((("wheel_energy", 1.0), ("torque_variation", 1e-3)))
 
 
@@ -39,6 +40,9 @@ def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
     )  # fmt: skip
     good = np.all((at.grip >= 0) & (at.N_rear >= 0) & (at.N_front >= 0), axis=1)
     good &= np.all(at.clearance >= problem.min_clearance, axis=1)
+    rear, front = np.moveaxis(0.35 * np.exp(1j * angles), -1, 0)
+    wheels = np.abs(0.83 - front - rear.conj())
+    good &= np.all(wheels >= 0.56 + problem.min_wheel_clearance, axis=1)
     if problem.leg_rate is not None:
         moves = np.abs(np.diff(angles, axis=1)) / np.diff(problem.x)[:, None]
         good &= np.all(moves <= problem.leg_rate + 1e-9, axis=(1, 2))
@@ -119,6 +123,7 @@ def test_double_precision_while_the_users_switch_is_off():
         ({"min_grip": 5000.0}, r"at waypoint 0 \(x = 3.3 m\) no pair of angles meets grip$"),
         ({"min_normal": 5000.0, "min_clearance": 3.0}, "meets clearance nor normal"),
         ({"min_clearance": 3.0}, "meets clearance$"),
+        ({"params": UGVParams(wheel_gap=1.0)}, "meets wheels$"),
         (
             {"friction": 0.12, "min_clearance": 0.45},
             "at waypoint 0 .*clearance rules out 6 of 9, grip rules out 8 of 9",

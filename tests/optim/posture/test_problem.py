@@ -11,6 +11,7 @@ from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
 from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Weighted, solve
 from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.stations.wheels import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
 DOWN = np.pi / 2
@@ -114,6 +115,48 @@ def test_constraints_and_residuals_agree_on_what_is_broken():
         np.testing.assert_allclose(residuals[group], missed, rtol=1e-9)
         assert not problem.is_feasible(x)
     assert over_bump().is_feasible(x)
+
+
+def test_wheels_nearer_than_the_gap_are_a_broken_constraint():
+    x = random_x(over_bump(), spread=0.05)
+    problem = replace(over_bump(), params=UGVParams(wheel_gap=0.3))
+    rear, front = 0.35 * np.exp(1j * x.reshape(-1, 2)).T
+    missed = 0.86 + problem.min_wheel_clearance - np.min(np.abs(0.83 - front - rear.conj()))
+    broken = np.flatnonzero(problem.constraints(x) < 0)
+    wheels = problem.constraint_groups["wheels"]
+    assert set(broken) <= set(range(wheels.start, wheels.stop))
+    np.testing.assert_allclose(-np.min(problem.constraints(x)[broken]) * 0.35, missed, rtol=1e-9)
+    residuals = problem.residuals(x)
+    assert {name for name, by in residuals.items() if by > 0} == {"wheels"}
+    np.testing.assert_allclose(residuals["wheels"], missed, rtol=1e-9)
+    assert problem.stations(x).status.tolist().count(Status.OVERLAP) > 0
+    assert "wheels" not in replace(problem, solver=PoseSolver(overlap=True)).constraint_names
+
+
+@pytest.mark.parametrize("turn", [0.03, 0.3, 1.2])
+@pytest.mark.parametrize(
+    "params", [UGVParams(), UGVParams(body_length=1.2, leg_length=0.6, wheel_radius=0.2)]
+)
+def test_wheels_that_clear_each_other_at_two_waypoints_do_so_between_them(params, turn: float):
+    def apart(pair: np.ndarray) -> np.ndarray:
+        rear, front = params.leg_length * np.exp(1j * pair)
+        return np.abs(params.body_length - front - rear.conj()) - 2 * params.wheel_radius
+
+    random = np.random.default_rng(0)
+    low, high = np.full((2, 40_000), LOW), np.full((2, 40_000), HIGH)
+    low[0] = high[0] = random.uniform(LOW, HIGH, 40_000)
+    touching = (apart(low) < 0) & (apart(high) > 0)
+    for _ in range(50):  # the front leg with which the wheels just touch
+        middle = (low + high) / 2
+        low, high = (np.where(apart(middle) < 0, *of) for of in ((middle, low), (high, middle)))
+    way = random.uniform(-1, 1, middle.shape)
+    way *= turn / 2 / np.max(np.abs(way), axis=0)
+    ends = np.stack([middle - way, middle + way])
+    inside = touching & np.all((ends >= LOW) & (ends <= HIGH), axis=(0, 1))
+    nearer = np.minimum(apart(ends[0]), apart(ends[1]))
+    allowed = nearer_between(params, turn)
+    assert np.max(nearer[inside], initial=0.0) <= allowed
+    assert turn > 1 or np.max(nearer[inside]) > 0.7 * allowed  # and little more is asked for
 
 
 def test_range_and_given_ends_are_bounds():

@@ -15,7 +15,7 @@ PARAMS = UGVParams()
 FRICTION = 0.6
 TURNS = (-1.0, -1.3)
 SLOPE = 0.3
-ANGLES = ((1.2, 1.9), (0.7, 1.1), (2.2, 2.0))
+ANGLES = ((1.2, 1.9), (1.0, 1.5), (2.2, 2.0))
 
 
 def placed_on(track, x):
@@ -34,6 +34,11 @@ def postures():
 def family(postures):
     with jax.enable_x64(True):
         return Family.of(PARAMS, postures)
+
+
+def test_a_posture_that_no_vehicle_can_take_is_refused():
+    with pytest.raises(ValueError, match=r"wheel_clearance of -0.\d+ m; accepted: >= 0"):
+        Family.of(PARAMS, pose(PARAMS, Track.bump(), 3.3, (0.7, 1.1)))
 
 
 @pytest.fixture(scope="module")

@@ -85,7 +85,10 @@ def test_fields_lie_within_what_is_proved_of_their_cells(cells, kind):
         known = of.alive & of.inside.known
         counts = known[where[n]]
         assert np.mean(counts) > 0.5 or kind == "slippery"
-        assert np.all(at.grip[:, n][~of.alive[where[n]]] < 0)  # ruled out, and rightly
+        short = at.wheel_clearance[:, n] < problem.min_wheel_clearance
+        ruled_out = ~of.alive[where[n]]
+        assert np.all((at.grip[:, n] < 0)[ruled_out] | short[ruled_out])  # rightly
+        assert np.mean(ruled_out[short]) > 0.5 or not np.any(short)
         for name in FIELDS:
             held = of.range_of(name)[where[n]]
             if name == "turn":

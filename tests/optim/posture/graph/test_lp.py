@@ -74,7 +74,7 @@ def test_an_infeasible_problem_names_the_constraint():
         found = solve(tiny(name, min_clearance=3.0), "lp", angles=3)
         assert found.status is OptimStatus.FAILED  # of angles off the grid nothing is said
         assert "no pair of angles meets clearance" in found.message
-    far = {"start_angles": (0.6, 0.6), "end_angles": (2.6, 2.6), "leg_rate": 1.0}
+    far = {"start_angles": (1.25, 1.25), "end_angles": (2.6, 2.6), "leg_rate": 1.0}
     found = solve(tiny(**far, friction=2.0), "lp", angles=3)
     assert found.status is OptimStatus.FAILED
     assert "leg_rate = 1.0" in found.message
