@@ -33,6 +33,10 @@ class Shared:
         """The parameters themselves."""
         return jax.tree.unflatten(self._structure, map(jnp.asarray, self._leaves))
 
+    def __reduce__(self) -> tuple[type[Shared], tuple[Any]]:
+        """Without the hash, which is another one in another process."""
+        return Shared, (jax.tree.unflatten(self._structure, self._leaves),)
+
     def __hash__(self) -> int:
         return self._hash
 

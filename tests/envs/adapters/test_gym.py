@@ -17,6 +17,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAware
 from stickslip.dynamics import Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, check_vector_env, forked
+from stickslip.envs.adapters.shared import Shared
 from stickslip.envs.timed import horizon
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
@@ -269,6 +270,14 @@ def test_a_copy_goes_on_where_the_original_was(copied, begun):
     assert np.array_equal(one[0], two[0])
     assert one[1:] == two[1:]
     assert np.array_equal(env.reset()[0], other.reset()[0])
+
+
+def test_parameters_are_kept_without_their_hash():
+    """Strings hash differently in every process: a stale hash would compile the same step again."""
+    shared = Shared(BipedEnv().make_params())
+    kept = pickle.dumps(shared)
+    assert b"_hash" not in kept
+    assert pickle.loads(kept) == copy.deepcopy(shared) == shared
 
 
 @pytest.mark.long
