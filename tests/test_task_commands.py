@@ -36,11 +36,11 @@ def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys, monkeypatc
 
 
 def test_a_task_by_name_tells_its_numbers_and_who_earned_what(capsys):
-    assert main(["tasks", "BipedSprint-v0", "stickslip/UGVBump-v0"]) == OK
+    assert main(["tasks", "BipedSprint-v1", "stickslip/UGVBump-v0"]) == OK
     said = capsys.readouterr().out
     for part in ("commanded_rate = 15.7", "total_energy", "optimal-gait", "Proved: at most 12"):
         assert part in said
-    assert known_of(TASKS["BipedSprint-v0"]).how in said
+    assert known_of(TASKS["BipedSprint-v1"]).how in said
     assert "Proved under assumptions: at most 5.4" in said
     assert "the foot neither slips nor tips. The best known does not, and earns more." in said
 
@@ -85,14 +85,14 @@ def test_a_policy_that_observes_something_else_is_refused(capsys, tmp_path):
 
 
 def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):
-    arguments = ["evaluate", "--task", "BipedSprint-v0", "constant-torque", "--out", str(tmp_path)]
+    arguments = ["evaluate", "--task", "BipedSprint-v1", "constant-torque", "--out", str(tmp_path)]
     assert main(arguments) == OK
     said = capsys.readouterr().out
     for part in ("no proof that no more can be", "proved: at most 12 m", "score", "gap [m]"):
         assert part in said
     content = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
     assert "task_score" in content["rows"][0]["metrics"]
-    assert "score 0: idle" in content["tasks"]["BipedSprint-v0"]
+    assert "score 0: idle" in content["tasks"]["BipedSprint-v1"]
     assert main([*arguments, "--overwrite", "--json"]) == OK
     told = json.loads(capsys.readouterr().out)
     (row,) = told["evaluation"]

@@ -123,14 +123,6 @@ class TrainConfig(LearningConfiguration):
     fall_penalty: float | None = entry(
         None, float, "of a fall in the training reward", low=0, optional=True
     )
-    substeps: int = entry(
-        1,
-        int,
-        "steps of the integrator in a control step, of training and its evaluations: a policy "
-        "learns to lean on none's errors",
-        low=1,
-        high=64,
-    )
 
     num_envs: int = shared("num_envs", 1024)
     learning_rate: float = shared("learning_rate", 2e-3)

@@ -51,14 +51,12 @@ def make_task(config: TrainConfig) -> Task:
     """Build the task. ValueError for an unknown scene or numbers that do not go together.
 
     A named task is what it is: starts, length and reward of its episodes are those of all three,
-    but for what the configuration says of training episodes, and of how finely they are computed.
+    but for what the configuration says of training episodes.
     """
     if config.task is not None:
         env, params = task_by_name(config.task).make("same_step")
-        env = _finer(cast("BipedEnv", env), config.substeps)
-        return Task(env, training_of(config, params), params, params)
+        return Task(cast("BipedEnv", env), training_of(config, params), params, params)
     env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
-    env = _finer(env, config.substeps)
     drawn = Randomisation(
         friction=config.random_friction,
         mass=config.random_mass,
@@ -68,12 +66,6 @@ def make_task(config: TrainConfig) -> Task:
     standard = {"scene": make_scene(config), "commanded_rate": config.commanded_rate}
     rest = env.make_params(randomisation=drawn, **standard)
     return Task(env, training_of(config, rest), from_anywhere(rest), rest)
-
-
-def _finer(env: BipedEnv, substeps: int) -> BipedEnv:
-    """The environment in so many integrator steps a control step, another switch located for each
-    that is added."""
-    return replace(env, substeps=substeps, max_events=env.max_events + substeps - env.substeps)
 
 
 def training_of(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:

@@ -30,7 +30,7 @@ FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
 UNNAMED = "biped"
 """The machine of a configuration that names none."""
-BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None, "tracking_weight": 1.0, "substeps": 1}
+BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None, "tracking_weight": 1.0}
 """Fields that came later, and what runs were until then: a text without one means that, and one
 that means it is without. So earlier files are read, and earlier digests stay as they were."""
 

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
-from stickslip.dynamics.biped import BipedState, simulate
+from stickslip.dynamics.biped import BipedState, RK4Split, simulate
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import FunctionProblem, Instance, Objective, PostureProblem, solve
 from stickslip.optim.instances.biped.gait import Interpolated
@@ -138,18 +138,21 @@ def _shooting(instance: Instance) -> Iterator[Found]:
     if not isinstance(problem, FunctionProblem) or not isinstance(problem.function, Shooting):
         raise TypeError(f"{instance.id} is no shooting")
     model, scene, state = problem.data
-    rate, best = problem.function.crank_rate, (np.inf, np.zeros(problem.n))
-    for gain in (0.1, 0.3, 1.0, 2.0):
-        for rest in (0.0, 0.1, 0.2, 0.4):
+    rate, integrator = problem.function.crank_rate, problem.function.integrator or RK4Split()
 
-            def torque(at: BipedState, gain: float = gain, rest: float = rest) -> jax.Array:
-                return jnp.clip(gain * (rate - at.crank_rate) + rest, -TORQUE_LIMIT, TORQUE_LIMIT)
+    def fed_back(gain: jax.Array, rest: jax.Array) -> jax.Array:
+        def torque(at: BipedState) -> jax.Array:
+            return jnp.clip(gain * (rate - at.crank_rate) + rest, -TORQUE_LIMIT, TORQUE_LIMIT)
 
-            with jax.enable_x64(True):
-                walk = simulate(model, scene, state, torque, problem.n * HELD * DT, DT)
-            x = np.asarray(walk.torques, float).reshape(-1, HELD).mean(axis=1)
-            best = min(best, (problem.objective(x), x), key=lambda one: one[0])
-    yield from _evolved(instance, best[1], "the best of 16 feedbacks")
+        time = problem.n * HELD * DT
+        return simulate(model, scene, state, torque, time, DT, integrator=integrator).torques
+
+    with jax.enable_x64(True):
+        each = jnp.meshgrid(jnp.array([0.1, 0.3, 1.0, 2.0]), jnp.array([0.0, 0.1, 0.2, 0.4]))
+        torques = jax.jit(jax.vmap(fed_back))(*(one.ravel() for one in each))
+    starts = np.asarray(torques, float).reshape(len(torques), -1, HELD).mean(axis=-1)
+    best = starts[np.argmin(problem.objectives(starts))]
+    yield from _evolved(instance, best, f"the best of {len(starts)} feedbacks")
 
 
 def _design(instance: Instance) -> Iterator[Found]:
@@ -183,7 +186,7 @@ def _evolved(instance: Instance, start: np.ndarray, words: str) -> Iterator[Foun
         found = search.minimise(evolve).best_x
         if found is not None:
             yield Found(found, f"{words}, cma")
-            best = min(best, found, key=lambda x: judge.penalised)
+            best = min(best, found, key=judge.penalised)
     if (better := _slsqp(instance, best)) is not None:
         yield Found(better, f"{words}, cma, SLSQP")
 

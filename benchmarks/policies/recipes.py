@@ -47,7 +47,7 @@ RECIPES = {
     "BipedThrift-v0": Recipe(
         {"start_rate": 5.0, "episode_time": 1.5, "tracking_weight": 2.0, "fall_penalty": 1.0}, (0,)
     ),
-    "BipedSprint-v0": Recipe({"start_rate": 5.0, "episode_time": 1.5, "substeps": 2}, (1,)),
+    "BipedSprint-v1": Recipe({"start_rate": 5.0, "episode_time": 1.5}, (1,)),
     "BipedHiddenFriction-v0": Recipe(
         walking(6.0, timesteps=16_000_000, evaluation_episodes=256), (0,)
     ),

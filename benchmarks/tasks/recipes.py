@@ -78,7 +78,7 @@ RECIPES: dict[str, Recipe] = {
     "BipedSlippery-v0": programmed(5.0),
     "BipedWeakMotor-v0": programmed(5.0),
     "BipedThrift-v0": programmed(3.0),
-    "BipedSprint-v0": programmed(7.0),
+    "BipedSprint-v1": programmed(7.0),
     "BipedStop-v0": programmed(5.0),
     "BipedHiddenFriction-v0": improved("optimal-gait", 7, 20),
     "BipedPayload-v0": improved("optimal-gait", 7, 20),

@@ -28,7 +28,7 @@ def short_table() -> str:
                 "task": f"`{task.name}`",
                 "asked": task.title,
                 "by hand": f"{known.score_of(hand).shown(2)}, {hand.policy}",
-                "PPO": "" if learned is None else _learned(known, learned),
+                "PPO": "not measured" if learned is None else _learned(known, learned),
                 "shipped": _shipped(task.name),
                 "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
             }
@@ -52,7 +52,7 @@ def long_table() -> str:
                 "idle (0)": f"{known.trivial.value:.4g}",
                 "best by hand": _cell(known, known.by_hand),
                 "best planner": "" if planned is None else _cell(known, planned),
-                "PPO": "" if learned is None else _learned(known, learned),
+                "PPO": "not measured" if learned is None else _learned(known, learned),
                 "shipped": _shipped(task.name),
                 "best known (1)": known.best.shown,
                 "if steady, no slip": _at_most(known.assumed),

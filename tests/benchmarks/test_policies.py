@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.policies import finer, making
+from benchmarks.policies import making
 from benchmarks.policies.recipes import RECIPES, configuration, recipe_of
 from benchmarks.policies.tables import table
-from benchmarks.report import RESULTS, provenance, read_json
+from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import load_policy, read_metadata
@@ -22,7 +22,7 @@ from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
 
-NAME = "BipedSprint-v0"
+NAME = "BipedSprint-v1"
 TINY = {
     "timesteps": 256,
     "num_envs": 4,
@@ -112,18 +112,3 @@ def test_the_recorded_command_trains_the_policy_again(name: str, tmp_path):
     task = record.task.name
     score = evaluate_task(task, {"it": policy}).row(task, "it").metrics["task_score"].value
     assert score == pytest.approx(record.score.value, abs=0.1)
-
-
-def test_no_policy_of_the_package_leans_on_the_errors_of_its_tasks_step():
-    """As kept by `python -m benchmarks.policies.finer`; the sprint is one episode, the same one."""
-    kept = read_json(RESULTS / "finer.json")
-    names = [name for name in TASKS if finer.is_shipped(name)]
-    assert len(names) == 11
-    for name in names:
-        scores = {one["step"]: one["score"] for one in kept[name]}
-        assert set(scores) == {*finer.SUBSTEPS, finer.EXACT}, name
-        assert min(scores.values()) > scores["task's step"] - 0.02, name
-    (sprint, *_) = kept[NAME]
-    earned = record_of("biped-sprint").earned["return"]
-    assert sprint["return"] == pytest.approx(earned, rel=1e-5)
-    assert "| `biped-sprint`" in finer.table(kept)

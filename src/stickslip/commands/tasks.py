@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 JSON = True
 EXAMPLES = {
     "stickslip tasks": "all of them",
-    "stickslip tasks BipedSprint-v0": "one in words: its numbers, and who earned what",
+    "stickslip tasks BipedSprint-v1": "one in words: its numbers, and who earned what",
     "stickslip tasks --json": "every number, for a program to read",
 }
 

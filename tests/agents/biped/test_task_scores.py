@@ -11,7 +11,7 @@ from stickslip.agents import Idle, evaluate_task
 from stickslip.agents.biped.controllers import CrankSpeedPI
 from stickslip.envs import known_of, task_by_name
 
-TASK = "BipedSprint-v0"
+TASK = "BipedSprint-v1"
 
 
 @pytest.fixture(scope="module")
@@ -48,5 +48,5 @@ def test_one_episode_of_a_task_that_draws_nothing(table):
 
 
 def test_unknown_tasks_are_refused_with_the_nearest():
-    with pytest.raises(ValueError, match=r"'BipedSprnt-v0' is unknown.*BipedSprint-v0\?"):
+    with pytest.raises(ValueError, match=r"'BipedSprnt-v0' is unknown.*BipedSprint-v1\?"):
         evaluate_task("BipedSprnt-v0", {"idle": Idle()})

@@ -57,7 +57,7 @@ def test_evaluating_one_by_name_alone_scores_it_on_its_task_beside_what_is_known
     said = capsys.readouterr().out
     record = record_of("biped-sprint")
     (row,) = (line.split() for line in said.splitlines() if " biped-sprint " in line)
-    assert row[0] == "BipedSprint-v0"
+    assert row[0] == "BipedSprint-v1"
     assert float(row[4].replace("−", "-")) == pytest.approx(record.score.value, abs=NEAR)
     known = known_of(record.task)
     assert f"optimal-gait {known.score_of(known.by_hand).shown(3)}" in " ".join(said.split())

@@ -87,24 +87,6 @@ def test_what_training_episodes_are_is_written_and_read_again():
     assert TrainConfig.of(tracking_weight=2.0).digest != usual.digest
 
 
-def test_finer_steps_are_of_training_and_its_evaluations_and_written_where_they_are_asked_for():
-    env, _ = task_by_name(NAME).make("same_step")
-    config = TrainConfig.of(task=NAME, substeps=2)
-    made = make_task(config).env
-    assert (made.substeps, made.max_events) == (2, 4)
-    assert replace(made, substeps=1, max_events=3) == env
-    assert read_configuration(config.to_json()) == config
-    usual = TrainConfig.of(task=NAME, substeps=1)
-    assert "substeps" not in json.loads(usual.to_json())  # as runs were before it
-    assert usual == TrainConfig.of(task=NAME)
-    assert config.digest != usual.digest
-    with pytest.raises(ValueError, match=r"substeps"):
-        TrainConfig.of(task=NAME, substeps=65)
-
-
-ENDS = ("", "_low", "_high")
-
-
 def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     pytest.importorskip("optax")
     config = TrainConfig.of(
@@ -159,7 +141,7 @@ def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
     for name, kind in KINDS.items():
         names = [one.name for one in every_field(kind)]
         about_it = set(names[names.index(first[name]) : names.index("num_envs")])
-        assert about_it - {"reward_scale", "substeps"} == {*kind.FIXED, *kind.USUALLY}
+        assert about_it - {"reward_scale"} == {*kind.FIXED, *kind.USUALLY}
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def test_what_is_built_of_a_definition_has_not_changed_either(name):
 
 
 def test_a_digest_tells_of_every_number_that_decides_an_episode():
-    task = TASKS["BipedSprint-v0"]
+    task = TASKS["BipedSprint-v1"]
     floor = {"uniform": {"mu_static": 0.06, "mu_kinetic": 0.0500001}}
     others = [
         replace(task, parameters={**task.parameters, "scene": floor}),
@@ -122,16 +122,16 @@ def test_a_task_is_solved_from_a_score_of_0_9():
 
 
 def test_gymnasium_makes_the_task_single_and_as_a_vector():
-    env = gymnasium.make("stickslip/BipedSprint-v0").unwrapped
+    env = gymnasium.make("stickslip/BipedSprint-v1").unwrapped
     assert isinstance(env, GymEnv)
     assert float(env.params.tracking_weight) == pytest.approx(1.2)
-    envs = gymnasium.make_vec("stickslip/BipedSprint-v0", num_envs=2)
+    envs = gymnasium.make_vec("stickslip/BipedSprint-v1", num_envs=2)
     assert isinstance(envs, GymVectorEnv)
     assert envs.observation_space.shape == (2, 6)
 
 
 def test_the_return_of_a_sprint_is_the_way_walked():
-    env = gymnasium.make("stickslip/BipedSprint-v0")
+    env = gymnasium.make("stickslip/BipedSprint-v1")
     env.reset(seed=0)
     earned = 0.0
     for _ in range(30):
@@ -144,17 +144,17 @@ def test_the_return_of_a_sprint_is_the_way_walked():
 
 def test_a_task_takes_no_options_and_says_where_they_go():
     with pytest.raises(ValueError, match=r"commanded_rate.*fixed.*stickslip/Biped-v0"):
-        gymnasium.make("stickslip/BipedSprint-v0", commanded_rate=3.0)
+        gymnasium.make("stickslip/BipedSprint-v1", commanded_rate=3.0)
     with pytest.raises(ValueError, match=r"track.*fixed.*stickslip/UGV-v0"):
         gymnasium.make_vec("stickslip/UGVBump-v0", num_envs=2, track="flat")
 
 
 @pytest.mark.parametrize("name", ["BipedSprit-v0", "bipedsprint", "stickslip/BipedSprint", 3])
 def test_an_unknown_task_brings_the_known_ones_and_the_nearest(name):
-    with pytest.raises(ValueError, match=r"task = .* is unknown; accepted: .*'BipedSprint-v0'"):
+    with pytest.raises(ValueError, match=r"task = .* is unknown; accepted: .*'BipedSprint-v1'"):
         task_by_name(name)
     if name == "BipedSprit-v0":
-        with pytest.raises(ValueError, match=r"BipedSprint-v0.*\?"):
+        with pytest.raises(ValueError, match=r"BipedSprint-v1.*\?"):
             task_by_name(name)
 
 

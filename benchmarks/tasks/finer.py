@@ -1,0 +1,196 @@
+"""What returns on the biped's tasks owe to the integrator's setting.
+
+    python -m benchmarks.tasks.finer [--only NAME ...] [--docs FILE]
+
+Replays doing nothing, every baseline, the package's policy and the best known one on the task's own
+episodes, at the task's setting and in sixteenths of its step in float64. Episodes begin alike, so
+returns are compared pairwise. A score owes what it loses when it is computed finely; LIMIT is the
+most that a best known and a policy of the package may owe. With --docs alone nothing is replayed.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.report import kept_parts, markdown, options, provenance, put_between, write_json
+from benchmarks.tasks.measure import rounded
+from benchmarks.tasks.recipes import ALIKE, recipe_of
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.idle import Idle
+from stickslip.agents.policy.file import load_policy
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.shipped.names import policy_name, shipped_path
+from stickslip.agents.shipped.record import record_of
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs import TASKS, BipedEnv, known_of, task_by_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stickslip.agents.evaluation.standard import StandardEpisodes
+    from stickslip.envs import TaskDefinition
+    from stickslip.envs.tasks.known import Known
+
+PART = 16
+"""Steps in place of one."""
+SWITCHES = 3
+"""Located in each step."""
+LIMIT = 0.01
+"""The most that a score may owe."""
+OUT = Path("benchmarks/results/finer.json")
+MARKS = ("<!-- finer -->", "<!-- end of finer -->")
+
+
+@dataclass(frozen=True)
+class StartedInSingle(BipedEnv):
+    """Episodes begin as in single precision, whatever they are computed in: draws differ else."""
+
+    def reset_env(self, key, params):
+        """See FunctionalEnv."""
+        own = jnp.result_type(params.robot.params.mass)
+        obs, state = super().reset_env(key, _in(params, jnp.float32))
+        return _in(obs, own), _in(state, own)
+
+
+def main(arguments: list[str]) -> None:
+    """Replay, keep and write into a page."""
+    parser = options("tasks.finer", __doc__, OUT)
+    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--docs", type=Path)
+    given = parser.parse_args(arguments)
+    jax.config.update("jax_enable_x64", True)
+    content = kept_parts(given.out, names())
+    for name in (given.only or names()) if given.only or given.docs is None else []:
+        content[name] = list(rows_of(task_by_name(name)))
+        stamp = provenance()
+        content["parts"][name] = {at: stamp[at] for at in ("commit", "measured")}
+        write_json(content, given.out)
+    if given.docs is not None:
+        put_between(given.docs, table(content), MARKS)
+
+
+def names() -> list[str]:
+    """The biped's tasks; the UGV's integrate no motion."""
+    return [name for name, task in TASKS.items() if task.machine == "biped"]
+
+
+def rows_of(task: TaskDefinition) -> Iterator[dict[str, Any]]:
+    """A row a player, with what its score owes and the 95 % interval of that."""
+    known = known_of(task)
+    if known is None:
+        return
+    span = known.scale.one - known.scale.zero
+    for name, player in players_of(task, known):
+        coarse, fine = (played_in(part, task, player, known.episodes) for part in (1, PART))
+        yield row(name, coarse, fine, span)
+
+
+def row(name: str, coarse: StandardEpisodes, fine: StandardEpisodes, span: float) -> dict[str, Any]:
+    """What a player earned, how often it fell, what its score owes. span: of a score in returns."""
+    owed = mean_interval((coarse.reward - fine.reward) / span)
+    return {
+        "policy": name,
+        "return": rounded(coarse.reward.mean()),
+        "finely": rounded(fine.reward.mean()),
+        "failures": [float(one.fell.mean()) for one in (coarse, fine)],
+        "owes": [round(end, 5) if np.isfinite(end) else None for end in owed],
+    }
+
+
+@register_pytree
+@dataclass(frozen=True)
+class OneOf:
+    """One of some controllers, chosen by a number: a program serves all of them."""
+
+    players: tuple[Any, ...]
+    index: int
+
+    def validate(self) -> OneOf:
+        """See Controller."""
+        return self
+
+    def init(self, env_params: Any, env_state: Any) -> tuple[Any, ...]:
+        """The memories of all."""
+        return tuple(one.init(env_params, env_state) for one in self.players)
+
+    def act(self, memory: Any, obs: Any, env_state: Any, env_params: Any) -> tuple[Any, Any]:
+        """See Controller."""
+        found = [
+            one.act(kept, obs, env_state, env_params)
+            for one, kept in zip(self.players, memory, strict=True)
+        ]
+        kept, actions = zip(*found, strict=True)
+        return kept, jnp.stack(actions)[self.index]
+
+
+def players_of(task: TaskDefinition, known: Known) -> Iterator[tuple[str, Any]]:
+    """Doing nothing, the baselines, the package's policy and the best known one, by name."""
+    machine, (env, params) = machine_by_name(task.machine), task.make()
+    found: dict[str, Any] = {"idle": Idle(machine.outputs)}
+    found |= {one.policy: machine.baseline(one.policy, env) for one in known.baselines}
+    name = policy_name(task.name)
+    if shipped_path(name) is not None:
+        found[record_of(name).short_name] = load_policy(name)
+    for index, one in enumerate(found):
+        yield one, OneOf(tuple(found.values()), index)
+    if known.best.policy not in found:
+        recipe = recipe_of(ALIKE.get(task.name, task.name))
+        yield recipe.name, recipe.make(env, params)
+
+
+def played_in(part: int, task: TaskDefinition, player: Any, episodes: int) -> StandardEpisodes:
+    """The task's own episodes in so many steps for each of its own; more than one in float64. A
+    player that plans with the environment's step goes on planning with the task's."""
+    env = without_resets(StartedInSingle(**BipedEnv.choices_from_plain(task.choices)))
+    dtype = jnp.float32 if part == 1 else jnp.float64
+    if part > 1:
+        count = part * env.substeps
+        env = replace(env, substeps=count, max_events=SWITCHES * count)
+    params = env.make_params(**BipedEnv.from_plain(task.parameters), dtype=dtype)
+    return play(env, _in(player, dtype), params, range(episodes), keep_of)
+
+
+def table(content: dict[str, Any]) -> str:
+    """A row a policy: returns by setting and what its score owes."""
+    rows = []
+    for name in names():
+        known = known_of(task_by_name(name))
+        for one in content.get(name, []):
+            best = known is not None and one["policy"] == known.best.policy
+            falls = [f", {share:.0%} fall" if share else "" for share in one["failures"]]
+            owed, low, high = one["owes"]
+            spread = "" if high is None else f" ± {(high - low) / 2:.1%}"
+            rows.append(
+                {
+                    "task": f"`{name}`",
+                    "policy": one["policy"] + (" (1)" if best else ""),
+                    "return": f"{one['return']:.4g}{falls[0]}",
+                    "finely": f"{one['finely']:.4g}{falls[1]}",
+                    "owes": f"{owed:.1%}{spread}",
+                }
+            )
+    return markdown(rows)
+
+
+def _in(tree: Any, dtype: Any) -> Any:
+    """The tree with its real numbers in another precision."""
+
+    def one(leaf: Any) -> Any:
+        real = jnp.issubdtype(jnp.result_type(leaf), np.floating)
+        return jnp.asarray(leaf, dtype) if real else leaf
+
+    return jax.tree.map(one, tree)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
