@@ -54,7 +54,7 @@ def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:
     """Nothing as in the standard task."""
     env = BipedEnv(see_friction=True, fidelity="chebyshev", substeps=2)
     given = {
-        "biped": BipedParams.from_bars(crank_length=0.0217, hip_mass=0.93),
+        "robot": BipedParams.from_bars(crank_length=0.0217, hip_mass=0.93),
         "scene": Scene.patches([0.1, 0.37], [0.5, 0.061, 0.3], [0.4, 0.051, 0.2], payload=1.7),
         "randomisation": Randomisation(friction=(0.81, 1.23), mass=(0.9, 1.1)),
         "torque_limit": 3.3,
