@@ -12,7 +12,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.tasks import TASKS
-from stickslip.optim import GaitProblem, OptimStatus, Result, instance
+from stickslip.optim import GaitProblem, OptimStatus, Result, suite
 from tests.optim.instances.test_processes import X, toy
 from tests.optim.instances.toys import toy as toy_instance
 from tests.optim.posture.helpers import tiny
@@ -45,8 +45,8 @@ MAKERS = {
     "free angles": lambda: tiny(start_angles=(1.3, 1.9)).free,
     "gait problem": lambda: GaitProblem.periodic(BipedParams.from_bars(), mu=[0.3], steps=8),
     "gait": gait,
-    "known": lambda: instance("gait-time-d16-v1").known,
-    "known front": lambda: instance("goals-gait-time-energy-d32-v1").known,
+    "known": lambda: next(iter(suite("gait").values())).known,
+    "known front": lambda: next(iter(suite("goals").values())).known,
     "result": lambda: Result("by hand", OptimStatus.FAILED, np.ones(2), 1.0),
     "spline": lambda: Track.from_points([0.0, 1.0, 2.0], [0.0, 0.1, 0.0]),
     "rough ground": lambda: Track.named("rough", key=7, end=10.0),
