@@ -115,11 +115,15 @@ class Known:
         returns: ArrayLike,
         seeds: Sequence[int] | None,
     ) -> Interval:
-        ends = [one.returns or (one.value,) for one in (self.trivial, self.best)]
-        paired = seeds is not None and all(max(seeds) < len(of) for of in ends)
-        if paired:
-            ends = [[of[seed] for seed in seeds or ()] for of in ends]
-        return bootstrapped(statistic, returns, *ends, paired=paired)
+        both = (self.trivial, self.best)
+        kept = all(len(one.returns) == self.episodes for one in both)
+        ends = [one.returns if kept else (one.value,) for one in both]
+        if seeds is None or max(seeds) >= self.episodes:
+            return bootstrapped(statistic, returns, *ends, paired=False)
+        if not kept:  # nothing to compare the episodes with
+            return Interval(bootstrapped(statistic, returns, *ends, paired=False).value)
+        own = [[of[seed] for seed in seeds] for of in ends]
+        return bootstrapped(statistic, returns, *own, paired=True)
 
     @property
     def by_hand(self) -> Earned:

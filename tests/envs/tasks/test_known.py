@@ -79,7 +79,10 @@ def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
     assert found.gap([5.0, 40.0], (0, 3)).value == pytest.approx(7.5)
     assert found.score([5.0, 15.0]).value == pytest.approx((10 - 15) / (27.5 - 15))
     assert found.score_of(rows[1]) == (1.0, 1.0, 1.0)
-    assert found.score_of(replace(rows[1], returns=())).value == 1.0
+    lost = replace(rows[1], returns=())
+    for score in (found.score_of(lost), replace(found, best=lost).score([15.0, 40.0], (0, 1))):
+        assert score.value == 1.0
+        assert not np.isfinite(score.low + score.high)
 
 
 def content() -> dict:
