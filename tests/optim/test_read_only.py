@@ -46,7 +46,7 @@ MAKERS = {
     "gait problem": lambda: GaitProblem.periodic(BipedParams.from_bars(), mu=[0.3], steps=8),
     "gait": gait,
     "known": lambda: next(iter(suite("gait").values())).known,
-    "known front": lambda: next(iter(suite("goals").values())).known,
+    "known front": lambda: next(one.known for one in suite("goals").values() if one.known),
     "result": lambda: Result("by hand", OptimStatus.FAILED, np.ones(2), 1.0),
     "spline": lambda: Track.from_points([0.0, 1.0, 2.0], [0.0, 0.1, 0.0]),
     "rough ground": lambda: Track.named("rough", key=7, end=10.0),
