@@ -7,6 +7,9 @@ unexport PYTHONDONTWRITEBYTECODE
 
 PYTHON ?= python3
 VENV := .venv
+# Tests of what needs PyTorch have an environment of their own: 3 GB more on Linux.
+VENV_SB3 := build/venv-sb3
+SB3_TESTS = $(shell grep -rlE "\bSB3\b" tests --include="test_*.py")
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check --no-input
 INSTALLED := $(VENV)/.installed
@@ -33,7 +36,7 @@ else ifneq ($(filter-out $(shell cat $(INSTALLED) 2>/dev/null),$(ASKED)),)
 $(INSTALLED): other-extras
 endif
 
-.PHONY: help venv test quick check test-long test-shapes lint typecheck format docs notebooks demo bench release-check clean fresh-venv other-extras
+.PHONY: help venv test quick check test-sb3 quick-sb3 test-long test-shapes lint typecheck format docs notebooks demo bench release-check clean fresh-venv other-extras
 
 help:  ## list the targets
 	@awk -F ':.*##' '/^[a-z-]+:.*##/ {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -49,6 +52,12 @@ quick: $(INSTALLED)
 		--dearest 30
 
 check: lint typecheck  ## lint and types only
+
+test-sb3:  ## the tests that need Stable-Baselines3, in an environment of its own
+	@$(MAKE) VENV=$(VENV_SB3) EXTRAS=all,sb3 quick-sb3
+
+quick-sb3: typecheck
+	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -m "sb3 and not long" $(SB3_TESTS)
 
 test-long: $(INSTALLED)  ## the tests that take minutes
 	@$(PY) -m pytest -m long -n 2 --dist loadfile --dearest 30

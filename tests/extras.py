@@ -27,7 +27,7 @@ IMPORT_NAMES = {
     "sbx-rl": "sbx",
     "stable-baselines3": "stable_baselines3",
 }
-IMPLIED = {"torch": "sb3", "dask": "sweep", "PIL.Image": "viz"}
+IMPLIED = {"torch": "sb3", "dask": "sweep"}
 
 
 def extras() -> dict[str, str]:
@@ -42,12 +42,13 @@ def extras() -> dict[str, str]:
 
 
 EXTRAS = extras()
+MISSING = {package for package in EXTRAS if find_spec(package) is None}
 
 
 def skip_what_is_missing(error: BaseException | None) -> None:
     """Skip where an extra's package is what the error is of; else nothing."""
     package = (getattr(error, "name", None) or "").partition(".")[0]
-    if isinstance(error, ModuleNotFoundError) and package in EXTRAS:
+    if isinstance(error, ModuleNotFoundError) and package in MISSING:
         reason = f"needs {package} (extra {EXTRAS[package]})"
         pytest.skip(reason, allow_module_level=True)
 
@@ -70,7 +71,7 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
-    if item.get_closest_marker("sb3") and find_spec("stable_baselines3") is None:
+    if item.get_closest_marker("sb3") and "stable_baselines3" in MISSING:
         pytest.skip("needs stable_baselines3 (extra sb3)")
     yield from skipping()
 

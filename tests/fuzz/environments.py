@@ -6,6 +6,7 @@ from functools import lru_cache
 
 from stickslip import envs
 from stickslip.dynamics import ugv
+from tests.extras import MISSING
 from tests.fuzz.values import (
     ABOVE,
     ANY_ONE,
@@ -37,6 +38,8 @@ DRIVE = dict.fromkeys(("leg_rate", "preview_length", "reward_scale", "speed"), A
     "max_torque": maybe(*ABOVE),
     "spacing": ONE, "start": maybe(*ANY_ONE), "end": maybe(), "start_angles": ("pair",),
 }  # fmt: skip
+
+HAS_SB3 = "stable_baselines3" not in MISSING
 
 
 @lru_cache
@@ -144,6 +147,11 @@ def environments() -> dict[str, Plan]:
             {"env": made(), "num_envs": 1},
             of=envs.GymVectorEnv,
         ),
+    } | (of_sb3() if HAS_SB3 else {})
+
+
+def of_sb3() -> dict[str, Plan]:
+    return {
         "SB3VecEnv": Plan(
             lambda **k: envs.SB3VecEnv(**{"params": walker(), **k}),
             {
@@ -153,7 +161,7 @@ def environments() -> dict[str, Plan]:
                 "seed": INTEGER,
                 "render_mode": ("none",),
             },
-            {"env": made(autoreset="same_step"), "num_envs": 1},
+            {"env": envs.BipedEnv(autoreset="same_step"), "num_envs": 1},
             of=envs.SB3VecEnv,
         ),
     }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import json
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -38,6 +39,8 @@ def main() -> None:
                 ignored.append(path.relative_to(ROOT).as_posix())
     settings = {
         "extends": "../pyproject.toml",
+        "venvPath": str(Path(sys.prefix).parent),
+        "venv": Path(sys.prefix).name,
         "extraPaths": ["typing", ".."],
         "ignore": [f"../{name}" for name in ignored],
     }

@@ -67,7 +67,7 @@ def periods(seconds: float, period: float) -> tuple[int, float]:
     require_memory(
         f"--seconds {seconds:g} with --period {period:g}", "rows", seconds / period, BYTES
     )
-    count = max(1, math.ceil(seconds / period * (1 - 1e-9)))
+    count = max(1, math.ceil(seconds / period * (1 - 2e-7)))  # a file may be in single precision
     return count, seconds / count
 
 
@@ -95,6 +95,7 @@ def walked(
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, now = replace(scene, payload=None), state.astype(setting.dtype)
         parts: list[Trajectory] = []
+        last: tuple[int, float] | None = None
         events: list[tuple[float, str, float]] = []
         for piece in range(pieces):
             here = slice(piece * each, (piece + 1) * each)

@@ -41,7 +41,7 @@ def walk_table(walk: Walk) -> Table:
     ankle, mass = _places(walk)
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
-        Column("torque", "N m"): np.append(torques, torques[-1:] if len(torques) else None),
+        Column("torque", "N m"): [*torques, *(torques[-1:] if len(torques) else [None])],
         Column("phase", "rad"): states.phase,
         Column("steps"): states.steps,
         Column("crank angle", "rad"): states.phase + np.pi * states.steps,

@@ -14,6 +14,7 @@ from gymnasium.wrappers.vector import (
 
 import stickslip  # noqa: F401  (registers the environments)
 from tests.envs.adapters.tiny import BIPED, IDLE, LEARNT, hurry, mean_return
+from tests.extras import SB3
 
 NUM_ENVS, STEPS = 32, 16
 
@@ -47,8 +48,10 @@ def test_actions_beyond_the_limits_are_clipped_and_others_rescaled():
     np.testing.assert_array_equal(results[2], results[1])
 
 
+@SB3
 def test_ppo_in_a_loop_of_ones_own_learns():
-    torch = pytest.importorskip("torch", reason="needs PyTorch (extra sb3)")
+    import torch
+
     torch.manual_seed(0)
     torch.set_num_threads(1)
     envs = wrapped()

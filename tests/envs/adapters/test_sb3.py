@@ -6,9 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-
-pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3 (extra sb3)")
-
 from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
@@ -17,6 +14,9 @@ from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 from tests.envs.helpers import task
 from tests.envs.toy import Toy, ToyParams
+from tests.extras import SB3
+
+pytestmark = SB3
 
 PARAMS = ToyParams()
 

@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import gymnasium
 import numpy as np
-import pytest
-
-pytest.importorskip("stable_baselines3", reason="needs Stable-Baselines3 (extra sb3)")
-
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_checker import check_env
@@ -17,6 +13,9 @@ from stable_baselines3.common.vec_env import SubprocVecEnv, VecNormalize
 
 import stickslip  # noqa: F401  (registers the environments)
 from tests.envs.adapters.tiny import BIPED, IDLE, LEARNT, hurry
+from tests.extras import SB3
+
+pytestmark = SB3
 
 
 def test_its_checker_has_no_complaint():
