@@ -47,7 +47,7 @@ class Setting:
         integrator = integrator_of(self.integrator)
         if isinstance(integrator, EventExact):
             return integrator
-        return replace(integrator, substeps=max(1, math.ceil(period / self.dt * (1 - 1e-9))))
+        return replace(integrator, substeps=max(1, math.ceil(period / self.dt * (1 - 1e-6))))
 
 
 def own_time(params: BipedParams) -> Float[Array, ""]:

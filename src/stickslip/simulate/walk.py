@@ -67,7 +67,7 @@ def periods(seconds: float, period: float) -> tuple[int, float]:
     require_memory(
         f"--seconds {seconds:g} with --period {period:g}", "rows", seconds / period, BYTES
     )
-    count = max(1, math.ceil(seconds / period * (1 - 2e-7)))  # a file may be in single precision
+    count = max(1, math.ceil(seconds / period * (1 - 1e-6)))  # a file may be in single precision
     return count, seconds / count
 
 
