@@ -11,7 +11,7 @@ import os
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, cast
 from uuid import uuid4
 from weakref import WeakValueDictionary
 
@@ -19,6 +19,9 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+
+
+F = TypeVar("F", bound="Callable[..., Any]")
 
 
 class Seen(NamedTuple):
@@ -63,7 +66,7 @@ def settle(record: Counts) -> None:
     _made_here[record.home.name] = record
 
 
-def reported(method: Callable[..., Any]) -> Callable[..., Any]:
+def reported(method: F) -> F:
     """The method of an Objective; what it returns away from home reports what was counted."""
 
     @wraps(method)
@@ -72,7 +75,7 @@ def reported(method: Callable[..., Any]) -> Callable[..., Any]:
         home = self.record.home
         return found if home.here else _reporting(found, home)
 
-    return call
+    return cast("F", call)
 
 
 def _reporting(found: Any, home: Home) -> Any:

@@ -152,7 +152,7 @@ def _gpx(path: Path, text: str) -> tuple[Sequence[int], np.ndarray, np.ndarray]:
     for i, given in enumerate(points.found):
         place = f"{name}: track point {i + 1}"
         for j, (key, value) in enumerate(zip(("lat", "lon", "ele"), given, strict=True)):
-            if not (value or "").strip():
+            if value is None or not value.strip():
                 raise ValueError(f"{place} has no {IN_WORDS[key]} ({key}); {_accepted(path)}")
             if not _is_number(value) or not math.isfinite(float(value)):
                 raise ValueError(f"{place}: {key} = {shown(value)}; {_accepted(path)}")

@@ -60,7 +60,8 @@ class Spline(Closed):
         """The spline of concrete numbers in double precision."""
         heights, lows = in_two(coefficients[:, 0])
         table = np.concatenate([heights[:, None], coefficients[:, 1:]], axis=1)
-        return cls(*map(read_only, (*in_two(knots), table, lows)), even)
+        first, rests = in_two(knots)
+        return cls(*(read_only(of) for of in (first, rests, table, lows)), even=even)
 
     def near(self, base: Numeric, u: Numeric):
         """The polynomial of the piece that base + u [m] lies in, by Horner's rule."""
