@@ -10,11 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
 from stickslip.agents.evaluation.rollout import planned, rollout
-from stickslip.agents.evaluation.run import MOST_EPISODES
+from stickslip.agents.evaluation.run import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
-from stickslip.agents.registry import machine_by_name, machine_of_config
+from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
 from stickslip.agents.reports.evaluated import report_of, write_evaluation
 from stickslip.agents.reports.trained import report_training
 from stickslip.agents.tasks.named import (
@@ -45,6 +47,7 @@ from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 from stickslip.records.signals import stoppable
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -150,7 +153,11 @@ def evaluate_command(given: Options) -> Content:
     task = common_task(given)
     play = _on_places if task is None else partial(_on_task, task)
     table, tasks, players = play(given, written)
+    tables = {"evaluation": table.as_table()}
     print("\n" + table.to_text())
+    if given["amplification"]:
+        tables["amplification"] = _amplification(players, table.seeds)
+        print("\n" + tables["amplification"].terminal())
     if task is not None and given["episodes"] is None:
         print("\n" + measured_before(task))
     if targets:
@@ -161,7 +168,21 @@ def evaluate_command(given: Options) -> Content:
     if written:
         print("Written: " + ", ".join(map(str, written)))
     about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, written))}
-    return Content({"evaluation": table.as_table()}, about)
+    return Content(tables, about)
+
+
+def _amplification(players: Sequence[Playing], seeds: Sequence[int]) -> Table:
+    """How much the episodes of each player amplify a small difference of their start."""
+    rows: list[list[object]] = []
+    for place, name, env, player, params in players:
+        _running(f"{name} on {place}, twice")
+        used = seeds if is_random(params) else seeds[:1]
+        found = machine_of_env(env).amplifications(env, player, params, used)
+        median, most = (float(value) for value in np.quantile(found, [0.5, 1.0]))
+        rows.append([place, name, len(found), median, most, int(np.sum(found > 1e3))])
+    words = [Column(head, words=True) for head in ("scene", "controller")]
+    numbers = [Column(f"{head}amplification") for head in ("median ", "largest ")]
+    return Table([*words, Column("episodes"), *numbers, Column("above 1000")], rows)
 
 
 def _running(line: str) -> None:

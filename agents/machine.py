@@ -17,6 +17,7 @@ from stickslip.agents.training.configuration import Config, Configuration
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Sequence
     from pathlib import Path
 
     import numpy as np
@@ -223,6 +224,18 @@ class Machine(ABC, Generic[Env, Params, Config]):
         raise ValueError(
             f"nobody has proved what no policy of the {self.title} can beat in an episode; "
             "accepted: without a bound"
+        )
+
+    def amplifications(
+        self, env: Env, player: AnyPlayer, params: Params, seeds: Sequence[int]
+    ) -> np.ndarray:
+        """How many times a small difference of the start grew in each seed's episode [-].
+
+        ValueError for a machine without dynamics.
+        """
+        raise ValueError(
+            f"the {self.title} is in equilibrium everywhere: nothing grows along its episodes; "
+            "accepted: without --amplification"
         )
 
     def unit_of(self, env: Env) -> str:

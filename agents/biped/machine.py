@@ -10,7 +10,7 @@ from stickslip.agents.biped.scenes import SCENE, SCENES
 from stickslip.agents.machine import Machine, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     import numpy as np
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options, Task, TrainingTask
-    from stickslip.agents.protocol import Policy
+    from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.training.trained import Trained
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
@@ -161,6 +161,14 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES
+
+    def amplifications(
+        self, env: BipedEnv, player: AnyPlayer, params: BipedEnvParams, seeds: Sequence[int]
+    ) -> np.ndarray:
+        """See Machine."""
+        from stickslip.agents.biped.amplification import amplifications
+
+        return amplifications(env, player, params, seeds)
 
     def swept(self) -> BipedSwept:
         """See Machine."""

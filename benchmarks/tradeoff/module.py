@@ -34,7 +34,8 @@ def source(content: dict[str, Any]) -> str:
     ]
     used = {name for setting in settings for name in (_class(setting[0]), _class(setting[1]))}
     samples = [
-        f'    ("{s["scene"]}", "{s["robots"]}"): ({s["count"]}, {s["sensitive"]:.3g}),'
+        f'    ("{s["scene"]}", "{s["robots"]}"): '
+        f"({s['count']}, {s['sensitive']:.3g}, {s['sensitivity'][1]:.3g}),"
         for s in content["population"]["samples"]
     ]
     return "\n".join(
@@ -64,7 +65,7 @@ def source(content: dict[str, Any]) -> str:
             "SAMPLES = {",
             *samples,
             "}",
-            '"""By scene and robots: how many walks, and the share of sensitive ones."""',
+            '"""By scene and robots: walks, share of sensitive ones, and what 95 % amplify by."""',
             "",
             "ERRORS = {",
             *errors,

@@ -1,5 +1,6 @@
 """The command line: what it prints, what it writes, how it refuses."""
 
+import json
 import os
 import re
 import shutil
@@ -15,6 +16,7 @@ import pytest
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
+from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 
@@ -257,3 +259,14 @@ def test_the_program_runs_as_a_module():
     )
     assert re.fullmatch(r"stickslip \d+\.\d+\S*\n", ran.stdout)
     assert shutil.which(sys.executable)
+
+
+@pytest.mark.long
+def test_an_evaluation_tells_the_amplification_of_its_episodes(still, capsys):
+    asked = ["evaluate", still, "--scene=wet", "--episodes=2", "--amplification", "--json"]
+    assert main(asked) == OK
+    (row,) = json.loads(capsys.readouterr().out)["amplification"]
+    assert 0 < row["median amplification"] <= row["largest amplification"]
+    assert row["episodes"] >= 1
+    with pytest.raises(ValueError, match="in equilibrium everywhere"):
+        machine_by_name("ugv").amplifications(None, None, None, [0])

@@ -1,4 +1,4 @@
-"""A hundred thousand random steps: nothing passes unmarked, nobody disturbs anybody else.
+"""A hundred thousand random steps each: nothing passes unmarked, nobody disturbs anybody else.
 
 Run with -s for the counts that docs/reliability.md quotes.
 """
@@ -55,6 +55,8 @@ CASES = [
     ("rk4_split", "smoothed"),
 ]
 DTYPES = ("float32", "float64")
+STEPS = 100_000
+"""At least so many of every integrator in either precision, over its floors."""
 SLACK = 2e-3
 """How far outside the support phase a walk may begin and end [rad]."""
 
@@ -96,25 +98,34 @@ def tell(what: str, status: np.ndarray) -> None:
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize(("name", "floor"), CASES)
 def test_random_steps_are_sound_or_marked_and_leave_each_other_alone(name, floor, dtype):
+    floors = [case for case in CASES if case[0] == name]
+    rounds = -(-STEPS // (COUNT * len(floors)))
     with jax.enable_x64(dtype == "float64"):
-        seed = CASES.index((name, floor)) * 2 + DTYPES.index(dtype)
         run = partial(stepping(name, floor), robots(dtype))
-        given = members(COUNT, dtype, seed, special=0.1)
-        after, contact = jax.tree.map(np.asarray, run(*given))
-        assert after.phase.dtype == dtype
-        assert not np.any(unmarked(contact.status, (after, contact)))
-        within = (after.phase >= SUPPORT_START - SLACK) & (after.phase <= SUPPORT_END + SLACK)
-        begun = np.asarray(given.state.phase)
-        outside = ~((begun >= SUPPORT_START - SLACK) & (begun <= SUPPORT_END + SLACK))
-        assert np.all(within | outside)
-        ended = np.isin(contact.status, [Status.NO_SOLUTION, Status.NON_FINITE, Status.NO_EXCHANGE])
-        assert np.all(ended[outside])
-        assert np.all((contact.status >= 0) & (contact.status <= max(Status)))
-        tell(f"step {name} {floor} {dtype}", contact.status)
-        spoilt, chosen = spoil(given, seed)
-        other = run(*spoilt)
-        assert np.all(np.asarray(other[1].status)[chosen] == Status.NON_FINITE)
-        same_but(chosen, (after, contact), other)
+        first = CASES.index((name, floor)) * 2 + DTYPES.index(dtype)
+        seeds = range(first, first + 100 * rounds, 100)
+        found = [sound_and_alone(run, dtype, seed) for seed in seeds]
+        tell(f"step {name} {floor} {dtype}", np.concatenate(found))
+
+
+def sound_and_alone(run: Any, dtype: str, seed: int) -> np.ndarray:
+    """The statuses of a batch, after the same batch with some members spoilt."""
+    given = members(COUNT, dtype, seed, special=0.1)
+    after, contact = jax.tree.map(np.asarray, run(*given))
+    assert after.phase.dtype == dtype
+    assert not np.any(unmarked(contact.status, (after, contact)))
+    within = (after.phase >= SUPPORT_START - SLACK) & (after.phase <= SUPPORT_END + SLACK)
+    begun = np.asarray(given.state.phase)
+    outside = ~((begun >= SUPPORT_START - SLACK) & (begun <= SUPPORT_END + SLACK))
+    assert np.all(within | outside)
+    ended = np.isin(contact.status, [Status.NO_SOLUTION, Status.NON_FINITE, Status.NO_EXCHANGE])
+    assert np.all(ended[outside])
+    assert np.all((contact.status >= 0) & (contact.status <= max(Status)))
+    spoilt, chosen = spoil(given, seed)
+    other = run(*spoilt)
+    assert np.all(np.asarray(other[1].status)[chosen] == Status.NON_FINITE)
+    same_but(chosen, (after, contact), other)
+    return contact.status
 
 
 RANGES = Randomisation(

@@ -23,9 +23,11 @@ from stickslip.dynamics.biped import (
     SemiImplicitEuler,
     Trajectory,
     floor_position,
+    own_time,
     prepare,
     simulate,
 )
+from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
 from stickslip.simulate import biped, names, walk, walk_table
 from stickslip.simulate.expression import Expression
 
@@ -77,6 +79,9 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
         total = sum(float(np.sum(getattr(one.contacts, of))) for one in (path, more))
         assert summary[name] == pytest.approx(total, abs=1e-5)
     assert f"{path.status}" == str(path.status) in Status.__members__
+    beside = nudged(start, 0.03, float(own_time(BipedParams.from_bars())))
+    beside = simulate(robot, scene, beside, law, 15 * period, period, integrator=once)
+    assert summary["amplification"] >= 0.9 * np.max(apart(path.states, beside.states, 0.03))
     assert summary["status"] == Status(int(max(path.status, more.status))).name
     events = [*path.events(), *more.events()]
     assert summary["slips"] == sum(kind == "slip" for _, kind, _ in events)
@@ -266,7 +271,7 @@ def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(torque:
     assert kept.states.crank_rate.tolist() == [3.0, -1.5][1 - end :]
     assert kept.contacts.normal_force.tolist() == [7.0] * end
     robot: Any = None
-    made = walk.Walk(robot, kept, [], Status.NON_FINITE, torque, 0.02, "float64")
+    made = walk.Walk(robot, kept, [], Status.NON_FINITE, torque, 0.02, "float64", 1.0)
     told = walk_table._meaning(made, 0, 0.0)
     time = 0.02 * end
     assert told.startswith(

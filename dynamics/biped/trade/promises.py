@@ -33,10 +33,12 @@ DRAWN = (
     "random starts and torques (a proportional controller, one torque, a new torque every 1 to 5 "
     "periods) for 36 own times, sqrt(crank / gravity): the default robot's 2 s"
 )
+SECONDS = 2.0
+"""How long the default robot's are [s]."""
 NOT_COVERED = (
-    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold); "
-    "longer walks; floors, torques and linkages outside these ranges; whether a walk that leaves "
-    "the model is said to leave it. For one's own walk: check_walk"
+    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold: "
+    "see covers); longer walks; floors, torques and linkages outside these ranges; whether a walk "
+    "that leaves the model is said to leave it. For one's own walk: check_walk"
 )
 
 

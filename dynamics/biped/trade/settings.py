@@ -26,6 +26,7 @@ from stickslip.dynamics.biped.trade.promises import (
     NOT_COVERED,
     POPULATION,
     QUANTILES,
+    SECONDS,
     Measurement,
 )
 from stickslip.dynamics.biped.trade.setting import DTYPES, Setting
@@ -53,9 +54,11 @@ class Recommendation:
     `confidence`, out of `count` walks. angle_error [rad/s], slide_error [m/s]: the same for each
     alone. typical_error: the bound for half of the walks. otherwise: share of the measured walks
     that left the model where their reference did not, or the other way round. sensitive: share of
-    them that amplify what they start with more than a thousandfold. population, not_covered: what
-    the promise is about, in words. cost: seconds for each simulated second and environment, at
-    `batch` environments. scene: the measured kind. measured_on: where costs come from.
+    them that amplify what they start with more than a thousandfold. amplification: what 95 % of
+    them amplify it by at most; duration: how long they are [s]; see `covers`. population,
+    not_covered: what the promise is about, in words. cost: seconds for each simulated second and
+    environment, at `batch` environments. scene: the measured kind. measured_on: where costs come
+    from.
     """
 
     setting: Setting
@@ -68,6 +71,8 @@ class Recommendation:
     count: int
     otherwise: float
     sensitive: float
+    amplification: float
+    duration: float
     population: str
     not_covered: str
     cost: float
@@ -79,6 +84,14 @@ class Recommendation:
     def error(self) -> float:
         """promised_error, by the name that it also has for the UGV."""
         return self.promised_error
+
+    def covers(self, amplification: float, duration: float) -> bool:
+        """Whether the promise is about a walk that amplifies what it starts with by so much in so
+        many seconds: no more and no longer than the measured ones.
+
+        The amplification is `WalkCheck.sensitivity`, or what `stickslip simulate` tells.
+        """
+        return amplification <= self.amplification and duration <= self.duration * (1 + 1e-9)
 
 
 SCENES = tuple(CLASSES.values())
@@ -213,9 +226,11 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
         slide_error=bound.slide * length / time,
         quantile=QUANTILES[place],
         confidence=CONFIDENCE,
-        count=min(count for count, _ in samples),
+        count=min(count for count, _, _ in samples),
         otherwise=point.otherwise,
-        sensitive=max(share for _, share in samples),
+        sensitive=max(share for _, share, _ in samples),
+        amplification=max(most for _, _, most in samples),
+        duration=SECONDS * time,
         population=f"{POPULATION[point.robots]}; {KINDS[point.scene]}; {DRAWN}",
         not_covered=NOT_COVERED,
         cost=point.cost / time,

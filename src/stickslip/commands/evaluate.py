@@ -39,6 +39,11 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
         help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
     )
     parser.add_argument(
+        "--amplification",
+        action="store_true",
+        help="biped: also how many times a small difference of the start grows in an episode",
+    )
+    parser.add_argument(
         "--out", metavar="DIR", help="write evaluation.csv and .json and report.html there"
     )
     parser.add_argument("--html", metavar="FILE", help="the report alone, or elsewhere")

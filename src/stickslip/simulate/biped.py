@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics import Setting
     from stickslip.records.table import Table
     from stickslip.simulate.biped_flags import WalkFlags
+    from stickslip.simulate.walk import Walk
 
 SECONDS = 6.0
 """Walked unless something else is said."""
@@ -62,10 +63,13 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     out = table_path(given["out"], given["overwrite"])
     picture = picture_path(given["plot"], given["overwrite"])
     require_writable([path for path in (out, picture) if path is not None])
-    with Bar("walking", count, "period", True) as bar:
+    with Bar("walking", 2 * count, "period", True) as bar:
         walk = walked(robot, scene, state, torque, seconds, given["period"], setting, bar)
     summary = walk_summary(walk, seconds)
     print_summary(summary)
+    promise = promise_of(given, setting, walk)
+    if promise is not None:
+        print(f"{'promise':<{_width(summary)}}  {promise}")
     written = [write_table(out, walk_table(walk), given["overwrite"])]
     if picture is not None:
         from stickslip.simulate.picture import plot_walk
@@ -77,6 +81,7 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
         written.append(plot_walk(walk, scene, picture, title))
     print(f"Written: {', '.join(map(str, written))}")
     about = {"setting": _in_words(setting), "files": list(map(str, written))}
+    about |= {} if promise is None else {"promise": promise}
     tables = {"summary": summary, "events": event_table(walk)}
     return walk.status.name in WHOLE, Content(tables, about)
 
@@ -174,12 +179,35 @@ def picture_path(text: str | None, overwrite: bool) -> Path | None:
 
 def print_summary(summary: Table) -> None:
     """A line a number, with its unit; nothing is said of what is not there."""
-    width = max(len(column.name) for column in summary.columns)
+    width = _width(summary)
     for column, value in zip(summary.columns, summary.rows[0], strict=True):
         if value is not None:
             unit = "" if column.unit == "-" else f" {column.unit}"
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
             print(f"{column.name.replace('_', ' '):<{width}}  {text}{unit}")
+
+
+def _width(summary: Table) -> int:
+    return max(len(column.name) for column in summary.columns)
+
+
+def promise_of(given: WalkFlags, setting: Setting, walk: Walk) -> str | None:
+    """What --tolerance promises of the setting, and whether that covers the walk; None without."""
+    if given["tolerance"] is None:
+        return None
+    found = recommend(given["tolerance"], scene_of(given))
+    if setting != found.setting:
+        return None
+    states = walk.trajectory.states
+    seconds = float(states.time[-1] - states.time[0])
+    ends = f"{found.duration:.3g} s that amplify up to {found.amplification:.3g}-fold"
+    covered = (
+        "this walk is one"
+        if found.covers(walk.amplification, seconds)
+        else (f"not this walk, of {seconds:.3g} s and {walk.amplification:.3g}-fold")
+    )
+    share = f"{100 * found.quantile:g} % of walks"
+    return f"within {found.promised_error:.2g} rad/s on {share} up to {ends}: {covered}"
 
 
 def _in_words(setting: Setting) -> dict[str, str | float | None]:

@@ -19,11 +19,15 @@ from stickslip.dynamics.biped import (
     simulate,
 )
 from stickslip.dynamics.biped.trade.check_batch import precision
+from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
+from stickslip.dynamics.biped.trade.setting import own_time
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.status import Status
 from stickslip.simulate.torque import Recorded
 
 if TYPE_CHECKING:
+    from jaxtyping import Array
+
     from stickslip.dynamics import Scene, Setting
     from stickslip.optim.progress import Bar
     from stickslip.simulate.expression import Expression
@@ -42,7 +46,8 @@ class Walk:
 
     status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
     between two states [s]. torque: held when it ended [N m]. A period that ends NON_FINITE is left
-    out: its numbers are none.
+    out: its numbers are none. amplification: how many times a small difference of the start grew
+    along the walk, by a second walk that begins beside it (see `apart`).
     """
 
     robot: BipedModel
@@ -52,6 +57,7 @@ class Walk:
     torque: float
     period: float
     dtype: str
+    amplification: float
 
     @property
     def count(self) -> int:
@@ -93,33 +99,37 @@ def walked(
     with precision(setting.dtype):
         params, scene = _cast((params, scene), setting.dtype)
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
-        scene, now = replace(scene, payload=None), state.astype(setting.dtype)
-        parts: list[Trajectory] = []
-        last: tuple[int, float] | None = None
-        events: list[tuple[float, str, float]] = []
-        for piece in range(pieces):
-            here = slice(piece * each, (piece + 1) * each)
-            given = law if held is None else jnp.asarray(held[here], setting.dtype)
-            part = simulate(
-                robot,
-                scene,
-                now,
-                given,
-                each * size,
-                size,
-                integrator=integrator,
-            )
-            part, last = _trimmed(part, count - piece * each)
-            parts.append(part)
-            events += part.events()
-            time = np.asarray(starts[(piece + 1) * each], setting.dtype)  # by the count of periods
-            now = replace(part.final, time=time)
-            bar.advance(len(part.torques))
-            if last is not None:
-                break
-        whole = _joined(parts)
-    status, held_last = last or (np.max(whole.contacts.status), whole.torques[-1])
-    return Walk(robot, whole, events, Status(int(status)), float(held_last), size, setting.dtype)
+        scene, state = replace(scene, payload=None), state.astype(setting.dtype)
+
+        def walk(now: BipedState):
+            parts: list[Trajectory] = []
+            last: tuple[int, float] | None = None
+            for piece in range(pieces):
+                here = slice(piece * each, (piece + 1) * each)
+                given = law if held is None else jnp.asarray(held[here], setting.dtype)
+                part = simulate(robot, scene, now, given, each * size, size, integrator=integrator)
+                part, last = _trimmed(part, count - piece * each)
+                parts.append(part)
+                time = np.asarray(starts[(piece + 1) * each], setting.dtype)  # counted
+                now = replace(part.final, time=time)
+                bar.advance(len(part.torques))
+                if last is not None:
+                    break
+            return _joined(parts), last, [event for part in parts for event in part.events()]
+
+        whole, last, events = walk(state)
+        beside = walk(nudged(state, params.crank, own_time(params)))[0]
+        grown = _amplification(whole, beside, params.crank)
+    code, held_last = last or (np.max(whole.contacts.status), whole.torques[-1])
+    status, torque_last = Status(int(code)), float(held_last)
+    return Walk(robot, whole, events, status, torque_last, size, setting.dtype, grown)
+
+
+def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
+    """The largest of `apart` while both are inside the model."""
+    inside = [int(np.sum(walk.contacts.status <= Status.SLIP_ONSET)) for walk in (one, other)]
+    rows = [jax.tree.map(lambda leaf: leaf[: min(inside) + 1], w.states) for w in (one, other)]
+    return float(np.max(apart(*rows, length)))
 
 
 def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:

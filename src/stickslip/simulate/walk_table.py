@@ -129,6 +129,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("positive_work", "J"): positive,
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
         Column("falls"): int(fell),
+        Column("amplification"): walk.amplification,
     }
     return Table(list(row), [list(row.values())])
 

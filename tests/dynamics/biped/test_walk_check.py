@@ -21,7 +21,7 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.trade.sensitivity import amplification
+from stickslip.dynamics.biped.trade.sensitivity import NUDGE, amplification, apart, nudged
 from stickslip.dynamics.biped.trade.walk_check import FINE, Path, _parting, walk_errors
 from tests.dynamics.biped.helpers import default_params, inertia_along, state_of
 
@@ -146,6 +146,16 @@ def test_the_error_is_that_of_a_direct_comparison_and_a_batch_equals_its_members
     assert both.cost > 0
 
 
+def test_walks_apart_are_measured_in_their_nudge():
+    """Half a step further and 3 mm ahead, of a crank of 30 mm: pi - 0.5 turned and 0.1 cranks."""
+    one, other = state_of(phase=2.0, steps=4, foot_position=0.013), state_of(phase=2.5, steps=3)
+    far = apart(one, replace(other, foot_position=0.010), 0.030)
+    assert float(far) == pytest.approx(np.hypot(np.pi - 0.5, 0.1) / NUDGE, rel=1e-5)
+    still = nudged(state_of(phase=4.6), 0.030, 0.055)
+    assert float(still.phase) == pytest.approx(4.6 - NUDGE)  # inwards: 3 pi / 2 is the end
+    assert float(still.foot_velocity) == 0.0
+
+
 @pytest.mark.long
 def test_the_sensitivity_is_that_of_finite_differences(float64):
     params, h = default_params(), 1e-6
@@ -184,9 +194,10 @@ def test_a_small_robot_left_near_the_top_is_called_sensitive():
         angles = np.linspace(2.0, 4.3, 2001)
         height = np.asarray(inertia_along(params, angles).Y)
     top = angles[np.flatnonzero((height[:-1] > 0) & (height[1:] <= 0))[0]]
+    scene = Scene.uniform(0.5, 0.4, outputs="state")
     found = check_walk(
         params,
-        Scene.uniform(0.5, 0.4, outputs="state"),
+        scene,
         BipedState(phase=np.array([top + 2e-3, 2.0]), crank_rate=np.array([0.0, 6.0])),
         0.0,
         np.array(0.7).item(),
@@ -195,6 +206,13 @@ def test_a_small_robot_left_near_the_top_is_called_sensitive():
     )
     assert found.sensitive.tolist() == [True, False]
     assert found.sensitivity[0] > 100 * found.sensitivity[1]
+    with jax.enable_x64(True):  # and two runs tell the same
+        model = prepare(params, fidelity=FINE)
+        for which, grown in enumerate(found.sensitivity):
+            start = BipedState(phase=[top + 2e-3, 2.0][which], crank_rate=[0.0, 6.0][which])
+            pair = start, nudged(start, params.crank, own_time(params))
+            walks = [simulate(model, scene, at, 0.0, 0.7, 0.01).states for at in pair]
+            assert 0.2 * grown < np.max(apart(*walks, params.crank)) < 1.2 * grown
     assert found.angle_error[0] > 10 * found.angle_error[1]
     assert not jax.config.read("jax_enable_x64")
     assert np.all(found.reference_angle_error < 1e-4)  # in float64, whatever the setting's type

@@ -1,0 +1,75 @@
+"""How much episodes of the biped make of a small difference at their start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import numpy as np
+
+from stickslip.agents.evaluation.run import play
+from stickslip.dynamics.biped import own_time
+from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
+from stickslip.dynamics.status import Status
+from stickslip.envs import BipedEnv
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.protocol import Player
+    from stickslip.dynamics.biped import BipedState
+    from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
+
+
+@dataclass(frozen=True)
+class Beside(BipedEnv):
+    """A BipedEnv whose episodes begin a small way from where they would (`nudged`)."""
+
+    def reset_env(self, key, params):
+        """See FunctionalEnv."""
+        _, state = super().reset_env(key, params)
+        robot = params.robot.params
+        biped = nudged(state.biped, robot.crank, own_time(robot))
+        biped = biped.astype(state.biped.crank_rate.dtype)
+        state = replace(state, biped=biped)
+        return self._observe(state, params), state
+
+
+class Course(NamedTuple):
+    """Where an episode was after each step [n]."""
+
+    biped: BipedState
+    inside: Bool[Array, " n"]
+    """The model."""
+
+
+def course_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Course:
+    """What is kept of an episode."""
+    del params
+    return Course(played.state.biped, played.info["status"] <= Status.SLIP_ONSET)
+
+
+def amplifications(
+    env: BipedEnv,
+    player: Player[BipedEnvState, BipedEnvParams],
+    params: BipedEnvParams,
+    seeds: Sequence[int],
+) -> Float[np.ndarray, " episodes"]:
+    """How many times a small difference of the start grew in each seed's episode [-].
+
+    The largest distance of two episodes whose starts are NUDGE apart, while both are inside the
+    model, over NUDGE; the controller acts in both, a planned path is played in both.
+    """
+    given = {one.name: getattr(env, one.name) for one in fields(BipedEnv)}
+    one, other = (
+        play(kind(**given), player, params, seeds, course_of) for kind in (BipedEnv, Beside)
+    )
+    length = np.asarray(params.robot.params.crank)
+    states = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
+    inside = np.asarray(one.inside) & np.asarray(other.inside)
+    return np.max(np.where(inside, apart(*states, length), 0.0), axis=-1)
