@@ -29,7 +29,7 @@ class Status(Code):
     LIFT_OFF = 3
     """The ground would have to pull: normal force <= 0."""
     RUNAWAY = 4
-    """The crank turns by more than half a support phase in one integration step."""
+    """The crank turns faster than the greatest rate that was given."""
     NO_SOLUTION = 5
     """The linkage cannot close here, sliding has no unique solution (Painleve), or the crank angle
     is none at which the leg supports."""
@@ -40,7 +40,8 @@ class Status(Code):
     NO_EXCHANGE = 8
     """Support cannot be handed over without an impact: the linkage is not symmetric."""
     NOT_CONVERGED = 9
-    """An adaptive method used up its steps; the numbers are where it had got to."""
+    """An adaptive method used up its steps, or the crank turns by over half a support phase in a
+    fixed one. The numbers are where it had got to."""
     HOLLOW_GROUND = 10
     """The ground is hollower than a wheel: it would touch at another point, too."""
     ROLLOVER = 11

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 
+from stickslip.dynamics.status import Status
+
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia
     from stickslip.dynamics.biped.coefficients.inertia import GroundMoment, ReducedInertia
@@ -25,6 +27,11 @@ EDGE_ROUNDINGS = 64
 """A friction within so many roundings of the cone's edge is on it: it is computed no better."""
 
 
+LIFTED = 1e-3
+"""Share of the weight below which a foot lifts off, not topples. The zero-moment point leaves
+every foot before the normal force is 0, one of 1e3 m at about 1e-4 of the weight."""
+
+
 class Motion(NamedTuple):
     """Accelerations and ground force at one instant."""
 
@@ -32,8 +39,8 @@ class Motion(NamedTuple):
     foot_acceleration: Float[Array, ""]
     friction_force: Float[Array, ""]
     normal_force: Float[Array, ""]
-    solvable: Bool[Array, ""]
-    """False where sliding has no unique solution (Painleve); the numbers are then of sticking."""
+    solvability: Float[Array, ""]
+    """> 0 where the motion has one solution; else (Painleve) the numbers are of sticking."""
     torque: Float[Array, ""]
     """Of the motor, given or needed."""
 
@@ -71,8 +78,8 @@ def sticking(
     net_torque = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * inertia.Y_crank
     alpha = net_torque / inertia.M
     friction, normal = ground_force(model, inertia, crank_rate, alpha)
-    sound = jnp.ones_like(alpha, bool)
-    return Motion(alpha, jnp.zeros_like(alpha), friction, normal, sound, torque)
+    zero, one = jnp.zeros_like(alpha), jnp.ones_like(alpha)
+    return Motion(alpha, zero, friction, normal, one, torque)
 
 
 def moving(
@@ -88,7 +95,7 @@ def moving(
 
     slides: whether it does, by default mode != 0; a friction law without rest always slides.
     Sliding is solvable while M m - P (P + mode mu_k Y) > 0; past that bound (Painleve) the
-    equations have no solution or two, and sticking's numbers stand in beside solvable = False.
+    equations have no solution or two, and sticking's numbers stand in beside solvability <= 0.
     """
     M, P, P_crank = inertia.M, inertia.P, inertia.P_crank
     mass, square = model.total_mass, crank_rate**2
@@ -98,15 +105,14 @@ def moving(
     drag = -inertia.dP * square - signed * (mass * model.gravity + inertia.dY * square)
     coupling = P + signed * inertia.Y
     determinant = M * mass - P_crank * coupling
-    solvable = determinant > 0
-    sound = solvable | ~slides
-    slides = slides & solvable
+    solvability = jnp.where(slides, determinant, 1.0)
+    slides = slides & (determinant > 0)
     scale = 1 / jnp.where(slides, determinant, M)
     alpha = scale * jnp.where(slides, mass * net_torque - P_crank * drag, net_torque)
     a1 = jnp.where(slides, scale * (M * drag - coupling * net_torque), 0.0)
     friction, normal = ground_force(model, inertia, crank_rate, alpha)
     friction = jnp.where(slides, -signed * normal, friction)
-    return Motion(alpha, a1, friction, normal, sound, torque)
+    return Motion(alpha, a1, friction, normal, solvability, torque)
 
 
 def prescribed(
@@ -127,7 +133,7 @@ def prescribed(
     friction = jnp.where(slides, -mode * mu_kinetic * normal, needed)
     a1 = jnp.where(slides, (friction - needed) / model.total_mass, 0.0)
     torque = motor_torque(model, inertia, crank_rate, alpha, a1)
-    return Motion(alpha, a1, friction, normal, jnp.ones_like(slides, bool), torque)
+    return Motion(alpha, a1, friction, normal, jnp.ones_like(alpha), torque)
 
 
 def mode_of(
@@ -155,6 +161,12 @@ def ankle_moment(
     """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
     turning = moment.L * crank_acceleration + moment.dL * crank_rate**2
     return turning + robot.gravity * moment.X - foot_acceleration * moment.Y
+
+
+def fall_under(model: BipedModel, normal_force: Float[Array, ""]) -> Int[Array, ""]:
+    """TOPPLE, or LIFT_OFF: the Status where the zero-moment point leaves the foot."""
+    loaded = normal_force > LIFTED * model.total_mass * model.gravity
+    return jnp.where(loaded, Status.TOPPLE, Status.LIFT_OFF)
 
 
 def zero_moment_point(

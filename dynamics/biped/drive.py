@@ -44,6 +44,8 @@ class Problem(NamedTuple):
     scene: Scene
     drive: Drive
     duration: Array
+    max_rate: Array | None = None
+    """Crank rate beyond which a walk ends as a RUNAWAY [rad/s]; None: no such end."""
 
     def still(self, inertia: Coefficients, crank_rate: Float[Array, ""]) -> Motion:
         """The motion with the foot held at rest."""

@@ -12,6 +12,7 @@ from stickslip.dynamics.biped.coefficients.table import ExactInertia
 from stickslip.dynamics.biped.contact import (
     Motion,
     ankle_moment,
+    fall_under,
     ground_force,
     mode_of,
     motor_torque,
@@ -237,9 +238,9 @@ def _status(
     status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
     if zmp is not None:
         off_foot = (zmp > model.toe) | (zmp < -model.heel)
-        status = jnp.where(off_foot, Status.TOPPLE, status)
+        status = jnp.where(off_foot, fall_under(model, motion.normal_force), status)
     status = jnp.where(motion.normal_force <= 0, Status.LIFT_OFF, status)
-    status = jnp.where(motion.solvable & model.closes, status, Status.NO_SOLUTION)
+    status = jnp.where((motion.solvability > 0) & model.closes, status, Status.NO_SOLUTION)
     return jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
 
 

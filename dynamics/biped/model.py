@@ -234,6 +234,10 @@ class LoadedInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.moment_at(theta))
 
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return self._sum(lambda inertia: inertia.spin_at(theta))
+
     def _sum(self, part: Callable[[Inertia], Asked]) -> Asked:
         """part: what is asked of inertia functions."""
         scaled = jax.tree.map(lambda value: self.mass_factor * value, part(self.empty))

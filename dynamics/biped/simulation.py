@@ -110,13 +110,13 @@ def step(
     """One time step of `dt` [s] under a constant motor torque [N m], friction switching included.
 
     Equations of MODEL 1.4 (eqs. 26-37); switching instants and exchanges of support are located
-    inside the step and the step is split there (see RK4Split). Where the status is terminal, the
-    state is the last one inside the model and its time says how far the step came. The topple check
-    looks at both ends of the step. scene: a Scene, or a name (see Scene.named). Scalars: batch with
-    vmap. Pass a model from `prepare` when
-    stepping often: from bare parameters it is built again at every call. Works in the widest
-    floating type among the arguments. A torque or a state that is not finite gives the status
-    NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before tracing.
+    inside the step and the step is split there (see RK4Split). Ends (lift-off, topple, no solution)
+    are located likewise: the state is that of the end's instant, and its time says when that was.
+    scene: a Scene, or a name (see Scene.named). Scalars: batch with vmap. Pass a model from
+    `prepare` when stepping often: from bare parameters it is built again at every call. Works in
+    the widest floating type among the arguments. A torque or a state that is not finite gives the
+    status NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before
+    tracing.
     """
     require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     require_numeric(torque=torque, dt=dt)
@@ -226,19 +226,17 @@ def stepped(
     state: BipedState,
     drive: Drive,
     dt: Number,
+    max_rate: Number | None = None,
 ) -> tuple[BipedState, Contact]:
-    """`step` without its checks, for use inside a trace."""
+    """`step` without its checks, for use inside a trace. max_rate: see Problem."""
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, drive, dt)
     drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
     duration = jnp.where(jnp.isinf(duration), duration, jnp.maximum(duration, 0.0))
-    problem = Problem(model, scene, drive, duration)
+    max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
+    problem = Problem(model, scene, drive, duration, max_rate)
     walk = start(model, scene, state, duration, spec, dtype)
-    status = walk.status
-    if scene.outputs != "state":
-        instant = _contact(problem, walk, "forces").status
-        status = jnp.where(instant == Status.TOPPLE, instant, status)
-    walk = walk._replace(status=entry_status(problem, walk, state, status))
+    walk = walk._replace(status=entry_status(problem, walk, state))
     if isinstance(spec, Unsplit):
         walk = advance_unsplit(spec, problem, walk)
     else:

@@ -247,14 +247,10 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         period = jnp.asarray(params.control_period, dtype)
         robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
         biped, contact = stepped(
-            self.integrator, self.fidelity, robot, scene, state.biped, Torque(torque), period
+            *(self.integrator, self.fidelity, robot, scene, state.biped, Torque(torque), period),
+            params.max_crank_rate,
         )
-        status = jnp.where(
-            (jnp.abs(biped.crank_rate) > params.max_crank_rate)
-            & (contact.status <= Status.SLIP_ONSET),
-            Status.RUNAWAY,
-            contact.status,
-        )
+        status = contact.status
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period

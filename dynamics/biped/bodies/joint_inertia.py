@@ -93,6 +93,10 @@ class JointInertia:
         moment = ground_balance(equations, motion)[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
 
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return self.moment_at(theta)[:2]
+
     def joint_forces(
         self,
         theta: Float[Array, ""],

@@ -62,6 +62,11 @@ class SeriesInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return GroundMoment(*_clenshaw(self.moments, theta)[0])
 
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        L, dL = _clenshaw(self.moments[:, :2], theta)[0]
+        return L, dL
+
 
 def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     """Interpolate the slopes at Chebyshev nodes, integrate; pure: vmapped robots fit their own."""

@@ -65,6 +65,10 @@ class ExactInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         return ground_moment(self.params, theta)
 
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return ground_moment(self.params, theta)[:2]
+
 
 @register_pytree
 @dataclass(frozen=True)
@@ -85,6 +89,11 @@ class TableInertia:
         """What the ground's moment about the ankle takes, at `theta` [rad]."""
         (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
         return GroundMoment(L, dL, X, Y)
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        (L,), (dL,) = _evaluate(self.moments[:, :1], theta)
+        return L, dL
 
 
 def fit_table(params: BipedParams, table: Table) -> TableInertia:
@@ -125,9 +134,9 @@ def _nodes_and_transform(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _evaluate(
-    coefficients: Float[Array, "pieces 3 powers"], theta: Float[Array, ""]
-) -> tuple[Float[Array, " 3"], Float[Array, " 3"]]:
-    """Values and slopes of the three polynomials of one table at `theta` (Horner's rule)."""
+    coefficients: Float[Array, "pieces n powers"], theta: Float[Array, ""]
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Values and slopes of the n polynomials of one table at `theta` (Horner's rule)."""
     pieces, _, powers = coefficients.shape
     scale = pieces / (SUPPORT_END - SUPPORT_START)
     place = (theta - SUPPORT_START) * scale

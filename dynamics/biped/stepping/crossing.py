@@ -34,16 +34,17 @@ def first_crossing(
     nearness: float,
     reach: float,
     start_slope: Float[Array, ""] | None = None,
+    *,
+    dips: bool = False,
 ) -> Crossing:
     """First crossing of the parabola through three samples, or Newton's from the end if close.
 
     end_slope: derivative at the end, per trial step. targeted: the step was aimed at this event, so
     an end just short of it counts as having reached it, and one further short of it is aimed again
     (time > 1). nearness: the fraction of the step within which an event is close to its end; reach:
-    that within which one is aimed at again. A fall below zero and back between two samples is not
-    seen. start_slope: derivative at the start, for a
-    function that may be zero there and rise: a parabola through samples far beyond its way up would
-    have it cross at the start itself.
+    that within which one is aimed at again. start_slope: derivative at the start, for a function
+    that may be zero there and rise: a parabola through samples far beyond its way up would have it
+    cross at the start itself. dips: a parabola below zero between two samples crosses, too.
     """
     start, middle, end = samples
     linear = -3 * start + 4 * middle - end
@@ -57,9 +58,12 @@ def first_crossing(
     if start_slope is not None:
         parabola = jnp.where((start == 0) & (middle < 0), _return(start_slope, middle), parabola)
     # the samples say in which half the sign changes; the parabola only where in it
-    parabola = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
+    within = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
+    if dips:
+        dip = (linear < 0) & (-linear < 2 * square) & (linear**2 > 4 * square * start) & ~crossed
+        within, crossed = jnp.where(dip, parabola, within), crossed | dip
     short = targeted & falling & ~crossed & (correction <= reach)
-    time = jnp.where(crossed, parabola, jnp.where(short, 1 + correction, jnp.inf))
+    time = jnp.where(crossed, within, jnp.where(short, 1 + correction, jnp.inf))
     time = jnp.where(close, 1 + correction, time)
     return Crossing(time, close)
 

@@ -23,7 +23,7 @@ from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.biped.drive import Problem, Torque
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.trial import Trial, attempt
-from stickslip.dynamics.biped.stepping.walk import Walk, bounds, hand_over, note, slips_freely
+from stickslip.dynamics.biped.stepping.walk import END, Walk, bounds, hand_over, note, slips_freely
 from stickslip.dynamics.lanes import thinning_while
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
@@ -106,6 +106,7 @@ def _blank(problem: Problem, walk: Walk) -> Trial:
         size=None if walk.size is None else walk.aim,
         direction=zero,
         kind=none,
+        ending=none,
         time=zero,
         accepted=~no,
         switches=no,
@@ -123,11 +124,12 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     longest = problem.duration / spec.substeps if fixed else trial.size
     slips = (walk.velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
-    moved = note(_moved(problem, walk, trial), trial.switches, trial.kind)
+    ends = trial.switches & (trial.kind == END)
+    moved = note(_moved(problem, walk, trial), trial.switches & ~ends, trial.kind)
     switched = _switched(problem, moved, trial)
-    switched = _tidy_unsplit(problem, switched, trial)._replace(
-        aim=longest, target=jnp.zeros_like(trial.kind)
-    )
+    switched = _tidy_unsplit(problem, switched, trial)
+    status = jnp.where(ends, trial.ending, switched.status)
+    switched = switched._replace(aim=longest, target=jnp.zeros_like(trial.kind), status=status)
     again = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,
@@ -164,7 +166,7 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
         rate=rate,
         slide=slide,
         velocity=velocity,
-        left=jnp.where((left <= tiny) | trial.final, 0.0, left),
+        left=jnp.where((left <= tiny) | trial.final & ~trial.switches, 0.0, left),
         breakaway=jnp.zeros_like(walk.breakaway),
         distance=walk.distance + jnp.abs(slide - walk.slide),
         work=walk.work + work,

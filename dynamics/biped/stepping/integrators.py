@@ -28,7 +28,7 @@ def _require(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None:
 
 @dataclass(frozen=True)
 class Unsplit:
-    """Fixed steps that switch at their ends only. Error of first order wherever a walk switches.
+    """Fixed steps that switch, and end, at their ends only. Error of first order wherever they do.
 
     substeps: steps that one call of `step` is divided into. record_events: report what was switched
     in Contact.events; instants are those of the steps' ends.

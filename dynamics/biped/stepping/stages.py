@@ -25,6 +25,8 @@ class Midpoint(NamedTuple):
 
     crank_acceleration: Float[Array, ""]
     foot_acceleration: Float[Array, ""]
+    normal_force: Float[Array, ""]
+    solvability: Float[Array, ""]
     cone_margin: Float[Array, ""]
     """How far inside the static friction cone [N]."""
 
@@ -38,6 +40,8 @@ class Taken(NamedTuple):
     velocity: Float[Array, ""]
     end: Motion
     """The motion at the end."""
+    inertia: Coefficients
+    """There."""
     middle: Midpoint
     work: Float[Array, ""] | None
     """Of the motor [J], where its torque is not given."""
@@ -50,6 +54,12 @@ def cone_margin(friction: Friction | None, motion: Motion):
     if friction is None:
         return jnp.ones_like(motion.normal_force)
     return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)
+
+
+def _midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
+    accelerations = motion.crank_acceleration, motion.foot_acceleration
+    margin = cone_margin(friction, motion)
+    return Midpoint(*accelerations, motion.normal_force, motion.solvability, margin)
 
 
 class _Stages(NamedTuple):
@@ -83,6 +93,7 @@ def classical_step(
         slide=slide,
         velocity=velocity,
         end=problem.motion(friction, mode, last.inertia, last.rate, velocity),
+        inertia=last.inertia,
         middle=last.middle,
         work=None if last.sum_power is None else step * last.sum_power,
         errors=None,
@@ -107,7 +118,7 @@ def _classical_stages(
         theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
         rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
         halfway = (index == 1) | (index == 2)
-        now_here = Midpoint(alpha, foot, cone_margin(friction, motion))
+        now_here = _midpoint(friction, motion)
         sum_power = now.sum_power
         if sum_power is not None:
             sum_power = sum_power + weights[index] * motion.torque * now.rate
@@ -139,7 +150,7 @@ def _classical_stages(
         sum_foot=zero,
         sum_slide=zero,
         sum_power=zero if isinstance(problem.drive, CrankMotion) else None,
-        middle=Midpoint(zero, zero, zero),
+        middle=Midpoint(*[zero] * len(Midpoint._fields)),
     )
     return jax.lax.fori_loop(0, 4, body, begin)
 
@@ -190,22 +201,24 @@ def dormand_prince_step(
         slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
         place = (theta, rate, slide, velocity, work)
         row = jnp.stack(slope)
-        return jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0), (place, motion)
+        slopes = jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0)
+        return slopes, (place, motion, inertia)
 
-    slopes, (places, motions) = jax.lax.scan(
+    slopes, (places, motions, inertias) = jax.lax.scan(
         stage, jnp.zeros((len(_ROWS), len(at_start)), dtype), jnp.arange(len(_ROWS))
     )
     theta, rate, slide, velocity, work = (column[_END] for column in places)
     end, middle = (jax.tree.map(lambda row, at=at: row[at], motions) for at in (_END, _END + 1))
+    inertia = jax.tree.map(lambda row: row[_END], inertias)
     errors = step * _weighted(jnp.asarray(_ERROR, dtype), slopes[:, :4])
-    margin = cone_margin(friction, middle)
     return Taken(
         theta=theta,
         rate=rate,
         slide=slide if friction is not None else walk.slide,
         velocity=velocity if friction is not None else walk.velocity,
         end=end,
-        middle=Midpoint(middle.crank_acceleration, middle.foot_acceleration, margin),
+        inertia=inertia,
+        middle=_midpoint(friction, middle),
         work=work if isinstance(problem.drive, CrankMotion) else None,
         errors=errors,
     )

@@ -10,6 +10,13 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS
 from stickslip.dynamics.biped.floor import edge_ahead, friction_on
 from stickslip.dynamics.biped.stepping.crossing import Crossing, first_crossing, parabola_slope
+from stickslip.dynamics.biped.stepping.ends import (
+    Ending,
+    Sample,
+    first_ending,
+    grounds_of,
+    lever_at,
+)
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.stages import (
     Taken,
@@ -18,6 +25,7 @@ from stickslip.dynamics.biped.stepping.stages import (
     dormand_prince_step,
 )
 from stickslip.dynamics.biped.stepping.walk import (
+    END,
     Walk,
     bounds,
     mode_at,
@@ -31,8 +39,9 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.stepping.ends import Ground
 
 
 class Trial(NamedTuple):
@@ -60,6 +69,8 @@ class Trial(NamedTuple):
     """Which way the foot would break loose at the end."""
     kind: Int[Array, ""]
     """The first event inside, if there is one."""
+    ending: Int[Array, ""]
+    """The status that it ends the walk with, if it does."""
     time: Float[Array, ""]
     """When, in fractions of the step."""
     accepted: Bool[Array, ""]
@@ -69,7 +80,7 @@ class Trial(NamedTuple):
     final: Bool[Array, ""]
     """The last trial allowed, accepted unsplit."""
     status: Int[Array, ""]
-    """Terminal if the model does not hold where the trial starts or ends."""
+    """Terminal if the model does not hold where the trial starts, or the step is none."""
 
 
 class _Beginning(NamedTuple):
@@ -87,6 +98,7 @@ class _Samples(NamedTuple):
     """Start, middle and end of a trial."""
 
     theta: tuple[Array, Array, Array]
+    rate: tuple[Array, Array, Array]
     slide: tuple[Array, Array, Array]
     velocity: tuple[Array, Array, Array]
     cone: tuple[Array, Array, Array]
@@ -97,6 +109,7 @@ class _Event(NamedTuple):
     """What cuts a trial short, if anything does; fields as in Trial."""
 
     kind: Int[Array, ""]
+    ending: Int[Array, ""]
     time: Float[Array, ""]
     happens: Bool[Array, ""]
     reached: Bool[Array, ""]
@@ -116,13 +129,16 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         taken = classical_step(problem, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
     samples = _sampled(friction, walk, first, taken, step)
-    event = _event(spec, problem, walk, begun, first, samples, taken)
-    status = _status(problem, walk, first, taken, step)
+    grounds = _grounds(problem, samples, (first, taken.middle, end), inertia, taken)
+    ending = first_ending(problem, grounds)
+    event = _event(spec, problem, walk, begun, first, samples, ending, taken)
+    status = _status(problem, walk, first, grounds[0], taken, step)
     if isinstance(spec, EventExact):
         event, status, size = _controlled(spec, problem, walk, begun, taken, event, status)
         switches = event.reached
     else:
-        size, switches = None, event.reached & event.happens & ~begun.final
+        size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
+        switches &= event.happens
     accepted = ~event.happens | switches | begun.final
     return Trial(
         step=step,
@@ -140,11 +156,12 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
         size=size,
         direction=-jnp.sign(end.friction_force),
         kind=event.kind,
+        ending=event.ending,
         time=event.time,
         accepted=accepted,
         switches=switches,
         final=begun.final,
-        status=_loaded(status, accepted, end),
+        status=status,
     )
 
 
@@ -174,10 +191,18 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Sample
     end = taken.end
     return _Samples(
         halfway(walk.theta, taken.theta, walk.rate, taken.rate),
+        halfway(walk.rate, taken.rate, first.crank_acceleration, end.crank_acceleration),
         halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
         halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
         (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
     )
+
+
+def _grounds(problem: Problem, samples: _Samples, motions, inertia: Coefficients, taken: Taken):
+    """What ends are judged by at the three samples."""
+    inertias = inertia, None, taken.inertia
+    start, middle, end = map(Sample, samples.theta, samples.rate, motions, inertias)
+    return grounds_of(problem, lever_at(problem, start.theta), (start, middle, end))
 
 
 def _event(
@@ -187,17 +212,18 @@ def _event(
     begun: _Beginning,
     first: Motion,
     samples: _Samples,
+    ending: Ending,
     taken: Taken,
 ) -> _Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec, problem, begun, walk, first, samples, taken)
+    kind, crossing = _first_event(spec, problem, begun, walk, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not slips_freely(problem.scene):
         at_once |= _is_noise(problem, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
-    return _Event(kind, time, happens, at_once | crossing.close)
+    return _Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
 def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
@@ -211,19 +237,12 @@ def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples
     return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
-def _status(problem: Problem, walk: Walk, first: Motion, taken: Taken, step):
-    """Whether the model holds where the trial starts and ends."""
+def _status(problem: Problem, walk: Walk, first: Motion, ground: Ground, taken: Taken, step):
+    """Whether the model holds where the trial starts, and the step to its end is one."""
     end = taken.end
     sound = taken.theta + taken.rate + taken.slide + taken.velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
-    return status_at(problem, walk, first, step, taken.theta, sound)
-
-
-def _loaded(status, accepted, end: Motion):
-    """Lift-off where the trial stands and nothing presses the foot down at its end, which has to be
-    looked at there: behind an exchange the next trial starts on the other foot."""
-    lifts = accepted & (end.normal_force <= 0) & (status <= Status.SLIP_ONSET)
-    return jnp.where(lifts, Status.LIFT_OFF, status).astype(jnp.int32)
+    return status_at(problem, walk, first, ground, step, taken.theta, sound)
 
 
 def _controlled(
@@ -241,8 +260,8 @@ def _controlled(
     size, fails = _next_size(spec, problem, walk, taken, step)
     kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
     time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
-    event = _Event(kind, time, event.happens | fails, event.reached & ~fails)
-    overflows = (status == Status.NON_FINITE) | (status == Status.RUNAWAY)
+    event = _Event(kind, event.ending, time, event.happens | fails, event.reached & ~fails)
+    overflows = (status == Status.NON_FINITE) | (status == Status.NOT_CONVERGED)
     status = jnp.where(fails & overflows, Status.OK, status)
     status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)
     return event, status, size
@@ -283,18 +302,24 @@ def _first_event(
     walk: Walk,
     first: Motion,
     samples: _Samples,
+    ending: Ending,
     taken: Taken,
 ):
-    """Kind and crossing of whatever comes first: exchange, stop or onset, patch's edge."""
+    """Kind and crossing of whatever comes first: exchange, end, stop or onset, edge."""
     floor, mode, step = problem.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.rate, taken.end
+    last, margins = jnp.full_like(walk.target, END), ending.margins
+    slope = parabola_slope(margins)
+    nearer = spec.close / 10, spec.reach  # a walk ends once: another trial costs little
+    ended = last, first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
     low, high = bounds(walk.theta.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
     room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
     theta = samples.theta[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
     best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
+    best = _earlier(ended, best)
     if slips_freely(problem.scene):
         return best
     slides = mode != 0

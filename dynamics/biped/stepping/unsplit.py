@@ -2,7 +2,8 @@
 
 A step takes the mode that holds at its start. If a sliding foot would turn back within it, it is
 stopped where it does (eq. 36); Euler takes the rest of the step anew from rest, the others keep the
-crank's motion. Onset of sliding, exchange of support and patch edges wait for the step's end.
+crank's motion. Onset of sliding, exchange of support, patch edges and a walk's end wait for the
+step's end.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.floor import friction_on
+from stickslip.dynamics.biped.stepping.ends import Sample, ground_at, lever_at
 from stickslip.dynamics.biped.stepping.integrators import RK4, Euler, Unsplit
 from stickslip.dynamics.biped.stepping.stages import classical_step
 from stickslip.dynamics.biped.stepping.walk import (
@@ -83,7 +85,9 @@ def _part(
     else:
         reached = _semi_implicit(walk, first, step)
     sound = jnp.isfinite(reached.theta + reached.rate + reached.slide + reached.velocity)
-    found = status_at(problem, walk, first, step, reached.theta, sound)
+    sample = Sample(walk.theta, walk.rate, first, inertia)
+    ground = ground_at(problem, lever_at(problem, walk.theta), sample)
+    found = status_at(problem, walk, first, ground, step, reached.theta, sound)
     found = jnp.where(step > 0, found, Status.OK)  # a second part of no length judges nothing
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import mode_of
 from stickslip.dynamics.biped.floor import patch_at
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.stepping.ends import Ground, status_now
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.scene import Grip, Patches, Smoothed
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.stepping.integrators import Integrator
     from stickslip.dynamics.scene import Scene
 
+
+END = len(EventKind)
+"""The kind of event that is a walk's end by a status: part of no log."""
 
 PHASE_SLACK = 1e-3
 """How far outside the support phase a walk may begin [rad]."""
@@ -156,6 +160,7 @@ def status_at(
     problem: Problem,
     walk: Walk,
     first: Motion,
+    ground: Ground,
     step: Float[Array, ""],
     theta: Float[Array, ""],
     sound: Bool[Array, ""],
@@ -170,22 +175,22 @@ def status_at(
     # a drive that is no number makes an acceleration that is none
     begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
-    status = jnp.where(turn <= jnp.pi / 2, status, Status.RUNAWAY)  # a turn that is no number, too
-    status = jnp.where(first.normal_force <= 0, Status.LIFT_OFF, status)
+    coarse = ~(turn <= jnp.pi / 2)  # a turn that is no number, too
+    status = jnp.where(coarse, Status.NOT_CONVERGED, status)
+    ended = status_now(problem, ground)
+    status = jnp.where(ended > Status.OK, ended, status)
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
-    solvable = first.solvable & problem.model.closes & supports
+    solvable = problem.model.closes & supports
     status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def entry_status(
-    problem: Problem, walk: Walk, state: BipedState, status: Int[Array, ""]
-) -> Int[Array, ""]:
-    """The status of a call before anything moves: `status`, or what is graver about the input."""
+def entry_status(problem: Problem, walk: Walk, state: BipedState) -> Int[Array, ""]:
+    """The status of a call before anything moves: OK, or what is wrong about the input."""
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
-    status = jnp.where(supports, status, Status.NO_SOLUTION)
+    status = jnp.where(supports, walk.status, Status.NO_SOLUTION)
     model = problem.model
     given = (state, problem.drive, problem.duration, problem.scene.floor)
     given += (model.total_mass, model.step_length)

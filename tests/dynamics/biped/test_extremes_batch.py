@@ -69,7 +69,7 @@ def disturbed(what: str):
     value = {"torque nan": jnp.nan, "torque inf": jnp.inf, "torque 1e6": 1e6}[what]
     ends = {Status.NON_FINITE}
     if what == "torque 1e6":
-        ends = {Status.LIFT_OFF, Status.RUNAWAY}
+        ends = {Status.LIFT_OFF, Status.NOT_CONVERGED}
     return many(closes, scenes, states, torques.at[BAD].set(value)), ends
 
 

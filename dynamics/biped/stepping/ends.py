@@ -1,0 +1,162 @@
+"""Where the model stops to hold: margins that are positive inside it, zero at a walk's end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.coefficients.inertia import GroundMoment
+from stickslip.dynamics.biped.contact import ankle_moment, fall_under
+from stickslip.dynamics.biped.drive import Torque
+from stickslip.dynamics.scene import Grip
+from stickslip.dynamics.status import Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.stepping.stages import Midpoint
+
+
+class Ground(NamedTuple):
+    """What the ends are judged by at one instant."""
+
+    rate: Float[Array, ""]
+    normal: Float[Array, ""]
+    solvability: Float[Array, ""]
+    moment: Float[Array, ""] | None
+    """Of the ground's force about the ankle [N m]; None where toppling is not judged."""
+
+
+class Ending(NamedTuple):
+    """An end and its margin at the start, the middle and the end of a trial step."""
+
+    status: Int[Array, ""]
+    margins: tuple[Array, Array, Array]
+
+
+class Sample(NamedTuple):
+    """An instant of a trial step; inertia None in the middle."""
+
+    theta: Float[Array, ""]
+    rate: Float[Array, ""]
+    motion: Motion | Midpoint
+    inertia: Coefficients | None
+
+
+def lever_at(problem: Problem, theta: Float[Array, ""]) -> GroundMoment | None:
+    """What the ground's moment takes; None where toppling is not judged."""
+    judged = problem.scene.outputs != "state"
+    return problem.model.inertia.moment_at(theta) if judged else None
+
+
+def ground_at(problem: Problem, lever: GroundMoment | None, sample: Sample) -> Ground:
+    """What the ends are judged by, of a motion."""
+    motion, moment = sample.motion, None
+    if lever is not None:
+        accelerations = motion.crank_acceleration, motion.foot_acceleration
+        moment = ankle_moment(problem.model, lever, sample.rate, *accelerations)
+    return Ground(sample.rate, motion.normal_force, motion.solvability, moment)
+
+
+def grounds_of(
+    problem: Problem, lever: GroundMoment | None, samples: tuple[Sample, Sample, Sample]
+) -> tuple[Ground, Ground, Ground]:
+    """At the start (whose lever is given), the middle and the end of a trial step."""
+    levers = None, None, None
+    if lever is not None:
+        levers = lever, *_levers(problem, lever, samples[0], samples[2])
+    grounds = [ground_at(problem, a, b) for a, b in zip(levers, samples, strict=True)]
+    return grounds[0], grounds[1], grounds[2]
+
+
+def _levers(
+    problem: Problem, first: GroundMoment, start: Sample, end: Sample
+) -> tuple[GroundMoment, GroundMoment]:
+    """In the middle and at the end of a step, by looking L alone up once: P and Y are the slopes of
+    the mass moments, and in between are Hermite's cubics. Errors as the turn's fifth power, and in
+    the middle its fourth."""
+    inertia, later = start.inertia, end.inertia
+    if inertia is None or later is None:
+        raise TypeError("the inertia at both ends of a step is needed")
+    L, dL = problem.model.inertia.spin_at(end.theta)
+    turn = end.theta - start.theta
+    enough = jnp.abs(turn) > 1e-3  # below, a difference of L has no digits and is not needed
+    mean = (first.dL + dL) / 2
+    secant = jnp.where(enough, (L - first.L) / jnp.where(enough, turn, 1.0), mean)
+
+    def halfway(a: Array, b: Array, slope: Array, slope_after: Array) -> Array:
+        return (a + b) / 2 + turn / 8 * (slope - slope_after)
+
+    def risen(a: Array, slope: Array, slope_after: Array, bend: Array, bend_after: Array) -> Array:
+        return a + turn * ((slope + slope_after) / 2 + turn / 12 * (bend - bend_after))
+
+    X = risen(first.X, inertia.P, later.P, inertia.dP, later.dP)
+    Y = risen(first.Y, inertia.Y, later.Y, inertia.dY, later.dY)
+    middle = GroundMoment(
+        halfway(first.L, L, first.dL, dL),
+        1.5 * secant - mean / 2,
+        halfway(first.X, X, inertia.P, later.P),
+        halfway(first.Y, Y, inertia.Y, later.Y),
+    )
+    return middle, GroundMoment(L, dL, X, Y)
+
+
+def status_now(problem: Problem, at: Ground) -> Int[Array, ""]:
+    """OK, or the gravest end that has come at this instant."""
+    status = jnp.zeros_like(at.normal, jnp.int32)
+    if at.moment is not None:
+        model, moment = problem.model, at.moment
+        off_foot = (moment > model.toe * at.normal) | (-moment > model.heel * at.normal)
+        status = jnp.where(off_foot, fall_under(model, at.normal), status)
+    if problem.max_rate is not None:
+        status = jnp.where(jnp.abs(at.rate) > problem.max_rate, Status.RUNAWAY, status)
+    status = jnp.where(at.normal <= 0, Status.LIFT_OFF, status)
+    return jnp.where(at.solvability > 0, status, Status.NO_SOLUTION).astype(jnp.int32)
+
+
+def first_ending(problem: Problem, samples: tuple[Ground, Ground, Ground]) -> Ending:
+    """The end whose margin is the first to cross zero along straight lines through the samples."""
+    normals = [at.normal for at in samples]
+    moments = [at.moment for at in samples if at.moment is not None]
+    best = _ending(Status.LIFT_OFF, normals)
+    if moments:
+        margins = _edge_margins(problem, normals, moments)
+        best = _ending(fall_under(problem.model, normals[2]), margins)
+    if isinstance(problem.drive, Torque) and not isinstance(problem.scene.floor, Grip):
+        best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
+    if problem.max_rate is not None:
+        room = [problem.max_rate - jnp.abs(at.rate) for at in samples]
+        best = _earlier(best, _ending(Status.RUNAWAY, room))
+    return best
+
+
+def _edge_margins(problem: Problem, normals, moments) -> list[Array]:
+    """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
+    toe, heel = problem.model.toe, problem.model.heel
+    force, moment = normals[1], moments[1]
+    off_in_middle = (moment > toe * force) | (-moment > heel * force)
+    forwards = jnp.where(off_in_middle, moment, moments[2]) > 0
+    edge, sign = jnp.where(forwards, toe, heel), jnp.where(forwards, 1.0, -1.0)
+    return [edge * force - sign * moment for force, moment in zip(normals, moments, strict=True)]
+
+
+def _ending(status: Status | Int[Array, ""], margins: list[Array]) -> Ending:
+    start, middle, end = margins
+    return Ending(jnp.full_like(start, status, jnp.int32), (start, middle, end))
+
+
+def _earlier(one: Ending, other: Ending) -> Ending:
+    """By the straight lines through the half of the step in which the first sign changes."""
+    by_middle = (one.margins[1] < 0) | (other.margins[1] < 0)
+
+    def half(ending: Ending) -> tuple[Array, Array]:
+        start, middle, end = ending.margins
+        return jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end)
+
+    (before, after), (before_other, after_other) = half(one), half(other)
+    sooner: Bool[Array, ""] = before * after_other >= before_other * after
+    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)
