@@ -52,7 +52,8 @@ def ending(status: Status):
     return cases[status]
 
 
-UGV = {Status.HOLLOW_GROUND, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP, Status.OVERLOAD}
+UGV = {Status[name] for name in ("HOLLOW_GROUND", "ROLLOVER", "GROUNDED")}
+UGV |= {Status.WHEEL_SLIP, Status.OVERLOAD, Status.OVERLAP}
 TERMINAL = [
     pytest.param(status, marks=[pytest.mark.long] * (status == Status.NOT_CONVERGED))
     for status in Status
