@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -90,12 +92,30 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
 def require_writable(paths: Sequence[Path]) -> None:
     """Raise OSError naming the file where it cannot be written, before anything is computed."""
     for folder, path in {path.parent: path for path in paths}.items():
+        new = not folder.exists()
+        _require_room(folder, path)
+        if new:
+            print(f"New folder: {folder}", file=sys.stderr)
+
+
+def require_makeable(folder: Path) -> None:
+    """Raise OSError naming the folder where it cannot be made or written to; nothing is left."""
+    new = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        _require_room(folder, folder)
+    finally:
+        for one in new:
+            with suppress(OSError):
+                one.rmdir()
+
+
+def _require_room(folder: Path, path: Path) -> None:
+    try:
         folder.mkdir(parents=True, exist_ok=True)
-        try:
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError as error:  # it names the file that was tried, of which nobody knows
-            raise OSError(error.errno, error.strerror, str(path)) from error
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:  # it names the file that was tried, of which nobody knows
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def require_folder(out: str | Path) -> None:

@@ -90,7 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         discard_output("stdout")
         return READER_LEFT
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        _complain(f"{error.strerror}: {error.filename!r}" if error.filename else str(error))
+    except ValueError as error:
         _complain(str(error))
     except MemoryError as error:
         _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")

@@ -79,7 +79,8 @@ class Parser(argparse.ArgumentParser):
             name = word.partition("=")[0]
             if name.startswith("--") and name not in known:
                 command.error(f"unrecognized arguments: {name[:200]}{_nearest(name, known)}")
-        return super().parse_args([*_names_last(words, command), *passed_on], namespace)
+        words = _values_joined(_names_last(words, command), command._option_string_actions)
+        return super().parse_args([*words, *passed_on], namespace)
 
     def _command_in(self, words: Sequence[str]) -> argparse.ArgumentParser:
         """The parser of the command that is called, or this one."""
@@ -139,6 +140,20 @@ def completes(action: argparse.Action | None, names: Iterable[str]) -> None:
 
     if action is not None:
         action.completer = beginning  # type: ignore[attr-defined], argcomplete looks for it
+
+
+def _values_joined(words: Sequence[str], known: Mapping[str, argparse.Action]) -> list[str]:
+    """The words with a value that begins with a minus joined to its option: argparse would take it
+    for an option (`--torque -crank_rate`)."""
+    found: list[str] = []
+    for word in words:
+        action = known.get(found[-1]) if found else None
+        takes_one = isinstance(action, argparse._StoreAction) and action.nargs is None
+        if takes_one and word.startswith("-") and word not in known and "--" not in found:
+            found[-1] += f"={word}"
+        else:
+            found.append(word)
+    return found
 
 
 def _names_last(words: Sequence[str], command: argparse.ArgumentParser) -> list[str]:

@@ -24,7 +24,8 @@ from tests.fuzz.values import (
 VEHICLE = dict.fromkeys(
     ("body_length", "leg_length", "wheel_radius", "gravity"), ABOVE
 ) | dict.fromkeys(
-    ("wheel_mass", "body_mass", "leg_mass", "leg_angle_min", "leg_angle_max"), NOT_BELOW
+    ("wheel_mass", "body_mass", "leg_mass", "leg_angle_min", "leg_angle_max", "wheel_gap"),
+    NOT_BELOW,
 )  # fmt: skip
 GROUND = {"start": REAL, "end": REAL}
 

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip.agents.view_files import require_makeable, require_writable
+from stickslip.cli import WRONG_INPUT, main
 from stickslip.simulate.posture import read_posture
 from stickslip.simulate.torque import Recorded, torque_of
 
@@ -96,7 +98,7 @@ def test_a_damaged_array_is_refused_and_nothing_is_unpickled():
 
 def test_a_file_of_another_kind_is_told_from_arithmetic():
     Path("t").write_text("0,1")
-    with pytest.raises(ValueError, match="is a file that ends in ''"):
+    with pytest.raises(ValueError, match=r"that ends in \.csv or \.npy"):
         torque_of("t")
     Path("d.csv").mkdir()
     with pytest.raises(ValueError, match="not a regular file"):
@@ -123,3 +125,32 @@ def test_a_posture_needs_places_that_advance():
         read_posture("drive.csv")
     with pytest.raises(ValueError, match=r"ends in '\.txt'"):
         read_posture("drive.txt")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["biped", "--torque", "-crank_rat"], "torque '-crank_rat': 'crank_rat' is unknown"),
+        (["biped", "--torque", ""], "the torque is empty; accepted: a number"),
+        (["biped", "--torque", "."], "torque '.' is a folder"),
+        (["biped", "--torque", "1", "--out", "given/walk.csv"], ": 'given/walk.csv'"),
+    ],
+)
+def test_what_is_wrong_with_a_value_is_said_of_the_value(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, words: list[str], said: str
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "given").write_text("no folder")
+    assert main(["simulate", *words]) == WRONG_INPUT
+    line = capsys.readouterr().err
+    assert said in line
+    assert "Errno" not in line
+
+
+def test_folders_that_are_made_are_named_and_those_that_are_tried_are_not_left(
+    tmp_path: Path, capsys
+):
+    require_makeable(tmp_path / "a" / "b")
+    assert not list(tmp_path.iterdir())
+    require_writable([tmp_path / "a" / "b" / "walk.csv"])
+    assert f"New folder: {tmp_path / 'a' / 'b'}" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from stickslip.agents.view_files import require_folder as require_no_file
+from stickslip.agents.view_files import require_makeable
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import write_whole
 
@@ -35,6 +36,7 @@ def require_folder(out: Path, overwrite: bool) -> Path:
         raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
     if not overwrite and out.is_dir() and any(out.iterdir()):
         raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
+    require_makeable(out)
     return out
 
 

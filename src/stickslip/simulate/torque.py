@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_number, shown
 from stickslip.simulate.columns import read_columns
-from stickslip.simulate.expression import Expression
+from stickslip.simulate.expression import ACCEPTED, Expression
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -63,13 +63,15 @@ def torque_of(text: str) -> float | Expression | Recorded:
     if number is not None:
         require_number("torque", number, accepted="a finite torque [N m]")
         return number
+    if not text.strip():
+        raise ValueError(f"the torque is empty; accepted: a number [N m], a file, or {ACCEPTED}")
     path = Path(text)
     if path.suffix.lower() in FILES:
         return _recorded(path)
     if len(text) < LONGEST_NAME and path.exists():
         raise ValueError(
-            f"torque {shown(text)} is a file that ends in {path.suffix!r}; accepted: "
-            f"{', '.join(FILES)}"
+            f"torque {shown(text)} is a {'folder' if path.is_dir() else 'file'}; accepted: a file "
+            f"that ends in {' or '.join(FILES)}"
         )
     return Expression(text)
 
