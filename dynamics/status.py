@@ -29,7 +29,7 @@ class Status(Code):
     LIFT_OFF = 3
     """The ground would have to pull: normal force <= 0."""
     RUNAWAY = 4
-    """The crank turns faster than the greatest rate that was given."""
+    """|crank rate| beyond the greatest that was given (an environment's max_crank_rate)."""
     NO_SOLUTION = 5
     """The linkage cannot close here, sliding has no unique solution (Painleve), or the crank angle
     is none at which the leg supports."""

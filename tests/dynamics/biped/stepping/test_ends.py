@@ -82,7 +82,7 @@ def drawn(kind: str) -> Drawn:
     state = BipedState(phase, steps, jnp.asarray(rate), zero, jnp.asarray(velocity), zero)
     numbers = (random.uniform(*torque, n) * moment, still, still * random.uniform(0.6, 1, n), most)
     period = 0.02 * time / float(own_time(BipedParams.from_bars()))
-    model = jax.jit(jax.vmap(partial(prepare, fidelity="table")))(params)
+    model = prepare(params, fidelity="table")
     return Drawn(model, state, *map(jnp.asarray, (*numbers, period)))
 
 
