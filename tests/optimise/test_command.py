@@ -179,9 +179,13 @@ def test_spacing_goes_by_the_length_of_the_way():
 
 def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):
     Path("hill.csv").write_text("x,y\n0,0\n1,high\n")
-    assert "hill.csv:3: 'high' is no number" in refusal(capsys, "ugv", "--track", "hill.csv")
+    assert "hill.csv:3: y = 'high' is no finite number" in refusal(
+        capsys, "ugv", "--track", "hill.csv"
+    )
     said = refusal(capsys, "ugv", "--track", "hill.csv", "--track-option", "height=1")
     assert "a track in a file has no 'height'; accepted: interpolation" in said
+    said = refusal(capsys, "ugv", "--columns", "x=x_m")
+    assert "--columns x=x_m with --track bump; accepted: with a file" in said
 
 
 def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
@@ -192,8 +196,10 @@ def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.M
 def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
     assert float(track_of("bump", ["height=0.2", "centre=3"]).height(3.0)) == pytest.approx(0.2)
     Path("hill.txt").write_text("0 0\n1 0.5\n2 0\n")
-    ground = track_of("hill.txt", ["interpolation=linear"])
-    assert float(ground.height(0.5)) == pytest.approx(0.25)
+    Path("survey.csv").write_text("x_cm;y_m;elev_m\n0;9;0\n100;9;0,5\n200;9;0\n")
+    for name, columns in (("hill.txt", None), ("survey.csv", "x=x_cm,z=elev_m")):
+        ground = track_of(name, ["interpolation=linear"], columns)
+        assert float(ground.height(0.5)) == pytest.approx(0.25)
     assert options_of(["a=1", "b=-2.5", "c=x", "band=0.1,2", "a=3"]) == {
         "a": 3,
         "b": -2.5,

@@ -1,5 +1,6 @@
 """Torques and postures from users' files: read to the last digit, or refused by name and line."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from stickslip.agents.view_files import require_makeable, require_writable
 from stickslip.cli import WRONG_INPUT, main
+from stickslip.optim.columns import columns_of
 from stickslip.simulate.posture import read_posture
 from stickslip.simulate.torque import Recorded, torque_of
 
@@ -58,14 +60,16 @@ def test_an_array_is_read_as_it_is():
         (HEAD + "0,1\n1,nan\n", "given.csv:3: torque = 'nan' is no finite number"),
         (HEAD + "0,1\n1,\n", "given.csv:3: torque = ''"),
         (HEAD + "0,1\n1,1_0\n", "given.csv:3: torque = '1_0'"),
-        (HEAD + "0,1\n1\n", "given.csv:3: 1 cells where the first line has 2"),
+        (HEAD + "0,1\n1\n", "given.csv:3: 1 columns instead of 2"),
         ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
         ("time,torque,torque\n0,1,1\n", "more than one column 'torque'"),
-        ("time [ms],torque [N m]\n0,1\n", "given.csv:1: column 'time' is in 'ms'"),
-        ("time,torque [mN m]\n0,1\n", "given.csv:1: column 'torque' is in 'mN m'"),
-        (HEAD + "0,1\n0,2\n", "time 0 s follows 0 s"),
+        ("time [days],torque [N m]\n0,1\n", r"column 'time \[days\]' is in 'days'; accepted: s"),
+        ("time,torque [lbf.ft]\n0,1\n", "is in 'lbf.ft'; accepted: Nm, mNm, "),
+        ("t,T,M\n0,1,1\n", "more than one column 'torque'"),
+        ("t;T\n0;1.234,5\n", "torque = '1.234,5' is no finite number"),
+        (HEAD + "0,1\n0,2\n", "given.csv:3: time = 0.0 after 0.0 does not increase"),
         (HEAD + '0,"1\n', "given.csv:2: unexpected end of data"),
-        (b"\x80\x81", "is no text in UTF-8"),
+        (b"\x80\x81", "byte 0 is no UTF-8 text"),
     ],
 )
 def test_a_damaged_file_is_refused_by_name_and_line(content: str | bytes, said: str):
@@ -84,10 +88,10 @@ def test_a_damaged_array_is_refused_and_nothing_is_unpickled():
         "objects.npy": (None, "memory-mapped"),
         "nan.npy": (None, "row 2 is"),
         "wide.npy": (None, r"shape \(2, 3\)"),
-        "cut.npy": (whole[:-8], "accepted: a .csv"),
-        "head.npy": (whole[:90], "accepted: a .csv"),
-        "none.npy": (b"", "accepted: a .csv"),
-        "huge.npy": (huge, "accepted: a .csv"),
+        "cut.npy": (whole[:-8], "accepted: an .npy"),
+        "head.npy": (whole[:90], "accepted: an .npy"),
+        "none.npy": (b"", "accepted: an .npy"),
+        "huge.npy": (huge, "accepted: an .npy"),
     }
     for name, (content, said) in cases.items():
         if content is not None:
@@ -116,13 +120,14 @@ def test_a_file_larger_than_memory_allows_is_not_read(monkeypatch: pytest.Monkey
 
 def test_a_posture_needs_places_that_advance():
     head = "front wheel [m],rear leg angle [rad],front leg angle [rad]\n"
-    for rows, said in (("1,1,1\n", "one row"), ("1,1,1\n1,2,2\n", "row 2 does not lie ahead")):
+    for rows, said in (("1,1,1\n", "one row"), ("1,1,1\n1,2,2\n", "wheel = 1.0 after 1.0")):
         Path("drive.csv").write_text(head + rows)
         with pytest.raises(ValueError, match=said):
             read_posture("drive.csv")
-    Path("drive.csv").write_text(head.replace("rear leg angle [rad]", "rear leg angle [deg]"))
-    with pytest.raises(ValueError, match="'rear leg angle' is in 'deg'"):
-        read_posture("drive.csv")
+    Path("drive.csv").write_text(
+        head.replace("rear leg angle [rad]", "rear leg angle [deg]") + "0,90,1\n1,180,2\n"
+    )
+    np.testing.assert_allclose(read_posture("drive.csv").angles, [[np.pi / 2, 1], [np.pi, 2]])
     with pytest.raises(ValueError, match=r"ends in '\.txt'"):
         read_posture("drive.txt")
 
@@ -154,3 +159,39 @@ def test_folders_that_are_made_are_named_and_those_that_are_tried_are_not_left(
     assert not list(tmp_path.iterdir())
     require_writable([tmp_path / "a" / "b" / "walk.csv"])
     assert f"New folder: {tmp_path / 'a' / 'b'}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time (s),torque (Nm)\n0,0.5\n1.5,-2",
+        "t;T\n0;0,5\n1,5;-2",
+        "# by a logger\nTorque [N*m]\tTime\n0,5\t0\n-2\t1,5",
+        "time [ms],torque_kNm\n0,0.0005\n1500,-0.002",
+        't/s "M/Nm"\n0 0.5\n1,5 -2',
+        "status;TIME;tau (N m)\nOK;0;0,5\nOK;1,5;-2",
+    ],
+)
+def test_tables_of_other_programs_are_read(text: str):
+    found = recorded(text)
+    assert (found.times.tolist(), found.torques.tolist()) == ([0.0, 1.5], [0.5, -2.0])
+
+
+def test_columns_are_chosen_by_their_heads(capsys):
+    Path("log.csv").write_text("stamp_ms,motor 1 (N m),motor 2 (N m)\n0,7,0.5\n1500,7,-2")
+    found = torque_of("log.csv", columns_of("t=stamp_ms, torque=motor 2"))
+    assert isinstance(found, Recorded)
+    assert (found.times.tolist(), found.torques.tolist()) == ([0.0, 1.5], [0.5, -2.0])
+    cases = {
+        "t=stamp": "no column 'torque' among 'stamp_ms, motor 1",
+        "t=stamp_ms,torque=motor 3": "no column 'motor 3' among .*did you mean motor",
+        "x=stamp_ms": "'x' is no column; accepted: time, t, torque, T, tau, M",
+        "t=stamp_ms,time=stamp_ms": "accepted: one head for each column",
+        "t": "--columns 't'; accepted: NAME=HEAD",
+    }
+    for columns, said in cases.items():
+        words = ["simulate", "biped", "--torque=log.csv", "--columns", columns, "--out=a.csv"]
+        assert main(words) == WRONG_INPUT
+        assert re.search(said, capsys.readouterr().err), columns
+    with pytest.raises(ValueError, match=r"columns = .* with torque '1'; accepted: a \.csv"):
+        torque_of("1", {"time": "t"})

@@ -81,3 +81,12 @@ def tasks() -> tuple[str, ...]:
     from stickslip.envs.tasks.ladder import TASKS
 
     return tuple(TASKS)
+
+
+def add_columns(group: argparse._ActionsContainer, file: str, example: str) -> None:
+    """Which columns of a table are meant."""
+    group.add_argument(
+        "--columns",
+        metavar="NAME=HEAD,...",
+        help=f"the columns of {file} whose heads are other names: {example}",
+    )

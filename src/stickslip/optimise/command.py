@@ -100,7 +100,7 @@ def spacing_of(track: Track, flags: Mapping[str, Any]) -> float:
 
 def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
     """The problem that the flags describe."""
-    track = track_of(flags["track"], flags["track_options"])
+    track = track_of(flags["track"], flags["track_options"], flags["columns"])
     return PostureProblem.along(
         track,
         flags["criterion"],
@@ -127,6 +127,7 @@ def _asked(flags: Mapping[str, Any]) -> dict[str, object]:
     return {
         "track": flags["track"],
         "track_options": options_of(flags["track_options"]),
+        "columns": flags["columns"],
         "method": flags["method"],
         **{name: flags[name] for name in ("spacing", "start", "end", "angles", "polish", "seed")},
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.commands.shared import add_columns
 from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.optimise.track_options import track_options
 from stickslip.parser import completes
@@ -29,6 +30,7 @@ def add_track(group: argparse._ArgumentGroup) -> None:
         metavar="NAME=VALUE",
         help="of the track, as often as needed: height=0.2; see below",
     )
+    add_columns(group, "a track's file", "x=x_m,z=elev_m")
     group.add_argument(
         "--friction",
         type=float,

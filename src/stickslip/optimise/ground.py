@@ -7,21 +7,25 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.dynamics.ugv import TRACKS, Track
+from stickslip.optim.columns import columns_of
+from stickslip.optim.posture.track_file import read_track
 
 OPTION = "name=value, the value a number, several with commas between, or a word"
 
 
-def track_of(name: str, options: Iterable[str] = ()) -> Track:
+def track_of(name: str, options: Iterable[str] = (), columns: str | None = None) -> Track:
     """The named track, or the one in the file of that name.
 
-    options: "name=value" each; of Track.named, or `interpolation` for a file. ValueError for what
-    is unknown, OSError where the file cannot be read.
+    options: "name=value" each; of Track.named, or `interpolation` for a file. columns: of a file,
+    "x=HEAD,y=HEAD". ValueError for what is unknown, OSError where the file cannot be read.
     """
     given = options_of(options)
     for key, value in given.items():
         if isinstance(value, tuple) and key != "band":
             raise ValueError(f"--track-option {key} = {value}; accepted: one value")
     if name in TRACKS:
+        if columns is not None:
+            raise ValueError(f"--columns {columns} with --track {name}; accepted: with a file")
         try:
             return Track.named(name, **given)
         except TypeError as error:
@@ -35,9 +39,7 @@ def track_of(name: str, options: Iterable[str] = ()) -> Track:
     unknown = [key for key in given if key != "interpolation"]
     if unknown:
         raise ValueError(f"a track in a file has no {unknown[0]!r}; accepted: interpolation")
-    from stickslip.optim.posture.track_file import read_track
-
-    return read_track(path, **given)
+    return read_track(path, **given, columns=columns_of(columns))
 
 
 def options_of(words: Iterable[str]) -> dict[str, Any]:

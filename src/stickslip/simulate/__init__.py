@@ -2,6 +2,6 @@
 
 The physics are `dynamics.biped.simulation` and the stations of a posture problem; here are the
 flags (`biped_flags.py`, `ugv_flags.py`), what a torque or a posture may be given as (`torque.py`,
-`expression.py`, `posture.py`, `columns.py`), the runs (`walk.py`, `biped.py`, `ugv.py`) and the
+`expression.py`, `posture.py`), the runs (`walk.py`, `biped.py`, `ugv.py`) and the
 files (`files.py`, `picture.py`).
 """

@@ -24,6 +24,7 @@ from stickslip.dynamics.biped.trade.check_batch import precision
 from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.envs.rendering.extras import require
+from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import Bar
 from stickslip.records.content import Content
 from stickslip.simulate.files import table_path, write_table
@@ -50,7 +51,7 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     Whatever is wrong is refused before anything is computed. A walk that ends early is written as
     far as it went.
     """
-    torque = torque_of(given["torque"])
+    torque = torque_of(given["torque"], columns_of(given["columns"]))
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, robot = scene_of(given), BipedParams.from_bars()

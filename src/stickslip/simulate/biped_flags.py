@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypedDict
 
+from stickslip.commands.shared import add_columns
 from stickslip.dynamics.names import SCENES
 from stickslip.parser import add_tables, completes
 from stickslip.simulate.names import DTYPES, FIDELITIES, INTEGRATORS, SETTINGS
@@ -17,6 +18,7 @@ class WalkFlags(TypedDict):
     """The flags as they are read."""
 
     torque: str
+    columns: str | None
     seconds: float | None
     period: float
     phase: float | None
@@ -60,6 +62,7 @@ def add_biped_flags(parser: argparse.ArgumentParser) -> None:
         help="of the motor [N m]: a number, a .csv or .npy of times and torques, or arithmetic, "
         "see below; held for each --period",
     )
+    add_columns(parser, "a file of torques", "time=t_s,torque=motor")
     _add_walk(parser.add_argument_group("walk"))
     _add_floor(parser.add_argument_group("floor and load"))
     _add_setting(parser.add_argument_group("how it is computed"))

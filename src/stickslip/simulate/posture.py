@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
 from stickslip.optimise.command import STATIONS
 from stickslip.optimise.report import FRONT_LEG, FRONT_WHEEL, REAR_LEG
-from stickslip.simulate.columns import read_columns
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-ACCEPTED = (
-    f"{STATIONS} of `stickslip optimise ugv`, its directory, or a .csv with {FRONT_WHEEL} "
-    f"[m], {REAR_LEG} [rad] and {FRONT_LEG} [rad], finite numbers and places that increase"
+COLUMNS = (
+    ColumnSpec(FRONT_WHEEL, "m", ("x",)),
+    ColumnSpec(REAR_LEG, "rad", ("rear",)),
+    ColumnSpec(FRONT_LEG, "rad", ("front",)),
 )
+OF_OPTIMISE = f"{STATIONS} of `stickslip optimise ugv`, its directory, or "
 
 
 class Posture(NamedTuple):
@@ -32,12 +34,11 @@ def read_posture(text: str) -> Posture:
     path = Path(text)
     path = path / STATIONS if path.is_dir() else path
     if path.suffix.lower() != ".csv":
-        raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {ACCEPTED}")
-    units = {FRONT_WHEEL: "m", REAR_LEG: "rad", FRONT_LEG: "rad"}
-    found = read_columns(path, units, ACCEPTED)
-    x, angles = found[:, 0], found[:, 1:]
-    wrong = np.flatnonzero(np.diff(x) <= 0)
-    if len(x) < 2 or wrong.size:
-        why = f"row {int(wrong[0]) + 2} does not lie ahead" if wrong.size else "one row"
-        raise ValueError(f"{path}: {why}; accepted: {ACCEPTED}")
-    return Posture(x, angles)
+        raise ValueError(
+            f"{path} ends in {path.suffix!r}; accepted: {OF_OPTIMISE}a .csv, "
+            f"{accepted_table(COLUMNS)}"
+        )
+    found = read_columns(path, COLUMNS, also=OF_OPTIMISE)
+    if len(found) < 2:
+        raise ValueError(f"{path}: one row; accepted: 2 or more")
+    return Posture(found[:, 0], found[:, 1:])

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import require_number, shown
-from stickslip.simulate.columns import read_columns
+from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
 from stickslip.simulate.expression import ACCEPTED, Expression
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Float
 
 FILES = (".csv", ".npy")
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
-OF_A_FILE = (
-    "a .csv with columns time [s] and torque [N m], or an .npy of [rows, 2], with rows of finite "
-    "numbers, times that increase, from the walk's start to its end"
-)
+COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "tau", "M")))
+OF_AN_ARRAY = "an .npy of [rows, 2], finite numbers, times [s] that increase, or a .csv, "
+OF_A_FILE = OF_AN_ARRAY + accepted_table(COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,15 @@ class Recorded:
         return np.interp(times, self.times, self.torques)
 
 
-def torque_of(text: str) -> float | Expression | Recorded:
-    """A number [N m], what is in a file, or arithmetic. ValueError for what is none of these, or a
-    file that is damaged; OSError for one that cannot be opened."""
+def torque_of(text: str, columns: Mapping[str, str] | None = None) -> float | Expression | Recorded:
+    """A number [N m], what is in a file, or arithmetic.
+
+    columns: of a .csv, time and torque -> head to take for it. ValueError for what is none of
+    these, or a file that is damaged; OSError for one that cannot be opened.
+    """
+    path = Path(text)
+    if columns and path.suffix.lower() != ".csv":
+        raise ValueError(f"columns = {shown(columns)} with torque {shown(text)}; accepted: a .csv")
     try:
         number = float(text)
     except ValueError:
@@ -65,9 +72,11 @@ def torque_of(text: str) -> float | Expression | Recorded:
         return number
     if not text.strip():
         raise ValueError(f"the torque is empty; accepted: a number [N m], a file, or {ACCEPTED}")
-    path = Path(text)
-    if path.suffix.lower() in FILES:
-        return _recorded(path)
+    if path.suffix.lower() == ".csv":
+        times, torques = read_columns(path, COLUMNS, columns, also=OF_AN_ARRAY).T
+        return Recorded(str(path), times, torques)
+    if path.suffix.lower() == ".npy":
+        return Recorded(str(path), *_array(path).T)
     if len(text) < LONGEST_NAME and path.exists():
         raise ValueError(
             f"torque {shown(text)} is a {'folder' if path.is_dir() else 'file'}; accepted: a file "
@@ -76,25 +85,9 @@ def torque_of(text: str) -> float | Expression | Recorded:
     return Expression(text)
 
 
-def _recorded(path: Path) -> Recorded:
-    if path.suffix.lower() == ".npy":
-        found = _array(path)
-    else:
-        found = read_columns(path, {"time": "s", "torque": "N m"}, OF_A_FILE)
-    times, torques = found.T
-    wrong = np.flatnonzero(np.diff(times) <= 0)
-    if wrong.size:
-        i = int(wrong[0])
-        raise ValueError(
-            f"{path}: time {times[i + 1]:g} s follows {times[i]:g} s (row {i + 2}); accepted: "
-            f"{OF_A_FILE}"
-        )
-    return Recorded(str(path), times, torques)
-
-
 def _array(path: Path) -> Float[np.ndarray, "n 2"]:
-    """Pairs from an .npy; nothing of an object array is unpickled, and what the head says is held
-    to the file's length before anything of that size exists."""
+    """Pairs from an .npy, times that increase; nothing of an object array is unpickled, and what
+    the head says is held to the file's length before anything of that size exists."""
     try:
         laid = np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, EOFError) as error:
@@ -106,5 +99,12 @@ def _array(path: Path) -> Float[np.ndarray, "n 2"]:
     if bad.size:
         raise ValueError(
             f"{path}: row {int(bad[0]) + 1} is {found[bad[0]].tolist()}; accepted: {OF_A_FILE}"
+        )
+    wrong = np.flatnonzero(np.diff(found[:, 0]) <= 0)
+    if wrong.size:
+        i = int(wrong[0])
+        raise ValueError(
+            f"{path}: row {i + 2}: time = {found[i + 1, 0]} after {found[i, 0]} does not increase; "
+            f"accepted: {OF_A_FILE}"
         )
     return found

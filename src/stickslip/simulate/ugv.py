@@ -72,7 +72,7 @@ def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:
     """
     if (given["posture"] is None) == (given["angles"] is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track = track_of(given["track"], given["track_options"])
+    track = track_of(given["track"], given["track_options"], given["columns"])
     limits = {
         "leg_rate": limit_of("--leg-rate", given["leg_rate"], "rad/m"),
         "max_torque": limit_of("--max-torque", given["max_torque"], "N m"),

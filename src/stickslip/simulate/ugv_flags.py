@@ -19,6 +19,7 @@ class DriveFlags(TypedDict):
     angles: list[float] | None
     track: str
     track_options: list[str]
+    columns: str | None
     friction: float
     spacing: float | None
     start: float | None
