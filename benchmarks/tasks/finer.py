@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.report import kept_parts, markdown, options, provenance, put_between, write_json
 from benchmarks.tasks.measure import rounded
-from benchmarks.tasks.recipes import ALIKE, recipe_of
+from benchmarks.tasks.recipes import ALIKE, OWING, recipe_of
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import play
 from stickslip.agents.evaluation.standard import keep_of
@@ -134,7 +134,7 @@ class OneOf:
 
 
 def players_of(task: TaskDefinition, known: Known) -> Iterator[tuple[str, Any]]:
-    """Doing nothing, the baselines, the package's policy and the best known one, by name."""
+    """Doing nothing, the baselines, the package's policy and the best known or planned, by name."""
     machine, (env, params) = machine_by_name(task.machine), task.make()
     found: dict[str, Any] = {"idle": Idle(machine.outputs)}
     found |= {one.policy: machine.baseline(one.policy, env) for one in known.baselines}
@@ -143,7 +143,7 @@ def players_of(task: TaskDefinition, known: Known) -> Iterator[tuple[str, Any]]:
         found[record_of(name).short_name] = load_policy(name)
     for index, one in enumerate(found):
         yield one, OneOf(tuple(found.values()), index)
-    if known.best.policy not in found:
+    if known.best.policy not in found or task.name in OWING:
         recipe = recipe_of(ALIKE.get(task.name, task.name))
         yield recipe.name, recipe.make(env, params)
 

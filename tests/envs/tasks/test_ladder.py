@@ -72,7 +72,7 @@ def test_a_digest_tells_of_every_number_that_decides_an_episode():
     others = [
         replace(task, parameters={**task.parameters, "scene": floor}),
         replace(task, choices={"see_friction": True}),
-        replace(task, version=1),
+        replace(task, version=task.version + 1),
         replace(task, environment="UGVEnv", machine="ugv"),
     ]
     assert len({task.digest, *(one.digest for one in others)}) == 5
