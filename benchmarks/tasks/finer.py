@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.report import kept_parts, markdown, options, provenance, put_between, write_json
 from benchmarks.tasks.measure import rounded
-from benchmarks.tasks.recipes import ALIKE, OWING, recipe_of
+from benchmarks.tasks.recipes import ALIKE, OWING, SWITCHES, recipe_of
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import play
 from stickslip.agents.evaluation.standard import keep_of
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 PART = 16
 """Steps in place of one."""
-SWITCHES = 3
-"""Located in each step."""
 LIMIT = 0.01
 """The most that a score may owe."""
 OUT = Path("benchmarks/results/finer.json")
