@@ -115,7 +115,7 @@ def test_a_command_of_machines_has_an_example_of_each(name: str):
 def test_a_name_in_an_example_is_one_that_is_known():
     lines = " ".join(line for name in COMMANDS for line in command_by_name(name).EXAMPLES)
     known = {*shipped_names(), *CONTROLLERS, *UGV_BASELINES, *TASKS, *FIGURES, *SCENES, *TRACKS}
-    for word in re.findall(r"(?<![\w/.-])(?:biped-[a-z-]+|Biped\w+-v0|UGV\w+-v0|fig\d+)", lines):
+    for word in re.findall(r"(?<![\w/.-])(?:biped-[a-z-]+|Biped\w+-v\d|UGV\w+-v\d|fig\d+)", lines):
         assert word in known
 
 

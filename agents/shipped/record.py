@@ -10,6 +10,7 @@ from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.known import earned_in, known_of
+from stickslip.envs.tasks.ladder import WITHDRAWN
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,8 +60,14 @@ class Record:
 
     @property
     def command(self) -> str:
-        """What trains it again."""
+        """What trained it, and trains it again unless it is `carried_over`."""
         return str(self.trained["command"])
+
+    @property
+    def carried_over(self) -> bool:
+        """Trained on a version of its task that is withdrawn since, and measured on this one."""
+        config = self.trained["config"]
+        return isinstance(config, dict) and config.get("task") in WITHDRAWN
 
 
 def record_of(name: str) -> Record:

@@ -63,6 +63,8 @@ def main(arguments: list[str]) -> None:
             put(name, beside_package(task_by_name(name), dict(known)))
         return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
+    if given.check:  # what is carried over cannot be trained again
+        there = [name for name in there if not record_of(policy_name(name)).carried_over]
     again = given.check or given.measure
     names = given.only or [name for name in TASKS if (name in there) == again]
     for name in names:

@@ -55,9 +55,9 @@ RECIPES = {
     "BipedIce-v0": Recipe(ON_ICE, (2,)),
     "BipedIceSeen-v0": Recipe(ON_ICE | {"final_noise": 0.03}, (4,)),
     "BipedStop-v0": Recipe({"start_rate": 3.0, "noise": 0.15, "discount": 0.998}, (0,)),
-    "UGVBump-v0": Recipe(DRIVING, (0,)),
-    "UGVRandomBumps-v0": Recipe(DRIVING, (0,)),
-    "UGVRough-v0": Recipe(
+    "UGVBump-v1": Recipe(DRIVING, (0,)),
+    "UGVRandomBumps-v1": Recipe(DRIVING, (0,)),
+    "UGVRough-v1": Recipe(
         {
             "reward_scale": 0.005,
             "failure": 10.0,
@@ -71,11 +71,11 @@ RECIPES = {
         },
         (0,),
     ),
-    "UGVDitch-v0": Recipe(
+    "UGVDitch-v1": Recipe(
         {"failure": 10.0, "noise": 0.5, "final_noise": 0.05, "discount": 0.99}, (0,)
     ),
-    "UGVLowGrip-v0": Recipe({"failure": 10.0}, (0,)),
-    "UGVPatchyGrip-v0": Recipe({"failure": 10.0, "timesteps": 1_000_000}, (0, 1)),
+    "UGVLowGrip-v1": Recipe({"failure": 10.0}, (0,)),
+    "UGVPatchyGrip-v1": Recipe({"failure": 10.0, "timesteps": 1_000_000}, (0, 1)),
 }
 
 

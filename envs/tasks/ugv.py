@@ -9,9 +9,9 @@ from stickslip.envs.tasks.definition import TaskDefinition
 if TYPE_CHECKING:
     from stickslip.envs.plain import Plain
 
-SOLVER: Plain = {"method": "newton", "iterations": 5, "samples": 8}
+SOLVER: Plain = {"method": "newton", "iterations": 5, "samples": 8, "overlap": False}
 """Unrolled, which suits batches; exact to rounding on such ground."""
-SEARCHING: Plain = {"method": "scan", "samples": 8, "candidates": 64}
+SEARCHING: Plain = {"method": "scan", "samples": 8, "candidates": 64, "overlap": False}
 """For ground that is hollower than a wheel."""
 CHOICES: dict[str, Plain] = {"preview": 16, "solver": SOLVER}
 NUMBERS: dict[str, Plain] = {
@@ -51,10 +51,13 @@ def _task(
     choices |= {name: content.pop(name) for name in ("see_friction",) if name in content}
     choices["criterion"] = criterion
     parameters = NUMBERS | content
-    return TaskDefinition(stem, title, about, "ugv", "UGVEnv", parameters, choices, unit)
+    return TaskDefinition(stem, title, about, "ugv", "UGVEnv", parameters, choices, unit, version=1)
 
 
-UGV_WITHDRAWN: dict[str, str] = {}
+STEMS = ("UGVBump", "UGVDitch", "UGVRandomBumps", "UGVRough", "UGVLowGrip", "UGVPatchyGrip")
+UGV_WITHDRAWN: dict[str, str] = {
+    f"{stem}-v0": "nothing kept its wheels from standing in each other" for stem in STEMS
+}
 """Why a version was withdrawn, by its name."""
 UGV_TASKS = (
     _task(

@@ -49,7 +49,7 @@ def test_without_most_of_the_seeds_there_is_no_time():
     )
 
 
-@pytest.mark.parametrize("name", ["BipedSteady-v0", "BipedThrift-v0", "UGVRandomBumps-v0"])
+@pytest.mark.parametrize("name", ["BipedSteady-v0", "BipedThrift-v0", "UGVRandomBumps-v1"])
 def test_both_trainers_have_the_same_episodes(name: str):
     task = task_by_name(name)
     params = task.make("same_step")[1]

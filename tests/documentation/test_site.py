@@ -167,7 +167,7 @@ def test_a_notebook_is_a_page_with_its_code():
 def test_the_tasks_of_the_site_are_all_there_with_their_numbers():
     shown = inserts.tasks()
     assert "### BipedSteady-v0" in shown
-    assert "`stickslip/UGVPatchyGrip-v0`" in shown
+    assert "`stickslip/UGVPatchyGrip-v1`" in shown
     assert "| `commanded_rate` | `6.5` |" in shown
 
 

@@ -5,9 +5,9 @@ from documentation.tables import BRIEF, LONG, with_lengths
 
 def test_cells_and_names_are_marked_by_their_letters():
     name, words = "BipedHiddenFriction-v0", "w" * (LONG + 1)
-    html = f'<td><code>UGVBump-v0</code></td><td style="text-align: right;">{words}</td>'
+    html = f'<td><code>UGVBump-v1</code></td><td style="text-align: right;">{words}</td>'
     assert with_lengths(html) == (
-        '<td class="brief"><code class="brief">UGVBump-v0</code></td>'
+        '<td class="brief"><code class="brief">UGVBump-v1</code></td>'
         f'<td class="long" style="text-align: right;">{words}</td>'
     )
     assert len(name) > BRIEF

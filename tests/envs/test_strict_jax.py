@@ -23,7 +23,7 @@ def _no_promotion():
         yield
 
 
-@pytest.mark.parametrize("name", ["BipedIce-v0", "UGVRough-v0"])
+@pytest.mark.parametrize("name", ["BipedIce-v0", "UGVRough-v1"])
 def test_episodes_of_tasks_broadcast_explicitly(name: str):
     env, params = TASKS[name].make()
     key = jax.eval_shape(lambda: jax.random.key(0))

@@ -16,7 +16,7 @@ JSON = True
 EXAMPLES = {
     "stickslip evaluate biped-ice crank-speed-pi": "a policy of the package beside a baseline",
     "stickslip evaluate crank-speed-pi --scene wet firm --payload 2": "on two floors, with a load",
-    "stickslip evaluate --task UGVBump-v0 level-body --json": "scores, for a program to read",
+    "stickslip evaluate --task UGVBump-v1 level-body --json": "scores, for a program to read",
 }
 
 

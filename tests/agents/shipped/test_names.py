@@ -21,7 +21,7 @@ from stickslip.agents.shipped.names import (
     [
         ("BipedIceSeen-v0", "biped-ice-seen-v0"),
         ("UGVLowGrip-v12", "ugv-low-grip-v12"),
-        ("UGVBump-v0", "ugv-bump-v0"),
+        ("UGVBump-v1", "ugv-bump-v1"),
     ],
 )
 def test_a_name_follows_from_the_task(task: str, name: str):

@@ -28,8 +28,8 @@ from stickslip.cli import make_parser
             "train --task BipedFast-v0 --start-rate 5 --tracking-weight 1",
         ),
         (
-            UGVTrainConfig.of(task="UGVBump-v0", failure=0.0, random_start=(30.0, 150.0)),
-            "train --task UGVBump-v0 --random-start 30 150 --failure 0",
+            UGVTrainConfig.of(task="UGVBump-v1", failure=0.0, random_start=(30.0, 150.0)),
+            "train --task UGVBump-v1 --random-start 30 150 --failure 0",
         ),
         (UGVTrainConfig.of(tracks="my track.csv"), "ugv --tracks 'my track.csv'"),
     ],

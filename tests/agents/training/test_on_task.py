@@ -44,8 +44,8 @@ def test_the_biped_trains_on_exactly_the_task(name: str):
 
 
 def test_the_ugv_trains_on_exactly_the_task_but_for_a_factor_on_its_rewards():
-    env, params = task_by_name("UGVLowGrip-v0").make("same_step")
-    made = make_ugv_task(UGVTrainConfig.of(task="UGVLowGrip-v0", reward_scale=0.25))
+    env, params = task_by_name("UGVLowGrip-v1").make("same_step")
+    made = make_ugv_task(UGVTrainConfig.of(task="UGVLowGrip-v1", reward_scale=0.25))
     assert made.env == env
     assert_same(made.tested, params)
     assert float(made.training.reward_scale) == 0.25
@@ -66,8 +66,8 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     assert_same(made.training, expected)
     assert float(made.training.slip_weight) == float(params.slip_weight)
 
-    ground = UGVTrainConfig.of(task="UGVRough-v0", random_start=(60.0, 120.0), failure=3.0)
-    ugv, tested = make_ugv_task(ground), task_by_name("UGVRough-v0").make("same_step")[1]
+    ground = UGVTrainConfig.of(task="UGVRough-v1", random_start=(60.0, 120.0), failure=3.0)
+    ugv, tested = make_ugv_task(ground), task_by_name("UGVRough-v1").make("same_step")[1]
     assert_same(ugv.tested, tested)
     np.testing.assert_allclose(ugv.training.randomisation.start_angles, np.radians([60, 120]))
     scaled = ugv.training.failure_penalty * ugv.training.reward_scale
@@ -148,11 +148,11 @@ def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
     ("build", "said"),
     [
         (lambda: TrainConfig.of(task="BipedFst-v0"), "did you mean BipedFast-v0"),
-        (lambda: TrainConfig(task="UGVBump-v0"), "of the ugv, this configuration of the biped"),
-        (lambda: UGVTrainConfig(task="BipedFast-v0"), "accepted: UGVBump-v0"),
+        (lambda: TrainConfig(task="UGVBump-v1"), "of the ugv, this configuration of the biped"),
+        (lambda: UGVTrainConfig(task="BipedFast-v0"), "accepted: UGVBump-v1"),
         (lambda: TrainConfig.of(task=NAME, commanded_rate=3.0), "^commanded_rate with task"),
         (lambda: TrainConfig(task=NAME, scene="wet", payload=1.0), "^scene, payload with task"),
-        (lambda: replace(UGVTrainConfig.of(task="UGVBump-v0"), friction=0.1), "^friction with"),
+        (lambda: replace(UGVTrainConfig.of(task="UGVBump-v1"), friction=0.1), "^friction with"),
         (lambda: TrainConfig.of(task=3), "^task = 3; accepted: a name"),
     ],
 )
@@ -168,13 +168,13 @@ def test_a_file_that_says_both_is_refused():
 
 
 def test_the_machine_follows_from_the_task(capsys):
-    assert machine_among(["train", "--task", "UGVBump-v0"]).name == "ugv"
-    assert machine_among(["train", "--task=UGVBump-v0", "--seed", "1"]).name == "ugv"
+    assert machine_among(["train", "--task", "UGVBump-v1"]).name == "ugv"
+    assert machine_among(["train", "--task=UGVBump-v1", "--seed", "1"]).name == "ugv"
     assert machine_among(["train", "ugv", "--task", "BipedFast-v0"]).name == "ugv"
     assert main(["train", "ugv", "--task", "BipedFast-v0"]) == WRONG_INPUT
     assert "'BipedFast-v0' is of the biped" in capsys.readouterr().err
-    assert main(["train", "--task", "UGVBump-v0", "--friction", "0.5"]) == WRONG_INPUT
-    assert "friction with task = 'UGVBump-v0'" in capsys.readouterr().err
+    assert main(["train", "--task", "UGVBump-v1", "--friction", "0.5"]) == WRONG_INPUT
+    assert "friction with task = 'UGVBump-v1'" in capsys.readouterr().err
 
 
 def test_the_line_of_an_evaluation_begins_with_the_score():
