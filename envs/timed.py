@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.plain_checks import shown
 
 if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number
@@ -31,6 +29,8 @@ class Timed(Protocol):
 
 def horizon(params: Timed) -> int:
     """Control steps to the time limit. params: concrete numbers."""
+    import numpy as np
+
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
     count = float(np.max(steps))
     if not count <= MOST_STEPS:

@@ -17,7 +17,7 @@ from stickslip.envs import BipedEnv
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Key
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.protocol import Player
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 class Beside(BipedEnv):
     """A BipedEnv whose episodes begin a small way from where they would (`nudged`)."""
 
-    def reset_env(self, key, params):
+    def reset_env(
+        self, key: Key[Array, ""], params: BipedEnvParams
+    ) -> tuple[Float[Array, " obs"], BipedEnvState]:
         """See FunctionalEnv."""
         _, state = super().reset_env(key, params)
         robot = params.robot.params

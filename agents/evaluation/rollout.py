@@ -62,7 +62,7 @@ class Rollout(NamedTuple, Generic[State_co]):
         over = [name for name in ("terminated", "truncated") if bool(getattr(self, name)[end - 1])]
         rows = [
             ["steps", f"{end}"],
-            ["return", f"{np.sum(self.reward[:end], dtype=np.float64):.6g}"],
+            ["return", f"{np.sum(np.asarray(self.reward)[:end], dtype=np.float64):.6g}"],
         ]
         rows.append(["ended", ", ".join(over) or "not yet"])
         return Table([Column("Rollout", words=True), Column("", words=True)], rows).html()

@@ -50,7 +50,7 @@ class UGVSwept(Swept):
         "task.speed": "m/s",
         "randomisation.start_angles": "rad",
         "randomisation.track.roughness": "m^3",
-        **dict.fromkeys(("body_length", "leg_length", "wheel_radius"), "m"),
+        **dict.fromkeys(("body_length", "leg_length", "wheel_radius", "wheel_gap"), "m"),
         **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
         **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
         "vehicle.gravity": "m/s^2",

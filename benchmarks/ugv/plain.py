@@ -1,7 +1,8 @@
 """Pose and equilibrium without the package: a loop with brentq, and NumPy on whole batches.
 
 The same equations (38), (39), (43) of the default vehicle, written anew. Fields of an answer as in
-benchmarks.ugv.program; status 0 is a pose with grip, 1 anything else.
+benchmarks.ugv.program; status 0 is a pose with grip and room
+between the wheels, 1 anything else.
 """
 
 from __future__ import annotations
@@ -121,7 +122,8 @@ def _one(profile, x_front: float, rear: float, front: float, tolerance: float) -
 
     x_rear = brentq(miss, ahead[0] - base - RADIUS, x_front, xtol=tolerance)
     *found, C, S, least = _statics(wheel(x_rear), ahead, frame, sqrt, min)
-    return (*found[:5], x_rear, atan2(S, C), *found[5:], float(not least >= 0))
+    good = least >= 0 and base >= 2 * RADIUS
+    return (*found[:5], x_rear, atan2(S, C), *found[5:], float(not good))
 
 
 def vectorised(
@@ -168,7 +170,7 @@ def _block(profile, x_front, angles, steps, tolerance, found, part) -> None:
     for name, value in zip((*COLUMNS[:5], *COLUMNS[7:9]), held, strict=True):
         found[name][part] = value
     found["x_rear"][part], found["pitch"][part] = x, np.arctan2(S, C)
-    found["status"][part] = ~(least >= 0)
+    found["status"][part] = ~((least >= 0) & (base >= 2 * RADIUS))
 
 
 def _frame(cos_rear, sin_rear, cos_front, sin_front):

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import numpy as np
     from numpy.typing import ArrayLike
 
 CONFIDENCE = 0.95
@@ -67,6 +66,8 @@ def bootstrapped(
     m = 1. paired: all three were earned on the same episodes, n = m, which are drawn together, so
     that what the episodes differ by cancels. Deterministic; no interval from a single episode.
     """
+    import numpy as np
+
     earned, low, high = (np.asarray(of, float) for of in (returns, zero, one))
     value = float(statistic(earned.mean(), low.mean(), high.mean()))
     n, m = earned.size, low.size

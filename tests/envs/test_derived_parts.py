@@ -203,7 +203,7 @@ def test_every_dataclass_of_the_package_is_known_to_derive_or_to_hold_what_it_wa
     deriving = {kind for kind in everyone if any(not field.init for field in fields(kind))}
     assert {BipedModel, BipedEnvParams, UGVEnvParams} <= deriving
     for kind in deriving:
-        assert "__post_init__" in vars(kind), kind
+        assert hasattr(kind, "__post_init__"), kind
     caching = {
         kind.__name__
         for kind in everyone

@@ -57,6 +57,7 @@ def problems() -> dict[str, Plan]:
                 "tolerance": maybe("half"),
                 "iterations": maybe(),
                 "samples": (),
+                "overlap": FLAG,
                 "candidates": INTEGER,
             },
         ),

@@ -18,7 +18,17 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.dynamics.biped.drive import Problem
-    from stickslip.dynamics.biped.stepping.stages import Midpoint
+
+
+class Midpoint(NamedTuple):
+    """What a step's judgement needs of its middle."""
+
+    crank_acceleration: Float[Array, ""]
+    foot_acceleration: Float[Array, ""]
+    normal_force: Float[Array, ""]
+    solvability: Float[Array, ""]
+    cone_margin: Float[Array, ""]
+    """How far inside the static friction cone [N]."""
 
 
 class Ground(NamedTuple):
@@ -134,7 +144,7 @@ def first_ending(problem: Problem, samples: tuple[Ground, Ground, Ground]) -> En
     return best
 
 
-def _edge_margins(problem: Problem, normals, moments) -> list[Array]:
+def _edge_margins(problem: Problem, normals: list[Array], moments: list[Array]) -> list[Array]:
     """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
     toe, heel = problem.model.toe, problem.model.heel
     force, moment = normals[1], moments[1]

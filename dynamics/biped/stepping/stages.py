@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.drive import CrankMotion
+from stickslip.dynamics.biped.stepping.ends import Midpoint
 from stickslip.dynamics.scene import Smoothed
 
 if TYPE_CHECKING:
@@ -18,17 +19,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.drive import Problem
     from stickslip.dynamics.biped.floor import Friction
     from stickslip.dynamics.biped.stepping.walk import Walk
-
-
-class Midpoint(NamedTuple):
-    """What a step's judgement needs of its middle."""
-
-    crank_acceleration: Float[Array, ""]
-    foot_acceleration: Float[Array, ""]
-    normal_force: Float[Array, ""]
-    solvability: Float[Array, ""]
-    cone_margin: Float[Array, ""]
-    """How far inside the static friction cone [N]."""
 
 
 class Taken(NamedTuple):

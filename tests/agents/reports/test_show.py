@@ -48,10 +48,13 @@ def test_tables_and_rollouts_show_themselves():
 
 
 def test_a_result_says_what_is_proved_of_it():
-    found = Result("dp", OptimStatus.FEASIBLE, np.zeros(2), 3.5, 2.25, "the <grid>", True)
+    found = Result(
+        "dp", OptimStatus.FEASIBLE, np.zeros(2), 3.5, 2.25, True, message="over <angles>"
+    )
     text = found._repr_html_()
     assert "3.5" in text
-    assert "2.25, the &lt;grid&gt;" in text
+    assert "2.25" in text
+    assert "over &lt;angles&gt;" in text
     assert "meets every constraint" in text
     none = Result("dp", OptimStatus.FAILED, None, np.inf, message="no way")
     assert "no point" in none._repr_html_()

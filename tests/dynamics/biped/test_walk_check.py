@@ -146,7 +146,7 @@ def test_the_error_is_that_of_a_direct_comparison_and_a_batch_equals_its_members
     assert both.cost > 0
 
 
-def test_walks_apart_are_measured_in_their_nudge():
+def test_walks_apart_are_measured_in_their_nudge(float64):
     """Half a step further and 3 mm ahead, of a crank of 30 mm: pi - 0.5 turned and 0.1 cranks."""
     one, other = state_of(phase=2.0, steps=4, foot_position=0.013), state_of(phase=2.5, steps=3)
     far = apart(one, replace(other, foot_position=0.010), 0.030)
