@@ -75,8 +75,8 @@ def long_episode(dtype: str, calls: int, chunk: int = 1000) -> dict[str, tuple[f
     steps that begin at foot position 0, which changes nothing else on a floor of one friction.
     """
     env = BipedEnv(autoreset="disabled")
-    biped = BipedParams.from_bars(heel=1e6, toe=1e6, dtype=np.dtype(dtype))
-    params = env.make_params(biped=biped, time_limit=1e9, dtype=np.dtype(dtype))
+    robot = BipedParams.from_bars(heel=1e6, toe=1e6, dtype=np.dtype(dtype))
+    params = env.make_params(robot=robot, time_limit=1e9, dtype=np.dtype(dtype))
     period = float(np.dtype(dtype).type(params.control_period))
 
     @partial(jax.jit, static_argnums=1)
