@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import tempfile
 from contextlib import suppress
+from errno import ENOTDIR
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -115,7 +117,8 @@ def _require_room(folder: Path, path: Path) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:  # it names the file that was tried, of which nobody knows
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        why = os.strerror(ENOTDIR) if isinstance(error, FileExistsError) else error.strerror
+        raise OSError(error.errno, f"cannot be written ({why})", str(path)) from error
 
 
 def require_folder(out: str | Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.shipped.record import every_record, record_of
-from stickslip.agents.view_files import require_suffix
+from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
@@ -42,6 +42,8 @@ def export_command(who: str, out: str, overwrite: bool) -> None:
     require_suffix(path, (".onnx", ".npz"))
     source = existing_path(who)
     policy, metadata = read_policy(source)
+    require_new([path], overwrite)
+    require_writable([path])
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)
     else:

@@ -252,7 +252,9 @@ class Told(NamedTuple):
 
 @pytest.mark.parametrize("torque", [np.nan, np.inf])
 @pytest.mark.parametrize("end", [0, 1])
-def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(torque: float, end: int):
+def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(
+    torque: float, end: int, monkeypatch
+):
     zero = np.zeros(3)
     states = BipedState(
         phase=zero + 2.0,
@@ -272,9 +274,14 @@ def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(torque:
     assert kept.contacts.normal_force.tolist() == [7.0] * end
     robot: Any = None
     made = walk.Walk(robot, kept, [], Status.NON_FINITE, torque, 0.02, "float64", 1.0)
-    told = walk_table._meaning(made, 0, 0.0)
+    told = walk_table.meaning_of(made)
     time = 0.02 * end
     assert told.startswith(
         f"the torque is {torque:g} at {time:g} s, where the crank angle is 2 rad"
     )
     assert told.endswith("its rate -1.5 rad/s")
+    if not end:  # nothing was walked: what stood there stays
+        monkeypatch.setattr(biped, "walked", lambda *_: made)
+        Path("walk.csv").write_text("good")
+        assert main(["simulate", "biped", "--torque=t", "--overwrite"]) == WRONG_INPUT
+        assert Path("walk.csv").read_text() == "good"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
+from stickslip.agents.view_files import require_makeable
 from stickslip.envs.rendering.extras import require
 from stickslip.optim.progress import Bar
 from stickslip.paper.drawing import png
@@ -58,6 +59,7 @@ def reproduce(
     if not overwrite:
         refuse_to_clobber(out, figures)
     require("matplotlib.figure")
+    require_makeable(out)
     claims: dict[str, tuple[Claim, ...]] = {}
     begun = time.monotonic()
     bar = Bar("figures", len(figures), "figure", to is not None, to=to, lines=False)

@@ -30,9 +30,9 @@ def write_whole(path: str | Path, content: bytes | str, *, overwrite: bool = Tru
 def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
     """A file to write to, under a temporary name beside `path`, renamed once all of it is there.
 
-    Where the body raises, nothing is left of it; an error of the system's that names no file, as a
-    full disk's, names `path`. overwrite=False: ValueError if the path exists, without a gap between
-    looking and writing.
+    Where the body raises, nothing is left of it; an error of the system's that names no file or the
+    temporary one names `path`. overwrite=False: ValueError if the path exists, without a gap
+    between looking and writing.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -40,19 +40,18 @@ def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
     name = path.with_name(f".{path.name}-{token}{PARTIAL}")
     if len(os.fsencode(name.name)) > LONGEST_NAME:
         name = path.with_name(f".{token}{PARTIAL}")
-    file = open(name, "xb")  # noqa: SIM115, what is not made here is not deleted here
     try:
-        with file:
+        with open(name, "xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
         _put(name, path, overwrite)
     except OSError as error:
-        if error.errno is not None and error.filename is None:
-            error.filename = os.fspath(path)
+        if error.errno is not None and error.filename in (None, os.fspath(name)):
+            error.filename, error.filename2 = os.fspath(path), None
         raise
     finally:
-        with suppress(FileNotFoundError):
+        with suppress(OSError):  # what cannot be made cannot be deleted
             os.unlink(name)
 
 

@@ -31,7 +31,7 @@ from stickslip.simulate.files import table_path, write_table
 from stickslip.simulate.names import WHOLE
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import periods, walked
-from stickslip.simulate.walk_table import event_table, walk_summary, walk_table
+from stickslip.simulate.walk_table import event_table, meaning_of, walk_summary, walk_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,6 +66,11 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     require_writable([path for path in (out, picture) if path is not None])
     with Bar("walking", 2 * count, "period", True) as bar:
         walk = walked(robot, scene, state, torque, seconds, given["period"], setting, bar)
+    if not walk.count:
+        raise ValueError(
+            f"--torque {given['torque']}: {meaning_of(walk)}; accepted: one whose first period is "
+            "finite; nothing is written"
+        )
     summary = walk_summary(walk, seconds)
     print_summary(summary)
     promise = promise_of(given, setting, walk)

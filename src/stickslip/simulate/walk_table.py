@@ -79,7 +79,7 @@ def event_table(walk: Walk) -> Table:
     return Table(heads, walk.events)
 
 
-def _meaning(walk: Walk, steps: int, distance: float) -> str:
+def meaning_of(walk: Walk, steps: int = 0, distance: float = 0.0) -> str:
     """How it ended; of a torque that is no number, which one, when and at what crank rate."""
     meaning = STATUS[walk.status.name]
     if walk.status <= Status.SLIP_ONSET and (steps == 0 or distance < 0):
@@ -115,7 +115,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     fell = walk.status.name in FALLS
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
-        Column("meaning", words=True): _meaning(walk, steps, distance),
+        Column("meaning", words=True): meaning_of(walk, steps, distance),
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,
