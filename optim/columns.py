@@ -94,7 +94,9 @@ def read_columns(
             raise ValueError(
                 f"{place}: {len(cells)} columns instead of {width}; accepted: {accepted}"
             )
-        _append(found, place, [(cells[at], *scale) for at, scale in taken], wanted, accepted)
+        _append(
+            found, place, [(cells[at], times, by) for at, (times, by) in taken], wanted, accepted
+        )
     if not found[0]:
         raise ValueError(f"{shown_path(path)}: no rows below the head; accepted: {accepted}")
     return np.array(found).T

@@ -72,6 +72,6 @@ def amplifications(
         play(kind(**given), player, params, seeds, course_of) for kind in (BipedEnv, Beside)
     )
     length = np.asarray(params.robot.params.crank)
-    states = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
+    state, state_beside = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
     inside = np.asarray(one.inside) & np.asarray(other.inside)
-    return np.max(np.where(inside, apart(*states, length), 0.0), axis=-1)
+    return np.max(np.where(inside, apart(state, state_beside, length), 0.0), axis=-1)

@@ -102,10 +102,14 @@ def _gait(instance: Instance) -> Iterator[Found]:
     restricted = isinstance(problem, Interpolated)
     whole = solve(problem.fine if restricted else problem, "conic")
     why = f"dual, of gaits of {whole.details['cells']} cells a step, limits kept at the nodes"
+    if whole.x is None:
+        return
     if not restricted:
         yield Found(whole.x, "conic", whole.lower_bound, why)
         return
     x = _least_friction(problem) if problem.fine.goal.is_friction else _solved(problem)
+    if x is None:
+        return
     yield Found(x, CLARABEL, whole.lower_bound, why)
 
 

@@ -98,8 +98,8 @@ def row(name: str, coarse: StandardEpisodes, fine: StandardEpisodes, span: float
     owed = mean_interval((coarse.reward - fine.reward) / span)
     return {
         "policy": name,
-        "return": rounded(coarse.reward.mean()),
-        "finely": rounded(fine.reward.mean()),
+        "return": rounded(float(coarse.reward.mean())),
+        "finely": rounded(float(fine.reward.mean())),
         "failures": [float(one.fell.mean()) for one in (coarse, fine)],
         "owes": [round(end, 5) if np.isfinite(end) else None for end in owed],
     }

@@ -65,7 +65,7 @@ def statics(setting: Setting) -> Result:
     every, drawn = all_pairs(), [*ALIKE, *UNLIKE]
     setting.say(f"{len(every)} pairs of leg angles")
     shown, found = held(problem, drawn), held(problem, every)
-    apart = found.wheel_clearance[:, 0]
+    apart = np.asarray(found.wheel_clearance)[:, 0]
     fits = apart >= 0
     radius = float(VEHICLE.wheel_radius)
     tried = Tried(

@@ -128,8 +128,10 @@ def walked(
 def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
     """The largest of `apart` while both are inside the model."""
     inside = [int(np.sum(walk.contacts.status <= Status.SLIP_ONSET)) for walk in (one, other)]
-    rows = [jax.tree.map(lambda leaf: leaf[: min(inside) + 1], w.states) for w in (one, other)]
-    return float(np.max(apart(*rows, length)))
+    row, row_beside = (
+        jax.tree.map(lambda leaf: leaf[: min(inside) + 1], walk.states) for walk in (one, other)
+    )
+    return float(np.max(apart(row, row_beside, length)))
 
 
 def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:
