@@ -17,7 +17,7 @@ from stickslip.agents.training.configuration import from_flags
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 
-WITHOUT: set[str] = {"UGVRough-v1", "UGVPatchyGrip-v1"}
+WITHOUT: set[str] = {"UGVRough-v1"}
 """Tasks that have no policy here yet; `python -m benchmarks.policies` trains what lacks one."""
 LARGEST = 40_000
 """Bytes of a file."""
