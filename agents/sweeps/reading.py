@@ -88,7 +88,7 @@ def read_sweep(
     if wanted is not None:
         require_known(wanted, column_names(files[0]), "column of the sweep")
     parts = [read_chunk(file, wanted) for file in files]
-    with refusing("it"):
+    with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
 
 

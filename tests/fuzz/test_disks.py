@@ -14,9 +14,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import read_sweep
 from stickslip.agents.policy import MLPPolicy, load_policy, save_policy
 from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
+from tests.agents.sweeps.masses import swept
 
 pytestmark = pytest.mark.long
 TRAIN = [
@@ -144,6 +146,25 @@ def test_a_training_on_a_read_only_disk_is_refused_and_goes_on_later(disk, whole
     disk.change("rw")
     assert main(["train", "--out", str(path), "--resume", "--no-pictures"]) == OK
     assert_same_policy(whole, path)
+
+
+@pytest.mark.usefixtures("mass")
+@pytest.mark.parametrize("size", [4, 8, 16, 24, 40])
+def test_a_sweep_on_a_full_disk_goes_on_when_there_is_room(disk, tmp_path, size: int):
+    swept(tmp_path / "whole", chunk=1, cores=1)
+    disk.change(f"size={size}k")
+    path = disk.path / "a"
+    with pytest.raises(OSError, match=SPACE):
+        swept(path, chunk=1, cores=1)
+    assert not list(path.rglob("*.part"))
+    disk.change("size=20m")
+    begun = (path / "sweep.json").exists()
+    disk.change("ro")
+    with pytest.raises(OSError, match=READ_ONLY):
+        swept(path, chunk=1, cores=1, resume=begun)
+    disk.change("rw")
+    swept(path, chunk=1, cores=1, resume=begun)
+    assert read_sweep(path).equals(read_sweep(tmp_path / "whole"))
 
 
 @pytest.mark.parametrize("how", ["full", "read-only"])

@@ -36,6 +36,8 @@ ABOUT, DATA = "sweep.json", "data"
 PRODUCT = re.compile(r"summary\.txt|report\.html|(sweep|endings)(-\d+)?\.png")
 """Names of what is made of the results at the end; of several tasks a picture for each."""
 CHUNK = re.compile(r"chunk-(\d{6})\.parquet")
+MOST_CHUNKS = 10**6
+"""What six digits number."""
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
 
 
@@ -111,6 +113,8 @@ def read_about(path: str | Path) -> About:
                 raise RefusedError("its definition has no axes or cases")
             finished = tuple(map(str, content.get("finished", ())))  # none in version 0.2.0
             count = int(content["chunks"])
+            if not 0 < count <= MOST_CHUNKS:
+                raise RefusedError(f"it has {count} chunks")
             known = content.get("drawn")
             drawn = None if known is None else tuple(map(str, known))
             digest = str(content["digest"])
