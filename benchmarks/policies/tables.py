@@ -7,7 +7,7 @@ from stickslip.agents.shipped.record import every_record
 
 
 def table() -> str:
-    """A row a policy, and the command that trains each."""
+    """A row a policy, the command that trains each, and how those carried over were trained."""
     records = every_record()
     rows = [
         {
@@ -21,5 +21,9 @@ def table() -> str:
         }
         for one in records
     ]
-    commands = "\n".join(f"    {one.command}" for one in records)
-    return f"{markdown(rows)}\n\n{commands}"
+    commands = "\n".join(f"    {one.command}" for one in records if not one.carried_over)
+    before = "\n".join(f"- `{one.command}`" for one in records if one.carried_over)
+    return (
+        f"{markdown(rows)}\n\n{commands}\n\nTrained on withdrawn versions of their tasks, which "
+        f"refuse training, and measured on the present ones:\n\n{before}"
+    )

@@ -219,7 +219,7 @@ def test_a_message_names_the_file_that_was_asked_for(capsys, still: str, monkeyp
 
     monkeypatch.setattr("stickslip.agents.view_files.tempfile.TemporaryFile", refused)
     line = refusal(capsys, "view", still, "--html", "there/walk.html")
-    assert "Permission denied: 'there/walk.html'" in line
+    assert "cannot be written (Permission denied): 'there/walk.html'" in line
     assert "tmp" not in line
 
 

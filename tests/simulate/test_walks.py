@@ -123,8 +123,8 @@ def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
     ],
 )
 def test_the_meaning_is_what_happened(status, steps, distance, said):
-    path = SimpleNamespace(status=status, trajectory=SimpleNamespace(torques=[0.0]))
-    assert walk_table._meaning(path, steps, distance) == said  # type: ignore[arg-type]
+    walk = SimpleNamespace(status=status, torque=0.0)
+    assert walk_table.meaning_of(walk, steps, distance) == said  # type: ignore[arg-type]
 
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):

@@ -17,18 +17,15 @@ from stickslip.agents.training.configuration import from_flags
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 
-WITHOUT: set[str] = {"UGVRough-v1"}
-"""Tasks that have no policy here yet; `python -m benchmarks.policies` trains what lacks one."""
 LARGEST = 40_000
 """Bytes of a file."""
 NEAR = 0.05
 """Of a score: single precision differs from machine to machine."""
 
 
-def test_every_task_but_those_named_here_has_a_policy():
-    lacking = {name for name in TASKS if shipped_path(policy_name(name)) is None}
-    assert lacking == WITHOUT
-    assert len(shipped_names()) == len(TASKS) - len(WITHOUT)
+def test_every_task_has_a_policy():
+    assert all(shipped_path(policy_name(name)) is not None for name in TASKS)
+    assert len(shipped_names()) == len(TASKS)
 
 
 def test_each_is_small_knows_its_task_and_is_of_its_present_definition():

@@ -144,7 +144,7 @@ def test_no_program_solves_the_full_system_for_what_two_equations_say(name):
 
 def test_grip_takes_less_than_two_thirds_of_the_operations_of_a_floor_that_slips():
     assert size("grip") < 0.667 * size("uniform")
-    assert size("grip") < 0.45 * size("patches")
+    assert size("grip") < 0.6 * size("patches")
     flops = [operations.count(program(name))["flops"] for name in ("grip", "uniform")]
     assert flops[0] < 0.5 * flops[1]
 
