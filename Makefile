@@ -21,7 +21,7 @@ SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
 # Quick tests compile more than they compute; these halve the time of compiling. What users have,
 # XLA's defaults, the long tests run with, and pytest where it is called by hand.
 QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
-SOURCES := $(wildcard setup.py $(LAYERS) src tests benchmarks documentation release)
+SOURCES := $(wildcard setup.py $(LAYERS) src tests benchmarks documentation)
 
 # $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a
 # finished install writes either, with the checkout it belongs to: an interrupted one, a moved checkout
@@ -88,10 +88,10 @@ format: $(INSTALLED)  ## apply ruff's fixes and formatting
 # Not --quiet, which hides warnings from strict mode, too.
 docs: $(INSTALLED)  ## the documentation site, in build/site, with warnings as errors
 	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build
-	@$(PY) -m documentation.check
+	@! grep -rlE '<(script|img|link rel="stylesheet")[^>]+(src|href)="https?:' build/site --include='*.html'
 
 notebooks: $(INSTALLED)  ## run the notebooks again: what the site shows of them
-	@$(PY) -m documentation.executed
+	@$(VENV)/bin/jupyter-execute --inplace notebooks/*.ipynb
 
 demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 	@$(VENV)/bin/stickslip demo
@@ -99,9 +99,8 @@ demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
 bench: $(INSTALLED)  ## environment steps per second, beside Gymnasium's own
 	@$(PY) -m benchmarks.throughput
 
-release-check:  ## build, look into what was built, install it on every Python, use it
-	@$(MAKE) EXTRAS=$(EXTRAS),release venv
-	@$(PY) -m release
+release-check:  ## build, install on each Python with each set of extras, test
+	@release/check.sh
 
 clean:  ## remove the environment and everything built (runs/ stays)
 	rm -rf $(VENV) build dist *.egg-info src/*.egg-info .pytest_cache .ruff_cache .hypothesis

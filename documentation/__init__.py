@@ -1,1 +1,1 @@
-"""The documentation site: what is generated for it, and its drawings."""
+"""Hooks and docstrings of the documentation site (mkdocs.yml)."""

@@ -1,52 +1,71 @@
-"""What mkdocs calls while it builds: generated pages, and generated parts of written ones."""
+"""MkDocs hooks: the package's sources, notebooks as pages, links between pages."""
 
 from __future__ import annotations
 
+import json
+import re
+import shutil
+import tomllib
+from pathlib import Path
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from documentation import executed, inserts, notebooks, reference, tables
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "build" / "reference"
+"""Links to the sources in the layout of the installed package, for mkdocstrings."""
+NAMED_PAGE = re.compile(r"(?<!\[)`docs/(\w+)\.md`")
+NOTEBOOK = re.compile(r"\]\(\.\./notebooks/(\w+)\.ipynb\)")
 
 
 def on_startup(**kwargs: Any) -> None:
-    """Lay out what mkdocstrings reads, before it looks for it."""
-    reference.lay_out()
-
-
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Put the generated pages in the navigation."""
-    generated = {
-        "API": ["api.md", *reference.pages()],
-        "Notebooks": [*notebooks.pages()],
-    }
-    config.nav = [_filled(entry, generated) for entry in config.nav or []]
-    return config
+    """Link the sources before mkdocstrings looks for them."""
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    shutil.rmtree(PACKAGE, ignore_errors=True)
+    for package, folder in table["tool"]["setuptools"]["package-dir"].items():
+        place = PACKAGE.joinpath(*package.split("."))
+        place.mkdir(parents=True)
+        for file in (ROOT / folder).glob("*.py"):
+            (place / file.name).symlink_to(file)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages, and the notebooks themselves."""
-    for path, text in {**reference.pages(), **notebooks.pages(), **inserts.pages()}.items():
-        files.append(File.generated(config, path, content=text))
-    for notebook in executed.files():
-        place = f"notebooks/{notebook.name}"
-        files.append(File.generated(config, place, abs_src_path=str(notebook)))
+    """Add each notebook as a page and as a file."""
+    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
+        page = f"notebooks/{path.stem}.md"
+        files.append(File.generated(config, page, content=notebook_page(path)))
+        copy = f"notebooks/{path.name}"
+        files.append(File.generated(config, copy, abs_src_path=str(path)))
     return files
 
 
 def on_page_markdown(markdown: str, page: Page, **kwargs: Any) -> str:
-    """Put generated parts where a page asks for them."""
-    return inserts.filled(markdown, "../" * page.file.src_uri.count("/"))
+    """Link the pages and notebooks that a page names."""
+    up = "../" * page.file.src_uri.count("/")
+    linked = NAMED_PAGE.sub(lambda found: f"[{found[0]}]({up}{found[1]}.md)", markdown)
+    return NOTEBOOK.sub(r"](notebooks/\1.md)", linked)
 
 
-def on_page_content(html: str, **kwargs: Any) -> str:
-    """Name the sources where they lie, and mark the cells of tables."""
-    return tables.with_lengths(reference.with_real_paths(html))
+def notebook_page(path: Path) -> str:
+    """Markdown of a notebook: text, code and stored outputs."""
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    title, *rest = [_cell(cell) for cell in cells]
+    return "\n\n".join([title, f"*As [a notebook]({path.name}).*", *rest]) + "\n"
 
 
-def _filled(entry: Any, generated: dict[str, list[str]]) -> Any:
-    if isinstance(entry, dict):
-        return {name: generated.get(name, below) for name, below in entry.items()}
-    return entry
+def _cell(cell: dict[str, Any]) -> str:
+    source = "".join(cell["source"]).strip()
+    if cell["cell_type"] == "markdown":
+        return source
+    outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
+    return "\n\n".join([f"```python\n{source}\n```", *map(_output, outputs)])
+
+
+def _output(output: dict[str, Any]) -> str:
+    data = output.get("data", {})
+    if "image/png" in data:
+        return f"![output of the cell above](data:image/png;base64,{data['image/png'].strip()})"
+    text = "".join(output.get("text", data.get("text/plain", ""))).strip()
+    return f"```text\n{text}\n```"

@@ -1,4 +1,4 @@
-"""The notebooks run as they stand, in a kernel of their own, and hold no outputs."""
+"""The notebooks run as they stand, in a kernel of their own."""
 
 import json
 import os
@@ -40,27 +40,12 @@ def test_a_notebook_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_stored_without_outputs(path: Path):
-    content = json.loads(path.read_text(encoding="utf-8"))
-    code = [cell for cell in content["cells"] if cell["cell_type"] == "code"]
-    assert code
-    for cell in code:
-        assert cell["outputs"] == []
-        assert cell["execution_count"] is None
-        assert cell["metadata"] == {}
-
-
-def test_what_the_site_shows_of_a_notebook_came_of_the_code_that_it_has():
+def test_a_notebook_is_stored_with_outputs_and_no_error(path: Path):
     """Else: make notebooks."""
-    from documentation.executed import KEPT, cells_of
-
-    for path in NOTEBOOKS:
-        code = [cell for cell in cells_of(path) if cell["kind"] == "code"]
-        kept = json.loads((KEPT / f"{path.stem}.json").read_text(encoding="utf-8"))["cells"]
-        assert [cell["source"] for cell in code] == [cell["source"] for cell in kept]
-        outputs = [one for cell in code for one in cell["outputs"]]
-        assert len(outputs) >= 4
-        assert all((KEPT / one["picture"]).is_file() for one in outputs if "picture" in one)
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    outputs = [one for cell in cells for one in cell.get("outputs", ())]
+    assert len(outputs) >= 4
+    assert all(one["output_type"] != "error" for one in outputs)
 
 
 def test_there_are_notebooks_and_what_is_made_less_stands_in_one_of_them():

@@ -9,7 +9,6 @@ TESTS = ROOT / "tests"
 
 APART = {
     "benchmarks": "of what is beside the package",
-    "documentation": "likewise",
     "fuzz": "random input to everything, run apart",
     "packaging": "of the repository as a whole",
     "typing": "of all signatures",
