@@ -30,7 +30,6 @@ LEARNS = "model.learn("
 FEWER = {
     "total_timesteps=500_000": "total_timesteps=2_048",
     " timesteps=1_000_000": " timesteps=8_192",
-    " timesteps=200_000": " timesteps=16_384",
     "range(60)": "range(2)",
     '["crank-speed-pi", "runs/mine"]': '["crank-speed-pi"]',
     '"0.02:0.3:64", "payload": [0, 5, 15]': '"0.02:0.3:2", "payload": [0, 5]',
@@ -50,7 +49,6 @@ LONG = {
     "done = sweep(": "a sweep",
     "read_sweep(": "a sweep first",
     "env.default_params, policy, num_envs=4096": "docs/use.md collects, too",
-    "for _ in range(50)": "docs/use.md makes the same environment",
     "def way(mu_ice)": "patches under vmap, a program of its own",
     "walk.events():": "docs/use.md records events, too",
     "as_scipy": "a drive's slopes, in float64",

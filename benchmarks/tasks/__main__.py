@@ -1,12 +1,12 @@
 """The ladder of tasks: what is earned on each, and the pages that say so.
 
-    python -m benchmarks.tasks [--only NAME ...] [--learn SEEDS STEPS] [--docs FILE] [--readme FILE]
+    python -m benchmarks.tasks [--only NAME ...] [--learn SEEDS STEPS] [--docs FILE]
         [--pictures FOLDER] [--check] [--bounds]
 
-Without --docs, --readme and --pictures: measures the tasks named (default: those of which nothing
+Without --docs and --pictures: measures the tasks named (default: those of which nothing
 is known yet), one after the other, and puts what comes out into known.json, which the package
-carries. --learn: PPO instead, beside what is there. --docs, --readme: put the tables of what is
-known into these pages, measuring nothing. --pictures: draws those of docs/tasks.md, of the tasks
+carries. --learn: PPO instead, beside what is there. --docs: puts the table of what is known
+into this page, measuring nothing. --pictures: draws those of docs/tasks.md, of the tasks
 named or all.
 --check: plays doing nothing and every baseline again and says what differs, writing nothing.
 --bounds: what is proved anew, and nothing else.
@@ -23,7 +23,7 @@ from benchmarks.tasks.bounds import assumed_of, bound_of
 from benchmarks.tasks.check import Again, measured_again
 from benchmarks.tasks.measure import measure
 from benchmarks.tasks.recipes import ALIKE
-from benchmarks.tasks.tables import long_table, short_table
+from benchmarks.tasks.tables import long_table
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, FORMAT, VERSION, read_known
 from stickslip.records.files import write_whole
@@ -66,15 +66,12 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--learn", nargs=2, type=int, metavar=("SEEDS", "STEPS"))
     parser.add_argument("--docs", type=Path)
-    parser.add_argument("--readme", type=Path)
     parser.add_argument("--pictures", type=Path)
     parser.add_argument("--bounds", action="store_true")
     parser.add_argument("--check", action="store_true")
     asked = parser.parse_args(arguments)
-    pages = {asked.docs: long_table, asked.readme: short_table}
-    for page, table in pages.items():
-        if page is not None:
-            put_between(page, table(), MARKS)
+    if asked.docs is not None:
+        put_between(asked.docs, long_table(), MARKS)
     if asked.pictures is not None:
         from benchmarks.tasks.picture import draw_task
 
@@ -84,7 +81,7 @@ def main(arguments: list[str]) -> None:
             draw_task(task, asked.pictures / f"{task.name}.png")
     if asked.check:
         check(asked.only or list(TASKS))
-    if asked.check or any(one is not None for one in (asked.docs, asked.readme, asked.pictures)):
+    if asked.check or any(one is not None for one in (asked.docs, asked.pictures)):
         return
     known = read_known(asked.out) if asked.out.exists() else {}
     names = asked.only or [

@@ -1,11 +1,11 @@
 """What returns on the biped's tasks owe to the integrator's setting.
 
-    python -m benchmarks.tasks.finer [--only NAME ...] [--docs FILE]
+    python -m benchmarks.tasks.finer [--only NAME ...]
 
 Replays doing nothing, every baseline, the package's policy and the best known one on the task's own
 episodes, at the task's setting and in sixteenths of its step in float64. Episodes begin alike, so
 returns are compared pairwise. A score owes what it loses when it is computed finely; LIMIT is the
-most that a best known and a policy of the package may owe. With --docs alone nothing is replayed.
+most that a best known and a policy of the package may owe.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import kept_parts, markdown, options, provenance, put_between, write_json
+from benchmarks.report import kept_parts, options, provenance, write_json
 from benchmarks.tasks.measure import rounded
 from benchmarks.tasks.recipes import ALIKE, OWING, SWITCHES, recipe_of
 from stickslip.agents.evaluation.rollout import without_resets
@@ -46,7 +46,6 @@ PART = 16
 LIMIT = 0.01
 """The most that a score may owe."""
 OUT = Path("benchmarks/results/finer.json")
-MARKS = ("<!-- finer -->", "<!-- end of finer -->")
 
 
 @dataclass(frozen=True)
@@ -61,20 +60,17 @@ class StartedInSingle(BipedEnv):
 
 
 def main(arguments: list[str]) -> None:
-    """Replay, keep and write into a page."""
+    """Replay and keep the returns."""
     parser = options("tasks.finer", __doc__, OUT)
     parser.add_argument("--only", nargs="+", metavar="NAME")
-    parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
     content = kept_parts(given.out, names())
-    for name in (given.only or names()) if given.only or given.docs is None else []:
+    for name in given.only or names():
         content[name] = list(rows_of(task_by_name(name)))
         stamp = provenance()
         content["parts"][name] = {at: stamp[at] for at in ("commit", "measured")}
         write_json(content, given.out)
-    if given.docs is not None:
-        put_between(given.docs, table(content), MARKS)
 
 
 def names() -> list[str]:
@@ -156,28 +152,6 @@ def played_in(part: int, task: TaskDefinition, player: Any, episodes: int) -> St
         env = replace(env, substeps=count, max_events=SWITCHES * count)
     params = env.make_params(**BipedEnv.from_plain(task.parameters), dtype=dtype)
     return play(env, _in(player, dtype), params, range(episodes), keep_of)
-
-
-def table(content: dict[str, Any]) -> str:
-    """A row a policy: returns by setting and what its score owes."""
-    rows = []
-    for name in names():
-        known = known_of(task_by_name(name))
-        for one in content.get(name, []):
-            best = known is not None and one["policy"] == known.best.policy
-            falls = [f", {share:.0%} fall" if share else "" for share in one["failures"]]
-            owed, low, high = one["owes"]
-            spread = "" if high is None else f" ± {(high - low) / 2:.1%}"
-            rows.append(
-                {
-                    "task": f"`{name}`",
-                    "policy": one["policy"] + (" (1)" if best else ""),
-                    "return": f"{one['return']:.4g}{falls[0]}",
-                    "finely": f"{one['finely']:.4g}{falls[1]}",
-                    "owes": f"{owed:.1%}{spread}",
-                }
-            )
-    return markdown(rows)
 
 
 def _in(tree: Any, dtype: Any) -> Any:

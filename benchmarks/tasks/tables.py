@@ -1,4 +1,4 @@
-"""What is known of the tasks, as tables for pages."""
+"""Tables of the tasks' known scores for docs/tasks.md."""
 
 from __future__ import annotations
 
@@ -9,50 +9,25 @@ from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, known_of
-from stickslip.envs.tasks import WITHDRAWN
 
 if TYPE_CHECKING:
     from stickslip.envs.tasks.known import Bound, Earned, Known, Learned
 
 
-def short_table() -> str:
-    """A row a task: what is asked, the best by hand, what was learnt and the best known."""
-    rows = []
-    for task in TASKS.values():
-        known = known_of(task)
-        if known is None:
-            continue
-        hand, learned = known.by_hand, known.learned
-        rows.append(
-            {
-                "task": f"`{task.name}`",
-                "asked": task.title,
-                "by hand": f"{known.score_of(hand).shown(2)}, {hand.policy}",
-                "PPO": "not measured" if learned is None else _learned(known, learned),
-                "shipped": _shipped(task.name),
-                "1 is": f"{known.best.value:.4g}{_unit(task.unit)}",
-            }
-        )
-    return markdown(rows)
-
-
 def long_table() -> str:
-    """A row a task with returns, intervals, failures and scores of everybody."""
+    """Scores and returns of each task, and a paragraph for each."""
     rows: list[dict[str, Any]] = []
     for task in TASKS.values():
         known = known_of(task)
         if known is None:
             continue
-        planned = max(known.planners, key=lambda one: one.value, default=None)
         learned = known.learned
         rows.append(
             {
                 "task": f"`{task.name}`",
-                "episodes": f"{known.episodes}",
                 "idle (0)": f"{known.trivial.value:.4g}",
                 "best by hand": _cell(known, known.by_hand),
-                "best planner": "" if planned is None else _cell(known, planned),
-                "PPO": "not measured" if learned is None else _learned(known, learned),
+                "PPO": "" if learned is None else _learned(known, learned),
                 "shipped": _shipped(task.name),
                 "best known (1)": known.best.shown,
                 "if steady, no slip": _at_most(known.assumed),
@@ -63,15 +38,12 @@ def long_table() -> str:
 
 
 def _in_words() -> str:
-    """A paragraph a task: what makes it hard, and where its best known comes from; its picture."""
+    """Title, description and picture of each task."""
     found = []
     for task in TASKS.values():
-        known = known_of(task)
-        if known is not None:
+        if known_of(task) is not None:
             asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
-            picture = f"![{task.title}](tasks/{task.name}.png)"
-            found.append(f"{asked} Its 1 was earned by {known.how}.\n\n{picture}")
-    found += [f"**{name}**: withdrawn, refused: {reason}." for name, reason in WITHDRAWN.items()]
+            found.append(f"{asked}\n\n![{task.name}](tasks/{task.name}.png)")
     return "\n\n".join(found)
 
 
@@ -93,7 +65,3 @@ def _learned(known: Known, learned: Learned) -> str:
 
 def _at_most(bound: Bound | None) -> str:
     return "" if bound is None else f"{bound.value:.4g}"
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "-" else f" {unit}"

@@ -21,6 +21,7 @@ from stickslip.agents.shipped.record import record_of
 from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
+from tests.documents import ROOT
 
 NAME = "BipedSprint-v1"
 TINY = {
@@ -88,12 +89,10 @@ def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
     assert beside_package(replace(record.task, stem="BipedNew"), found) == found
 
 
-def test_the_page_has_a_row_and_a_command_for_every_policy():
-    text = table()
-    for name in shipped_names():
-        record = record_of(name)
-        assert f"`{name}`" in text
-        assert f"\n    {record.command}" in text
+def test_the_page_has_a_row_for_every_policy():
+    page = (ROOT / "docs/policies.md").read_text(encoding="utf-8")
+    assert table() in page
+    assert all(f"`{name}`" in page for name in shipped_names())
 
 
 @pytest.mark.long
