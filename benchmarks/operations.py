@@ -1,6 +1,6 @@
 """What each feature of a scene adds to the compiled program and to the time of a step.
 
-    python -m benchmarks.operations [--out FILE] [--sizes-only] [--docs docs/design.md]
+    python -m benchmarks.operations [--out FILE] [--sizes-only]
 
 The program is a walk with fixed time steps, compiled for this machine in float32. Counted: its
 instructions, those among them that compute (not parameters, constants, copies or bookkeeping), and
@@ -16,14 +16,13 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from pathlib import Path
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, options, provenance, put_between, write_json
+from benchmarks.report import markdown, options, provenance, write_json
 from benchmarks.timing import without_kernels
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
@@ -62,7 +61,6 @@ DT = 0.01
 """Time step [s]."""
 STEPS = {1: 200, 4096: 10}
 """How many steps the timed programs take, by batch."""
-MARKS = ("<!-- operations -->", "<!-- end of operations -->")
 """What a page holds around the table."""
 AIM = 3.0
 """Crank rate that the walks are held near [rad/s]."""
@@ -199,7 +197,6 @@ def main(arguments: list[str] | None = None) -> None:
     """Count, time, print the table, write the JSON."""
     parser = options("operations", __doc__)
     parser.add_argument("--sizes-only", action="store_true", help="compile, but do not time")
-    parser.add_argument("--docs", type=Path, help="page to put the table into")
     given = parser.parse_args(arguments)
     every, rows = cases(), []
     for place, (name, case) in enumerate(every.items(), 1):
@@ -207,8 +204,6 @@ def main(arguments: list[str] | None = None) -> None:
         rows.append(row_of(name, case, times=not given.sizes_only))
     table = markdown([{k: v for k, v in row.items() if k != "kinds"} for row in rows])
     print(table)
-    if given.docs:
-        put_between(given.docs, f"\n{table}\n", MARKS)
     write_json({**provenance(), "rows": rows}, given.out)
     print(f"Written to {given.out}")
 
