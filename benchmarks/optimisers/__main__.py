@@ -36,7 +36,6 @@ from benchmarks.optimisers.find import found_for, front_for
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
-from stickslip.optim.instances.catalogue import withdrawn
 from stickslip.optim.instances.instance import verified
 from stickslip.optim.instances.known import Known, keep
 from stickslip.optim.problem import FEASIBLE
@@ -110,32 +109,18 @@ def verify(names: list[str]) -> bool:
 
 
 def table() -> str:
-    """All instances, a row each."""
+    """Goal, best known value and gap of each instance."""
     rows: list[dict[str, Any]] = []
     for one in suite().values():
         known = one.known
-        flags = [name for name, value in vars(one.flags).items() if value]
         gap = best = ""
         if known is not None and not np.isnan(known.value):
             best = f"{known.value:.6g}"
         if known is not None and known.bound is not None:
             gap = f"{max(0.0, known.value - known.bound) / max(abs(known.value), 1e-12):.1g}"
-        rows.append(
-            {
-                "id": f"`{one.id}`",
-                "n": one.n,
-                "goal": ", ".join(one.goals),
-                "flags": ", ".join(flags),
-                "best known": best,
-                "gap to a bound": gap,
-            }
-            | {f"{kind} [us]": cost for kind, cost in (known.cost if known else {}).items()}
-        )
-    columns = dict.fromkeys(name for row in rows for name in row)
-    table = markdown([{name: row.get(name, "") for name in columns} for row in rows])
-    reasons = [f"| `{name}` | {why} |" for name, why in withdrawn().items()]
-    head = ["", "", "| withdrawn | why |", "| --- | --- |"] if reasons else []
-    return "\n".join([table, *head, *reasons])
+        goal = ", ".join(one.goals)
+        rows.append({"id": f"`{one.id}`", "goal": goal, "best known": best, "gap to a bound": gap})
+    return markdown(rows)
 
 
 def _races(given: argparse.Namespace) -> None:
