@@ -22,10 +22,6 @@ PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baseline
 RESULTS = Path("benchmarks/results")
 MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
 """What a page holds around the tables made from a measurement."""
-WRITTEN: dict[str, dict[str, Any]] = {}
-"""What this process wrote, by file, for `benchmarks.as_json`."""
-SHOWN: list[list[dict[str, Any]]] = []
-"""The rows of the tables that it made, for the same."""
 
 
 def options(name: str, about: str | None, out: Path | None = None) -> argparse.ArgumentParser:
@@ -60,7 +56,6 @@ def provenance() -> dict[str, Any]:
 
 def markdown(rows: list[dict[str, Any]]) -> str:
     """A Markdown table with the first row's keys as its head; numbers to the right."""
-    SHOWN.append(rows)
     return Table.of_rows(rows).markdown(aligned=True).rstrip("\n")
 
 
@@ -71,7 +66,6 @@ def folded(title: str, text: str) -> str:
 
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write the file whole or not at all."""
-    WRITTEN[str(path)] = content
     write_whole(path, json_text(content))
 
 

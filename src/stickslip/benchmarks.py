@@ -1,13 +1,11 @@
-"""`stickslip bench`: which benchmarks there are, and running one.
+"""List and run benchmarks (`stickslip bench`).
 
-Those of the package run in this process. Those of the repository's folder benchmarks/ are no part
-of the package: they need a checkout, and each runs in a process of its own, which loads nothing but
-what it measures.
+Those of the package run in this process. Those of the repository's folder benchmarks/ need a
+checkout, and each runs in a process of its own, which loads nothing but what it measures.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -43,15 +41,11 @@ BENCHMARKS = {
         "stickslip.agents.optimisers.commands", "optimisers on the suite's instances"
     ),
     "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
-    "evaluations": Benchmark("benchmarks.evaluations", "what one look at a posture costs"),
-    "extremes": Benchmark("benchmarks.extremes", "numerical stability at the extremes"),
     "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
-    "gradients": Benchmark("benchmarks.gradients", "derivatives through stick and slip"),
     "operations": Benchmark("benchmarks.operations", "what each feature of a scene costs"),
     "optimum": Benchmark("benchmarks.optimum", "the best that can be earned on the biped's tasks"),
     "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo, MJX, Pinocchio and C"),
     "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
-    "smoothed": Benchmark("benchmarks.smoothed", "what smoothing friction costs"),
     "size": Benchmark("benchmarks.size", "lines, flags, and files that a call enters"),
     "suite": Benchmark("benchmarks.optimisers", "what is known of the suite for optimisers"),
     "tasks": Benchmark("benchmarks.tasks", "what is earned on each task"),
@@ -89,14 +83,19 @@ HOW = (
 def run_benchmark(
     name: str, arguments: Sequence[str], *, as_json: bool = False
 ) -> tuple[int, Content | None]:
-    """Run one with its own arguments; return its exit status and, with as_json, what it found.
-    ValueError for an unknown name, and for one that cannot run here, with what to do."""
+    """Run a benchmark with its own arguments; return its exit status and its content.
+
+    ValueError for an unknown name, for one that cannot run here and, with as_json, for one that
+    writes its own JSON.
+    """
     require_choice("benchmark", name, BENCHMARKS)
     one, root = BENCHMARKS[name], checkout()
     if one.packaged:
         if not runs_here(one, root):
             raise ValueError(f"benchmark {name!r} is not in this version of the package")
         return import_module(one.module).run(list(arguments))
+    if as_json:
+        raise ValueError(f"benchmark {name!r} writes its own JSON; accepted: --out FILE")
     if root is None:
         here = ", ".join(name for name, one in BENCHMARKS.items() if runs_here(one, None))
         raise ValueError(
@@ -106,23 +105,12 @@ def run_benchmark(
     if root != Path.cwd():
         print(f"in {root}", file=sys.stderr)
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
-    module = ["benchmarks.as_json", one.module] if as_json else [one.module]
     ended = subprocess.run(
-        [sys.executable, "-m", *module, *arguments],
+        [sys.executable, "-m", one.module, *arguments],
         cwd=root,
         env=os.environ | {"PYTHONPATH": path},
-        stdout=subprocess.PIPE if as_json else None,
     )
-    return ended.returncode, _told(name, ended.stdout)
-
-
-def _told(name: str, answer: bytes | None) -> Content | None:
-    """What `benchmarks.as_json` answered; None where a benchmark ended before."""
-    if not answer:
-        return None
-    from stickslip.records.content import Content
-
-    return Content(facts={"benchmark": name, **json.loads(answer)})
+    return ended.returncode, None
 
 
 def runs_here(one: Benchmark, root: Path | None) -> bool:

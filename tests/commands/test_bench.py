@@ -21,9 +21,8 @@ def test_every_benchmark_of_the_repository_is_listed_under_a_module_that_can_be_
         for path in (ROOT / "benchmarks").rglob("*.py")
         if "\nif __name__ == " in path.read_text(encoding="utf-8")
     }
-    no_measurement = {"benchmarks.walks", "benchmarks.as_json"}  # an animation; runs others
     helpers = {one for one in runs if find_spec(one) is None}
-    assert listed == runs - no_measurement - helpers
+    assert listed == runs - helpers
     assert main(["bench"]) == OK
     said = capsys.readouterr().out
     assert all(f"\n{name} " in said for name in benchmarks.BENCHMARKS)
@@ -32,16 +31,16 @@ def test_every_benchmark_of_the_repository_is_listed_under_a_module_that_can_be_
 def test_what_follows_the_name_is_the_benchmarks_own(monkeypatch: pytest.MonkeyPatch, tmp_path):
     ran: list[tuple[list[str], Path]] = []
 
-    def run(command: list[str], cwd: Path, env: dict[str, str], stdout: None) -> SimpleNamespace:
+    def run(command: list[str], cwd: Path, env: dict[str, str]) -> SimpleNamespace:
         assert env["PYTHONPATH"].startswith(str(ROOT))
         ran.append((command, cwd))
-        return SimpleNamespace(returncode=7, stdout=stdout)
+        return SimpleNamespace(returncode=7)
 
     monkeypatch.setattr(benchmarks.subprocess, "run", run)
     monkeypatch.chdir(tmp_path)
-    assert main(["bench", "gradients", "--parts", "slopes", "-x", "--help"]) == 7
+    assert main(["bench", "throughput", "--parts", "slopes", "-x", "--help"]) == 7
     ((command, cwd),) = ran
-    assert command[1:3] == ["-m", "benchmarks.gradients"]
+    assert command[1:3] == ["-m", "benchmarks.throughput"]
     assert command[3:] == ["--parts", "slopes", "-x", "--help"]
     assert cwd == ROOT
 
@@ -77,38 +76,9 @@ def test_an_unknown_benchmark_is_refused_with_the_nearest(capsys):
     assert "did you mean throughput?" in capsys.readouterr().err
 
 
-MADE_UP = """
-import subprocess, sys
-from pathlib import Path
-from benchmarks.report import markdown, write_json
-print("for people")
-subprocess.run(["echo", "from a process of its own"])
-print(markdown([{"steps/s": "1,200"}]))
-write_json({"rows": [{"steps_per_second": 1234.5}]}, Path(sys.argv[1]))
-sys.exit(3)
-"""
-
-
-def test_what_a_benchmark_found_is_one_object_and_the_rest_is_not_on_standard_output(
-    monkeypatch: pytest.MonkeyPatch, tmp_path, capfd
-):
-    (tmp_path / "made_up.py").write_text(MADE_UP)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    one = benchmarks.Benchmark("made_up", "of this test")
-    monkeypatch.setitem(benchmarks.BENCHMARKS, "made-up", one)
-    file = str(tmp_path / "found.json")
-    assert main(["bench", "made-up", file, "--json"]) == 3
-    out, err = capfd.readouterr()
-    assert json.loads(out) == {
-        "command": "bench",
-        "exit_status": 3,
-        "units": {},
-        "benchmark": "made-up",
-        "written": {file: {"rows": [{"steps_per_second": 1234.5}]}},
-        "tables": [[{"steps/s": "1,200"}]],
-    }
-    assert "for people\n" in err
-    assert "from a process of its own\n" in err
+def test_a_benchmark_that_writes_its_own_json_is_refused_with_the_flag_for_it(capsys):
+    assert main(["bench", "throughput", "--json"]) == WRONG_INPUT
+    assert "accepted: --out FILE" in capsys.readouterr().err
 
 
 def test_one_of_the_package_tells_what_it_found(capsys):

@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks.marching import Start, march
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedModel, BipedState, EventExact, RK4Split, step
 from tests.dynamics.biped.helpers import (
@@ -19,6 +18,7 @@ from tests.dynamics.biped.helpers import (
     inertia_along,
     still_forces,
 )
+from tests.dynamics.biped.stepping.marching import Start, march
 from tests.precision import mostly_single
 
 TRIALS = RK4Split().trials

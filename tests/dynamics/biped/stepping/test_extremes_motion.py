@@ -1,15 +1,15 @@
 """Starting anywhere, at any rate, torque and time step: a named end, finite numbers, no gifts."""
 
 from collections import Counter
+from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks.extremes import anywhere
-from benchmarks.marching import March, Start, march
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, step
 from tests.dynamics.biped.helpers import (
@@ -19,6 +19,7 @@ from tests.dynamics.biped.helpers import (
     inverse,
     state_of,
 )
+from tests.dynamics.biped.stepping.marching import March, Start, march
 from tests.dynamics.biped.stepping.test_extremes_friction import long_footed, momentum_and_energy
 
 pytestmark = pytest.mark.long
@@ -27,6 +28,33 @@ LIFT_OFF_RATE = 8.6238
 """At constant crank speed [rad/s]: where m g + Y' w^2 first vanishes, at 1.035 pi."""
 
 UNSPLIT = ("euler", "semi_implicit", "rk4")
+
+
+def anywhere(count: int = 960) -> list[Start]:
+    """Random starts: rates to 1e3 rad/s, slides to 100 m/s, torques to 10 kN m, steps to 0.1 s."""
+    rng = np.random.default_rng(0)
+
+    def spread(low: float, high: float, every: int) -> np.ndarray:
+        value = rng.choice([-1, 1], count) * 10 ** rng.uniform(low, high, count)
+        value[rng.permutation(count)[: count // every]] = 0.0
+        return value
+
+    phase = rng.uniform(SUPPORT_START, SUPPORT_END, count)
+    phase[::7], phase[3::7] = SUPPORT_START, SUPPORT_END
+    mu_static = np.abs(spread(-12, 2, 9))
+    columns = {
+        "mu_static": mu_static,
+        "mu_kinetic": mu_static * rng.choice([0.0, 0.5, 1.0], count),
+        "phase": phase,
+        "crank_rate": spread(-3, 3, 5),
+        "foot_velocity": spread(-9, 2, 3),
+        "torque": spread(-3, 4, 6),
+        "dt": 10 ** rng.uniform(-6, -1, count),
+    }
+    return [
+        replace(Start(count=20), **dict[str, Any](zip(columns, map(float, row), strict=True)))
+        for row in zip(*columns.values(), strict=True)
+    ]
 
 
 @lru_cache

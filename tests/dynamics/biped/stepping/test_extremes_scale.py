@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks.marching import March, Start, march
 from stickslip.dynamics import Status
 from stickslip.dynamics.biped import BipedModel, BipedParams, kinematics
 from tests.dynamics.biped.helpers import default_model, default_params, model_of
+from tests.dynamics.biped.stepping.marching import March, Start, march
 from tests.dynamics.biped.stepping.test_extremes_friction import long_footed
 
 pytestmark = pytest.mark.long

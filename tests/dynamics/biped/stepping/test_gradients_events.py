@@ -1,7 +1,6 @@
 """Derivatives of the event-exact walk: its end and the instants of its switches.
 
-The walks, inputs and compiled functions are those of benchmarks/gradients.py; the reference is a
-central difference of fourth order of the walk itself.
+The reference is a central difference of fourth order of the walk itself.
 """
 
 from functools import lru_cache
@@ -11,11 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks import gradients
-from benchmarks.gradients import CASES, INPUTS, OUTPUTS
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split, step
 from tests.dynamics.biped.helpers import state_of
+from tests.dynamics.biped.stepping import derivatives as gradients
+from tests.dynamics.biped.stepping.derivatives import CASES, INPUTS, OUTPUTS
 
 pytestmark = pytest.mark.long
 

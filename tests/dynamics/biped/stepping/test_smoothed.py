@@ -1,57 +1,93 @@
-"""Smoothed friction: what it is, how far it is from dry friction, what it asks of a step.
-
-The compiled walks are those of benchmarks/smoothed.py.
-"""
+"""Smoothed friction: what it is, how far it is from dry friction, the largest stable step."""
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks import gradients, smoothed
-from benchmarks.smoothed import WALKS
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import EventExact, forward_dynamics, step
+from stickslip.dynamics.biped import RK4, BipedState, EventExact, step
 from stickslip.dynamics.status import Status
 from tests.dynamics.biped.helpers import default_model, state_of
+from tests.dynamics.biped.stepping import derivatives
 
 pytestmark = pytest.mark.long
 
 EXACT = EventExact(record_events=True)
+WALKS = {
+    # torque, phase, crank rate, coefficient (static and kinetic), duration
+    "dry friction holds": (1.0, np.pi / 2, 0.0, 0.5, 0.5),
+    "slides off, stops": (1.2, np.pi / 2, 0.0, 0.12, 0.3),
+    "breaks loose, stops": (0.0, 2.0, 3.0, 0.05, 0.7),
+}
 SLIDES = [name for name in WALKS if name != "dry friction holds"]
+STABLE = {"euler": 2.0, "semi_implicit": 2.0, "rk4_split": 2.785}
+"""Largest decay rate times step of each scheme: the end of its real stability interval."""
+
+
+def decay_factor(angle):
+    """Decay rate of creep over mu g / slip_speed: M m / (M m - P^2)."""
+    inertia, mass = default_model().inertia.at(angle), default_model().total_mass
+    return inertia.M * mass / (inertia.M * mass - inertia.P**2)
+
+
+def fine_step(mu: float, slip_speed: float) -> float:
+    """Step of 1.5 decay times of creep at the lightest phase [s]."""
+    angles = jnp.linspace(np.pi / 2, 3 * np.pi / 2, 401)
+    fastest = float(jnp.max(jax.vmap(decay_factor)(angles)))
+    return min(1e-3, 1.5 * slip_speed / (mu * float(default_model().gravity) * fastest))
+
+
+@jax.jit
+def roll(numbers, phase, slip_speed, size, count):
+    """Crank angle and slide after `count` steps of `size` [s] with smoothed friction."""
+    torque, rate, mu = numbers
+    scene = Scene.smoothed(mu, slip_speed, outputs="state")
+    zero = jnp.zeros_like(phase)
+    state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
+
+    def body(_, now):
+        return step(default_model(), scene, now, torque, size, integrator=RK4())[0]
+
+    end = jax.lax.fori_loop(0, count, body, state)
+    return jnp.stack([end.crank_angle, end.foot_position])
+
+
+@jax.jit
+def slopes(numbers, rest):
+    """Derivatives of `roll` by torque, crank rate and mu, one column each."""
+    push = lambda along: jax.jvp(lambda n: roll(n, *rest), (numbers,), (along,))[1]  # noqa: E731
+    return jax.vmap(push, out_axes=1)(jnp.eye(3))
 
 
 @lru_cache
-def how(name: str, slip_speed: float) -> tuple:
-    """A walk's numbers, and how it is rolled out."""
+def given(name: str, slip_speed: float) -> tuple:
+    """A walk's numbers, and the other arguments of `roll`."""
     torque, phase, rate, mu, duration = WALKS[name]
-    count = math.ceil(duration / smoothed.fine_step(mu, slip_speed))
-    numbers = jnp.asarray([torque, rate, mu])
-    return numbers, (
-        jnp.asarray(phase),
-        jnp.asarray(slip_speed),
-        jnp.asarray(duration / count),
-        count,
-    )
+    count = math.ceil(duration / fine_step(mu, slip_speed))
+    rest = (phase, slip_speed, duration / count)
+    return jnp.asarray([torque, rate, mu]), (*map(jnp.asarray, rest), count)
 
 
 @lru_cache
 def dry(name: str) -> tuple[np.ndarray, np.ndarray]:
-    return smoothed.dry(*WALKS[name], spec=EXACT)
-
-
-def end_of(name: str, slip_speed: float) -> np.ndarray:
-    numbers, rest = how(name, slip_speed)
-    return np.asarray(smoothed.roll(numbers, *rest)[0])
+    """Crank angle and slide with dry friction, mu static = mu kinetic, and their derivatives."""
+    torque, phase, rate, mu, duration = WALKS[name]
+    inputs = jnp.asarray([torque, rate, mu, mu, derivatives.NOWHERE])
+    start = (jnp.asarray(phase), jnp.zeros(()), jnp.asarray(duration))
+    weights = jnp.ones(len(derivatives.OUTPUTS) + derivatives.SWITCHES)
+    found = derivatives.derivatives(EXACT, weights, inputs, *start)
+    ends = [derivatives.OUTPUTS.index(output) for output in ("crank angle", "slide")]
+    by = np.asarray(found.forward)[ends]
+    return np.asarray(found.values)[ends], np.column_stack([by[:, :2], by[:, 2:4].sum(axis=1)])
 
 
 @lru_cache
 def slopes_of(name: str, slip_speed: float) -> np.ndarray:
-    numbers, rest = how(name, slip_speed)
-    return np.asarray(smoothed.slopes(numbers, *rest))
+    return np.asarray(slopes(*given(name, slip_speed)))
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.004, -0.004, 0.5])
@@ -69,24 +105,13 @@ def test_friction_is_the_hyperbolic_tangent_of_the_sliding_speed(dtype, velocity
     assert int(contact.mode) == (np.sign(velocity) if slides else 0)
 
 
-@pytest.mark.long
-def test_a_foot_that_dry_friction_holds_creeps_at_slip_speed_artanh_of_its_use(float64):
-    name, slip_speed = "dry friction holds", 1e-3
-    mu = WALKS[name][3]
-    numbers, (phase, speed, size, _) = how(name, slip_speed)
-    end = smoothed.roll(numbers, phase, speed, size, math.ceil(0.3 / float(size)))[1]
-    zero, coefficient = jnp.zeros(()), jnp.asarray(mu)
-    at = (end.crank_angle, end.crank_rate, zero, numbers[0], coefficient, coefficient)
-    still = jax.jit(forward_dynamics)(default_model(), *at)
-    use = float(still.friction_force / (mu * still.normal_force))
-    assert 0.1 < abs(use) < 1
-    assert float(end.foot_velocity) == pytest.approx(-slip_speed * math.atanh(use), rel=2e-3)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("name", WALKS)
 def test_the_error_falls_in_proportion_to_the_slip_speed(float64, name):
-    coarse, fine = (np.abs(end_of(name, speed) - dry(name)[0]) for speed in (3e-3, 1e-3))
+    def off(slip_speed):
+        numbers, rest = given(name, slip_speed)
+        return np.abs(np.asarray(roll(numbers, *rest)) - dry(name)[0])
+
+    coarse, fine = off(3e-3), off(1e-3)
     assert np.all(fine > 0)
     assert np.all((coarse / fine > 2) & (coarse / fine < 3.5))
     assert fine[0] < 3e-3
@@ -104,46 +129,36 @@ def test_derivatives_tend_to_those_of_hard_switching(float64, name):
 
 @pytest.mark.parametrize("name", WALKS)
 def test_derivatives_match_differences(float64, name):
-    numbers, rest = how(name, 3e-3)
-    want = smoothed.differences(lambda at: smoothed.roll(at, *rest)[0], numbers, 1e-5)
-    got = slopes_of(name, 3e-3)
-    assert gradients.worst(got, want).max() < 1e-6
+    numbers, rest = given(name, 3e-3)
+    pairs = [(roll(numbers + h, *rest), roll(numbers - h, *rest)) for h in 1e-5 * np.eye(3)]
+    want = np.stack([(np.asarray(a) - np.asarray(b)) / 2e-5 for a, b in pairs], axis=1)
+    assert derivatives.worst(slopes_of(name, 3e-3), want).max() < 1e-6
 
 
-@pytest.mark.parametrize("integrator", ["euler", "semi_implicit", "rk4_split"])
+@partial(jax.jit, static_argnums=0)
+def creep_left(integrator: str, phase, slip_speed, mu, size):
+    """Creep after 60 steps over that at the start, on a robot held by its motor."""
+    model = default_model()
+    torque = model.gravity * model.inertia.at(phase).Y
+    scene = Scene.smoothed(mu, slip_speed, outputs="state")
+    zero = jnp.zeros_like(phase)
+    begin = 1e-3 * slip_speed
+    state = BipedState(phase, jnp.zeros((), jnp.int32), zero, zero, begin, zero)
+
+    def body(_, now):
+        return step(model, scene, now, torque, size, integrator=integrator)[0]
+
+    return jnp.abs(jax.lax.fori_loop(0, 60, body, state).foot_velocity) / begin
+
+
+@pytest.mark.parametrize("integrator", STABLE)
 def test_creep_decays_below_the_largest_step_and_grows_above_it(float64, integrator):
     """Steps in units of slip_speed / (mu g), over the factor M m / (M m - P^2)."""
-    model, mu, slip_speed = default_model(), 0.1, 1e-4
+    mu, slip_speed = 0.1, 1e-4
     for phase in (0.55 * np.pi, 0.665 * np.pi, np.pi):
-        M, _, P, *_ = jax.jit(model.inertia.at)(jnp.asarray(phase))
-        factor = float(M * model.total_mass / (M * model.total_mass - P**2))
-        unit = slip_speed / (mu * float(model.gravity)) / factor
-        left = [
-            float(
-                smoothed.creep_left(
-                    integrator,
-                    jnp.asarray(phase),
-                    jnp.asarray(slip_speed),
-                    jnp.asarray(mu),
-                    jnp.asarray(share * smoothed.STABLE[integrator] * unit),
-                )
-            )
-            for share in (0.97, 1.03)
-        ]
-        assert left[0] < 0.5
-        assert left[1] > 2
-
-
-def test_beyond_the_largest_step_creep_stays_bounded_but_is_wrong(float64):
-    """The force saturates: the foot shakes by what mu g can do in one step, and no more."""
-    model, size = default_model(), 0.01
-    torque = jnp.asarray(1.0)
-    scene = Scene.smoothed(jnp.asarray(0.5), jnp.asarray(1e-4), outputs="state")
-    state, speeds = state_of(phase=np.pi / 2), []
-    for _ in range(40):
-        state, contact = step(model, scene, state, torque, jnp.asarray(size))
-        speeds.append(abs(float(state.foot_velocity)))
-        assert contact.status == Status.OK
-    phases = jnp.linspace(np.pi / 2, 3 * np.pi / 2, 101)
-    factor = float(jnp.max(jax.vmap(smoothed.decay_factor)(phases)))
-    assert 1e-2 < max(speeds) < 2 * 0.5 * float(model.gravity) * size * factor
+        unit = slip_speed / (mu * float(default_model().gravity)) / float(decay_factor(phase))
+        sizes = (share * STABLE[integrator] * unit for share in (0.97, 1.03))
+        numbers = [(phase, slip_speed, mu, size) for size in sizes]
+        below, above = (float(creep_left(integrator, *map(jnp.asarray, one))) for one in numbers)
+        assert below < 0.5
+        assert above > 2

@@ -1,38 +1,26 @@
-"""How right derivatives are through stick, slip, exchange and patch edges, by integrator.
-
-    python -m benchmarks.gradients [--out FILE]
-
-Forward-mode derivatives of a walk's end and of the instants of its switches, by seven inputs,
-beside central differences of fourth order of the event-exact walk; then what the derivative says
-where an onset of sliding is about to vanish. docs/gradients.md discusses the numbers.
-"""
+"""Derivatives of walks with switches, and central differences of the same walks."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, options, provenance, write_json
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
-    RK4,
     BipedModel,
     BipedParams,
     BipedState,
-    Euler,
     EventExact,
-    RK4Split,
-    SemiImplicitEuler,
     Table,
     prepare,
     step,
 )
-from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit
+from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -54,18 +42,6 @@ CASES = {
 }
 
 TIGHT = EventExact(rtol=1e-11, atol=1e-13, max_steps=1024, record_events=True)
-
-SETTINGS: dict[str, Integrator] = {
-    "event_exact, 1e-11": TIGHT,
-    "event_exact, 1e-9": EventExact(record_events=True),
-    "event_exact, 1e-6": EventExact(rtol=1e-6, atol=1e-9, record_events=True),
-    "rk4_split, 40 steps": RK4Split(substeps=40, max_events=8, record_events=True),
-    "rk4_split, 160 steps": RK4Split(substeps=160, max_events=8, record_events=True),
-    "rk4, 400 steps": RK4(substeps=400),
-    "rk4, 4000 steps": RK4(substeps=4000),
-    "semi_implicit, 4000 steps": SemiImplicitEuler(substeps=4000),
-    "euler, 4000 steps": Euler(substeps=4000),
-}
 
 
 def numbers(model: BipedModel) -> list[jax.Array]:
@@ -187,29 +163,6 @@ def worst(got: np.ndarray, want: np.ndarray) -> np.ndarray:
     return np.max(np.abs(got - want), axis=1) / np.where(scale > 0, scale, 1.0)
 
 
-def accuracy() -> list[dict[str, Any]]:
-    """Every setting's derivatives in every case beside differences of the event-exact walk."""
-    rows = []
-    for case, (inputs, *start) in CASES.items():
-        given = jnp.asarray(inputs), *map(jnp.asarray, start)
-        want = differences(TIGHT, *given)
-        weights = jnp.cos(jnp.arange(len(OUTPUTS) + SWITCHES))
-        count = int(derivatives(TIGHT, weights, *given).switches)
-        for setting, spec in SETTINGS.items():
-            got = jax.tree.map(np.asarray, derivatives(spec, weights, *given))
-            errors = worst(got.forward, want[: len(got.forward)])
-            row: dict[str, Any] = {"case": case, "integrator": setting}
-            row["switches"] = int(got.switches)
-            row |= {name: f"{error:.1e}" for name, error in zip(OUTPUTS, errors, strict=False)}
-            times = errors[len(OUTPUTS) :][:count]
-            row["instants"] = "none" if isinstance(spec, Unsplit) else f"{times.max():.1e}"
-            pulled = np.asarray(weights)[: len(got.forward)] @ got.forward
-            row["reverse - forward"] = f"{worst(got.weighted[None], pulled[None])[0]:.1e}"
-            rows.append(row)
-            print("  " + ", ".join(f"{name} {value}" for name, value in row.items()), flush=True)
-    return rows
-
-
 @jax.jit
 def peak_use(rate, phase) -> Float[Array, ""]:
     """|f| / N where a crank without torque comes to rest and turns back, the foot held.
@@ -230,49 +183,3 @@ def peak_use(rate, phase) -> Float[Array, ""]:
     inertia = model.inertia.at(turn)
     alpha = -model.gravity * inertia.Y / inertia.M
     return jnp.abs(inertia.P * alpha) / (model.total_mass * model.gravity + inertia.Y * alpha)
-
-
-def grazing(ratio: float) -> list[dict[str, Any]]:
-    """Derivatives by mu static as it nears the peak of use; ratio: mu kinetic / mu static."""
-    (torque, rate, *_), phase, velocity, duration = CASES["breaks loose, stops"]
-    peak = float(peak_use(rate, phase))
-    start = tuple(map(jnp.asarray, (phase, velocity, duration)))
-    rows = []
-    for below in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, -1e-8):
-        static = peak * (1 - below)
-        inputs = jnp.asarray([torque, rate, static, ratio * static, NOWHERE])
-        found = derivatives(TIGHT, jnp.ones(len(OUTPUTS) + SWITCHES), inputs, *start)
-        values, slopes = np.asarray(found.values), np.asarray(found.forward)
-        slips, by = int(found.switches) > 0, INPUTS.index("mu static")
-        slide, onset = OUTPUTS.index("slide"), len(OUTPUTS)
-        total = slopes[slide, by] + ratio * slopes[slide, by + 1]
-        rows.append(
-            {
-                "1 - mu / peak": f"{below:.0e}",
-                "switches": int(found.switches),
-                "onset [s]": f"{values[onset]:.6f}" if slips else "none",
-                "by mu [s]": f"{slopes[onset, by]:.3e}" if slips else "none",
-                "slide [m]": f"{values[slide]:.3e}",
-                "slide by mu [m]": f"{total:.3e}",
-            }
-        )
-    return rows
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Measure, print the tables, write the JSON."""
-    given = options("gradients", __doc__).parse_args(arguments)
-    with jax.enable_x64(True):
-        tables = {
-            "relative errors of derivatives": accuracy(),
-            "near a grazing onset, mu kinetic = 0.8 mu static": grazing(0.8),
-            "near a grazing onset, mu kinetic = mu static": grazing(1.0),
-        }
-    for title, rows in tables.items():
-        print(f"\n{title}\n\n{markdown(rows)}")
-    write_json({**provenance(), **tables}, given.out)
-    print(f"Written to {given.out}")
-
-
-if __name__ == "__main__":
-    main()

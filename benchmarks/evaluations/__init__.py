@@ -1,1 +1,0 @@
-"""What an evaluation of a posture problem costs, beside an earlier state of the package."""
