@@ -1,4 +1,4 @@
-"""Where a batch stands in the results of a function that has a rule for its derivatives.
+"""Batch axes of functions with a rule for their derivatives.
 
 JAX traces a function of `jax.custom_jvp` twice: for its value, and by its rule. Under vmap it notes
 which results of the value have the batch and along which axis, and inside jit takes the rule's for
@@ -113,12 +113,12 @@ register(in_front_p, _batched, _itself, slope=_slope, back=_back)
 
 @cache
 def _refused() -> Exception | None:
-    """Why the operation does not do with the JAX at hand, if it does not."""
+    """Reason why this JAX does not support the operation, or None."""
     return refusal(in_front_p, _tried)
 
 
 def _tried() -> bool:
-    """Whether the gradient of a small batch inside jit, whose value has it last, is right."""
+    """True if the gradient of a small batch inside jit, whose value has it last, is right."""
     turn, points = jnp.array([[1.0, 2.0], [3.0, 5.0]]), jnp.array([[0.5, 0.7], [1.1, 1.3]])
     weights = jnp.array([[1.0, 10.0], [100.0, 1000.0]])
 
@@ -142,7 +142,7 @@ def _tried() -> bool:
 
 @jax.custom_batching.custom_vmap
 def _alone(mark: Array) -> Array:
-    """What has no batch."""
+    """The values without a batch axis."""
     return mark
 
 

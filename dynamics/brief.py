@@ -1,4 +1,4 @@
-"""What parameters, scenes and tracks show of themselves: a line that a person can read."""
+"""One-line `repr` of parameters, scenes and tracks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def short_repr(self: Any) -> str:
 
 
 def joined(tree: Any, *first: str, usual: Mapping[str, Any] | None = None) -> str:
-    """What is said `first`, and the entries that differ from the usual ones, or a few of them."""
+    """The text `first` with the entries that differ from the defaults, or a few of them."""
     words = list(differing(tree, usual))
     if len(words) > FEW:
         words = [*words[: FEW // 2], f"{len(words) - FEW // 2} more"]
@@ -79,7 +79,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _same(value: Any, default: Any) -> bool:
-    """Whether a value is known to be the default, or a batch of it, to single precision."""
+    """True if a value is known to be the default, or a batch of it, to single precision."""
     if not (_is_number(value) or isinstance(value, tuple)) or default is None:
         return value is default or (isinstance(value, str) and value == default)
     leaves = jax.tree.leaves(value)

@@ -134,7 +134,7 @@ def _whole(value: object) -> bool:
 
 
 def _rounded(value: Any, array: np.ndarray, dtype: Any) -> np.ndarray:
-    """What JAX makes of the numbers: in its precision, and 0 where they are subnormal there."""
+    """The numbers in JAX's precision, 0 where they are subnormal there."""
     if dtype is None:
         typed = isinstance(value, jax.Array | np.ndarray) and value.dtype.kind == "f"
         dtype = jax.dtypes.canonicalize_dtype(value.dtype if typed else float)

@@ -34,7 +34,7 @@ def rebuilt(tree: Tree, **values: Any) -> Tree:
 
 
 def holds_numbers(*trees: Any) -> bool:
-    """Whether every leaf is a number, traced or not, and one is no Python int.
+    """True if every leaf is a number, traced or not, and one is no Python int.
 
     False for trees of what else JAX functions take, such as axes to map over, which are whole
     numbers: nothing can be derived from those.

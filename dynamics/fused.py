@@ -45,7 +45,7 @@ LARGE = 1024
 LARGEST_CUT = 2**13
 """Numbers of a block's part of an argument; blocks are smaller where members are larger."""
 GRAIN = 8
-"""Where there are several blocks, their size is a multiple of this."""
+"""The size of blocks is a multiple of this where there are several."""
 REMEMBERED = 128
 """Kernels that are not built anew when another program needs them."""
 
@@ -261,7 +261,7 @@ register_thinning(kernel_p, _needed)
 
 @cache
 def _works() -> bool:
-    """Whether functions can be kernels with the JAX at hand."""
+    """True if this JAX supports kernels."""
     return works(kernel_p, partial(_fused, fixed=0, works=lambda: True))
 
 

@@ -41,7 +41,7 @@ def fused_scan(
     *,
     length: int,
 ) -> tuple[Carry, Row]:
-    """What jax.lax.scan makes of step(*fixed, shared, carry, value) -> (carry, row): the last carry
+    """Scan step(*fixed, shared, carry, value) -> (carry, row) in one kernel: the last carry
     and the rows, every leaf [length, ...].
 
     step, fixed: hashable, the same from call to call, or all is compiled again. shared: a pytree of

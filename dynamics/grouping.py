@@ -35,7 +35,7 @@ MOST_WORK = 2**13
 with several threads, which it cannot do in a kernel; it does so from 200,000 on, ten for each byte
 that goes in or comes out included, where there are more operations than bytes."""
 APART = {"inlineable": "false"}
-"""What keeps XLA from dissolving a call."""
+"""Attributes that keep XLA from inlining a call."""
 REPEATED = 24
 """So many operations may be computed again rather than kept."""
 FREE = (
@@ -73,7 +73,7 @@ class _Step(NamedTuple):
     work: int
     """Numbers computed."""
     is_equality: bool
-    """Whether it asks if two values that were rounded are the same."""
+    """True if it asks if two values that were rounded are the same."""
 
     @property
     def is_loop(self) -> bool:
@@ -172,7 +172,7 @@ def _asks_for_equality(equation: JaxprEqn, operands: Sequence[Operand]) -> bool:
 
 
 def opened(kernel: JaxprEqn) -> ClosedJaxpr:
-    """What a fused function within another one does."""
+    """Equations of a fused function inside another one."""
     shapes = [_shape(atom.aval) for atom in kernel.invars]
     return jax.make_jaxpr(kernel.params["kernel"].at_once)(*shapes)
 

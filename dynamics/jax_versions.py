@@ -1,4 +1,4 @@
-"""What kernels use of JAX beyond its public interface, and what is done where it is not there.
+"""Parts of JAX beyond its public interface that kernels use, and fallbacks where they are missing.
 
 JAX lets others add operations and read traced functions (`jax.extend.core`, `jax.interpreters`),
 and changes how. Here is what differs between versions. On one newer than any that was tried, a
@@ -30,7 +30,7 @@ TRIED = (0, 12)
 """The newest minor version with which all tests of kernels ran."""
 
 Refused: tuple[type[Exception], ...] = (ImportError, AttributeError, TypeError, KeyError)
-"""What using an interface raises that is not there or another."""
+"""Exceptions of a missing or changed interface."""
 
 _unregistered: dict[Primitive, Exception] = {}
 """Operations without rules, and why."""
@@ -47,7 +47,7 @@ def constants_of(traced: ClosedJaxpr | Jaxpr) -> Sequence[ArrayLike]:
 
 
 def is_traced(param: object) -> TypeGuard[ClosedJaxpr]:
-    """Whether an operation's parameter is a traced function."""
+    """True if an operation's parameter is a traced function."""
     return hasattr(param, "eqns")
 
 
@@ -138,7 +138,7 @@ def unregister_thinning(operation: Primitive) -> None:
 
 
 def refusal(operation: Primitive, trial: Callable[[], bool]) -> Exception | None:
-    """Why an operation does not do with the JAX at hand, if it does not.
+    """Reason why this JAX does not support an operation, or None.
 
     trial: whether a small program with it gives the right numbers; run where nobody has tried.
     """
@@ -155,7 +155,7 @@ def refusal(operation: Primitive, trial: Callable[[], bool]) -> Exception | None
 
 
 def works(operation: Primitive, fuse: Callable[[Function], Function]) -> bool:
-    """Whether kernels do with the JAX at hand.
+    """True if this JAX supports kernels.
 
     operation: the kernel's; fuse: what makes a function one. Warns where it does not do.
     """
@@ -168,7 +168,7 @@ def works(operation: Primitive, fuse: Callable[[Function], Function]) -> bool:
 
 
 def _same_numbers(fuse: Callable[[Function], Function]) -> bool:
-    """Whether a small program gives with a kernel what it gives without."""
+    """True if a small program gives the same numbers with a kernel and without."""
     found, wanted = _program(fuse(_small)), _program(_small)
     return bool(jax.tree.all(jax.tree.map(partial(jnp.allclose, atol=1e-5), found, wanted)))
 

@@ -1,4 +1,4 @@
-"""What members of a batch need at different times, done for those alone that need it.
+"""Lane compaction: work that few members of a batch need is done for those alone.
 
 Under vmap a while loop runs every member as often as the slowest needs, and a condition computes
 both of its branches for all. Each member goes through exactly what it would go through by itself.
@@ -27,7 +27,7 @@ Carry = TypeVar("Carry")
 Tree = TypeVar("Tree")
 
 THINNING = 4
-"""How many times smaller each batch is than the one before."""
+"""Factor between the sizes of successive batches."""
 SMALLEST, LARGEST = 128, 256
 """Batches below and above run to their end together: looking up costs more than it saves."""
 

@@ -1,4 +1,4 @@
 """Names of the floors: known without JAX."""
 
 SCENES = ("slippery", "grip", "firm", "wet", "ice-patch")
-"""What `Scene.named` builds."""
+"""Names that `Scene.named` accepts."""

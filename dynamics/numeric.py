@@ -11,9 +11,9 @@ import numpy as np
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 
 Number = jax.Array | np.ndarray | np.number[Any] | int | float
-"""What functions take as a number, or as an array of numbers."""
+"""Accepted types of a number or an array of numbers."""
 Lists = Sequence[Number] | Sequence[Sequence[Number]]
-"""What they take for an array, too, where they make one of it."""
+"""Lists that functions make into arrays."""
 Numbers = Number | Lists
 Numeric = Any
 """The type of a numeric field: given as a Number and read as an array, which no narrower type says.
@@ -111,7 +111,7 @@ def float_type(*trees: Any):
 
 
 def all_finite(*trees: Any) -> jax.Array:
-    """Whether every number is finite."""
+    """True if every number is finite."""
     leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
     finite = jnp.ones((), bool)
     for leaf in leaves:

@@ -27,7 +27,7 @@ IN_A_HURRY = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_le
 has no plain emitter any more: preparing a robot then takes 2.5 s of compiling rather than 1, and 4
 without the other option."""
 UNKNOWN = re.compile(r"[Nn]o such compile option: '(\w+)'")
-"""What XLA says of an option that it does not know."""
+"""XLA's message about an unknown option."""
 
 _unknown: set[str] = set()
 """Options that XLA was found not to know."""
@@ -87,5 +87,5 @@ def known(options: dict[str, bool | int]) -> dict[str, bool | int]:
 
 
 def _in_a_trace(arguments: object) -> bool:
-    """Whether an argument is traced, or all that is computed here is."""
+    """True if an argument is traced, or all that is computed here is."""
     return not is_concrete(arguments, jnp.asarray(np.float32(0)))

@@ -29,8 +29,8 @@ LARGEST_SUM = 2**11
 SWITCH = "STICKSLIP_KERNELS"
 """The environment variable that is set to "off" where XLA cannot compile a kernel."""
 AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
-"""What XLA's CPU backend reads of a call. It is not documented there: a test looks for the kernel
-in compiled programs; where it is not read, results are the same and slower."""
+"""Attributes of a call that XLA's CPU backend reads. They are not documented there: a test looks for
+the kernel in compiled programs; where they are not read, results are the same and slower."""
 
 NEVER_IN_A_KERNEL = (
     *("scatter", "select_and_scatter", "sort", "top_k", "approx_top_k", "fft", "conv_general"),
@@ -69,7 +69,7 @@ def run_as_one_kernel(
 
 
 def _and_first(function: Callable[..., list[Array]], *leaves: Array):
-    """What the function returns, and the first number of every argument.
+    """Results of the function, and the first number of every argument.
 
     XLA's compiler gives up the process over a kernel with an argument that nothing in it reads. The
     caller keeps these numbers from being pruned by passing them through a barrier.
@@ -81,12 +81,12 @@ def _and_first(function: Callable[..., list[Array]], *leaves: Array):
 
 
 def switched_off() -> bool:
-    """Whether the user wants no kernels: SWITCH is "off" when a function is traced."""
+    """True if the user wants no kernels: SWITCH is "off" when a function is traced."""
     return os.environ.get(SWITCH, "").lower() in ("off", "0", "no", "false")
 
 
 def _can_be_one(jaxpr: Jaxpr) -> bool:
-    """Whether nothing in there calls a library or needs more than loops over small arrays."""
+    """True if nothing in there calls a library or needs more than loops over small arrays."""
     return all(map(_can_be_in_one, jaxpr.eqns))
 
 

@@ -1,4 +1,4 @@
-"""What a scene contains, and so what is compiled.
+"""Contents of a scene, which decide what is compiled.
 
 The *kind* of floor, of walk and of outputs is part of the tree structure, hence static under jit;
 the friction coefficients, edges and payload are numbers and may be traced, batched and
@@ -86,7 +86,7 @@ Floor = Grip | Uniform | Patches | Smoothed
 
 
 class SceneOptions(TypedDict, total=False):
-    """What every scene's constructor takes beside its floor; see Scene."""
+    """Arguments of every scene's constructor beside its floor; see Scene."""
 
     payload: Numbers | None
     steps: str

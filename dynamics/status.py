@@ -1,4 +1,4 @@
-"""What can come of a traced step, as integers that travel through jit and vmap."""
+"""Status of a traced step, as integers that pass through jit and vmap."""
 
 from enum import IntEnum
 
@@ -57,12 +57,12 @@ class Status(Code):
 
     @property
     def terminal(self) -> bool:
-        """Whether the model stops here."""
+        """True if the model stops here."""
         return self > Status.SLIP_ONSET
 
 
 class EventKind(Code):
-    """What happened at a switching instant inside a step."""
+    """Kind of a switching event inside a step."""
 
     NONE = 0
     SLIP = 1

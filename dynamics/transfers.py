@@ -14,7 +14,7 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 GUARDS = ("jax_transfer_guard_host_to_device", "jax_transfer_guard_device_to_host")
 FREE = (None, "allow")
-"""What the guard's settings are where it does nothing."""
+"""Settings with which the transfer guard does nothing."""
 
 
 def moves_numbers(function: Callable[Given, Result]) -> Callable[Given, Result]:

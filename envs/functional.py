@@ -134,7 +134,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     @abstractmethod
     def is_over(self, state: State) -> Bool[Array, ""]:
-        """Whether the state's episode has ended."""
+        """True if the state's episode has ended."""
 
     def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
         """Begin an episode: observation and state. `key`: a JAX random key."""

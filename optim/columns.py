@@ -258,7 +258,7 @@ def _name_and_unit(title: str, unit: str) -> tuple[str, str]:
 
 
 def _is_called(title: str, spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> bool:
-    """Whether the title is a name of the column; case counts where it names another one."""
+    """True if the title is a name of the column; case counts where it names another one."""
     title = title.replace("_", " ")
     for same in (str, str.lower):
         called = [one for one in wanted if same(title) in map(same, (one.name, *one.also))]
@@ -268,7 +268,7 @@ def _is_called(title: str, spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> bo
 
 
 def is_number(text: str) -> bool:
-    """Whether it is a number, perhaps none that is finite; 1_000 is none."""
+    """True if it is a number, perhaps none that is finite; 1_000 is none."""
     try:
         float(text)
     except ValueError:

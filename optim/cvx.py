@@ -31,7 +31,7 @@ class Ended(NamedTuple):
 
     @property
     def answered(self) -> bool:
-        """Whether there is a point to look at."""
+        """True if there is a point to look at."""
         return self.status in ANSWERED
 
 

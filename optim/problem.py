@@ -168,12 +168,12 @@ class Problem(ABC, Generic[R]):
         return self.evaluate(x).residuals
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
-        """Whether no scaled constraint and no bound is missed by more than `tolerance`."""
+        """True if no scaled constraint and no bound is missed by more than `tolerance`."""
         x = self.batch([x])[0]
         return self.meets(x, self.constraints(x), tolerance)
 
     def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
-        """Whether a point with these margins misses none of them and no bound by more."""
+        """True if a point with these margins misses none of them and no bound by more."""
         low, high = self.bounds
         within = np.all((x >= low - tolerance) & (x <= high + tolerance))
         return bool(within and np.all(margins >= -tolerance))

@@ -30,7 +30,7 @@ class OptimStatus(Enum):
 
     @property
     def solved(self) -> bool:
-        """Whether the point meets every constraint and the method ended as it should."""
+        """True if the point meets every constraint and the method ended as it should."""
         return self in (OptimStatus.OPTIMAL, OptimStatus.FEASIBLE)
 
 

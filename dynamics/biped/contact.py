@@ -139,7 +139,7 @@ def prescribed(
 def mode_of(
     still: Motion, foot_velocity: Float[Array, ""], mu_static: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """Which mode holds: the velocity's direction, or at rest the friction cone's word (eq. 32).
+    """Contact mode: the velocity's direction, or at rest the friction cone's result (eq. 32).
 
     `still` is the sticking motion. A foot at rest whose friction would leave the cone slides
     against the force that would be needed to hold it. A few roundings beyond the cone still hold:
@@ -172,6 +172,6 @@ def fall_under(model: BipedModel, normal_force: Float[Array, ""]) -> Int[Array, 
 def zero_moment_point(
     moment_of_ground: Float[Array, ""], normal_force: Float[Array, ""]
 ) -> Float[Array, ""]:
-    """Where the ground's force acts, from the ankle forwards [m]; 0 where there is no force."""
+    """Zero-moment point, from the ankle forwards [m]; 0 where there is no force."""
     pressed = normal_force > 0
     return jnp.where(pressed, moment_of_ground / jnp.where(pressed, normal_force, 1.0), 0.0)

@@ -1,4 +1,4 @@
-"""What moves the crank: a given torque (forward dynamics) or a given motion (inverse dynamics).
+"""Torque (forward dynamics) or motion (inverse dynamics) given at the crank.
 
 Integrators ask a `Problem` for motions, so both kinds of walk run under the same friction
 switching.
@@ -38,7 +38,7 @@ Drive = Torque | CrankMotion
 
 
 class Problem(NamedTuple):
-    """What stays the same during one call; at an instant, of no duration [s]."""
+    """Constants of one call; an instant has no duration [s]."""
 
     model: BipedModel
     scene: Scene

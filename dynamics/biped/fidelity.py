@@ -1,4 +1,4 @@
-"""How M, P and Y are computed: one interface, from the full system to a fitted table.
+"""Fidelities: one interface to M, P and Y, from the full system to a fitted table.
 
 Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
 integrators are the same; it says where their coefficients come from.

@@ -23,7 +23,7 @@ class Friction(NamedTuple):
 def patch_at(
     floor: Floor, position: Float[Array, ""], direction: Float[Array, ""]
 ) -> Int[Array, ""]:
-    """Which patch the foot is on at a floor position [m]; on an edge, the one it moves into."""
+    """Index of the patch under a floor position [m]; on an edge, the one it moves into."""
     if not isinstance(floor, Patches):
         return jnp.zeros_like(position, jnp.int32)
     edges = jnp.asarray(floor.edges)
@@ -52,7 +52,7 @@ def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Fricti
 
 
 def smoothed_direction(floor: Smoothed, velocity: Float[Array, ""]) -> Float[Array, ""]:
-    """What stands for the direction of sliding on a smoothed floor, between -1 and 1."""
+    """Smoothed sign of the sliding velocity, between -1 and 1."""
     return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
 
 

@@ -38,7 +38,7 @@ JointForces = TypeVar("JointForces")
 
 
 class InverseDynamics(NamedTuple, Generic[JointForces]):
-    """What a prescribed motion needs; forces on the foot, ground frame."""
+    """Torque and forces of a prescribed motion; forces on the foot, ground frame."""
 
     torque: Float[Array, ""]
     """Motor torque between hip and crank [N m]."""
@@ -53,7 +53,7 @@ class InverseDynamics(NamedTuple, Generic[JointForces]):
 
 
 class ForwardDynamics(NamedTuple):
-    """What a torque does at one instant."""
+    """Accelerations and forces under a torque at one instant."""
 
     crank_acceleration: Float[Array, ""]
     """[rad/s^2]"""

@@ -1,4 +1,4 @@
-"""Where the 24 links are, as functions of the supporting leg's crank angle (eqs. 3-16).
+"""Positions of the 24 links as functions of the supporting leg's crank angle (eqs. 3-16).
 
 Hip frame: origin A, x from A to B, y up. Ground frame: origin at the supporting ankle, x forwards
 and parallel to the foot, y up. The supporting foot is flat, so the hip turns by -theta10 (eq. 11).
@@ -128,7 +128,7 @@ def step_length(params: Linkage) -> Float[Array, ""]:
 
 
 def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
-    """How far the exchange of support is from impact-free [-]; 0 for a symmetric Chebyshev curve.
+    """Deviation of the exchange of support from impact-free [-]; 0 for a symmetric Chebyshev curve.
 
     The largest, over both ends of the support phase, of the other foot's height over the ground and
     velocity (per crank rate) in crank lengths, its angle and its turning rate (per crank rate); or

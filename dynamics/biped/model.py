@@ -63,7 +63,7 @@ class Load:
 @register_pytree
 @dataclass(frozen=True)
 class BipedModel:
-    """What a step needs of a robot. Build it once with `prepare` and step with it many times.
+    """A robot prepared for stepping. Build it once with `prepare` and step with it many times.
 
     bare, payload, fidelity and load say what it is; the rest is computed from these, again whenever
     `dataclasses.replace` changes one of them.
@@ -75,7 +75,7 @@ class BipedModel:
     """Mass [kg] added at the hip's centre, the scene's; None for none."""
     fidelity: Fidelity = field(default=FIDELITIES["reduced"], metadata={"static": True})
     load: Load | None = None
-    """What `load` put on it."""
+    """Load added by `load`."""
     fitted: Inertia = field(init=False, repr=False)
     """Inertia functions of the robot with its payload, without the load."""
     unit: Inertia | None = field(init=False, repr=False)
@@ -193,7 +193,7 @@ def prepare(
 
 
 def _derive(spec: Fidelity, params: BipedParams) -> Derived:
-    """What follows from a robot, member by member where the robots are a batch."""
+    """Derived parts of a robot, member by member where the robots are a batch."""
     function = partial(_derive_one, spec)
     for _ in as_batch(params)[0]:
         function = jax.vmap(function)
@@ -231,7 +231,7 @@ class LoadedInertia:
         return self._sum(lambda inertia: inertia.at(theta))
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
-        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return self._sum(lambda inertia: inertia.moment_at(theta))
 
     def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:

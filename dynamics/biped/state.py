@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @register_pytree
 @dataclass(frozen=True)
 class BipedState:
-    """Where a walk is: `steps` counts exchanges of support, phase and foot_position are the rest.
+    """State of a walk: `steps` counts exchanges of support, phase and foot_position the rest.
 
     phase: crank angle of the supporting leg, in [pi/2, 3 pi/2] [rad]. steps: exchanges so far,
     forwards positive (integer). crank_rate [rad/s]. foot_position: slide x1 of eq. (16), the
@@ -90,7 +90,7 @@ class BipedState:
 
 
 def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
-    """Where the supporting ankle stands on the floor [m]: steps by step length, plus slide."""
+    """Floor position of the supporting ankle [m]: steps by step length, plus slide."""
     from stickslip.dynamics.biped.links import step_length
     from stickslip.dynamics.biped.model import BipedModel
 

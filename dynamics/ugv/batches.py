@@ -82,7 +82,7 @@ def _as_float(leaf: Any, dtype: Any) -> Array:
 
 
 def _fits(leaf: Array, shape: Any) -> bool:
-    """Whether it has no axes, or some of the poses'."""
+    """True if it has no axes, or some of the poses'."""
     try:
         return np.broadcast_shapes(leaf.shape, shape) == shape
     except ValueError:
@@ -97,7 +97,7 @@ def _shared(
     numbers: list[Array],
     dtype: Any,
 ) -> bool:
-    """Whether the ground is one for all poses, and nothing traced hides in a function of it."""
+    """True if the ground is one for all poses, and nothing traced hides in a function of it."""
 
     def one(leaf: Array) -> jax.ShapeDtypeStruct:
         return jax.ShapeDtypeStruct((), leaf.dtype)

@@ -4,4 +4,4 @@ TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough
 """The named tracks: each is a constructor of Track, also reached by Track.named."""
 
 ROUGH_OPTIONS = ("band", "waves", "pieces")
-"""What a rough track takes beside its constructor's own arguments."""
+"""Arguments of a rough track beside its constructor's own."""

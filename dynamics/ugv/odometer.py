@@ -1,4 +1,4 @@
-"""How far along the ground: the arc length that a rolling wheel lays off.
+"""Arc length of the ground, which a rolling wheel lays off.
 
 A wheel of radius r that rolls without slip and touches the ground at x, where its angle is
 beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S being the arc length.

@@ -37,7 +37,7 @@ TOLERANCES = "None, or one number, 0 < it <= 0.1"
 
 @dataclass(frozen=True)
 class PoseSolver:
-    """How the rear contact is found; static, so that only what is asked for is compiled.
+    """Solver of the rear contact; static, so that only what is asked for is compiled.
 
     method: "newton", Newton's method kept inside a bracket, for ground that is nowhere hollower
     than the wheel (else the status says HOLLOW_GROUND); or "scan", which looks at `candidates`

@@ -1,4 +1,4 @@
-"""Where the UGV stands: the rear contact from the front one (eqs. 38 and 39), and all centres."""
+"""Poses of the UGV: the rear contact from the front one (eqs. 38 and 39), and all centres."""
 
 from __future__ import annotations
 

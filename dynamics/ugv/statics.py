@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Forces(NamedTuple):
-    """What the ground exerts on the wheels [N]: F along it forwards, N out of it."""
+    """Ground forces on the wheels [N]: F along the ground forwards, N out of it."""
 
     F_rear: Float[Array, "..."]
     N_rear: Float[Array, "..."]

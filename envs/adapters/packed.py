@@ -99,7 +99,7 @@ class PackedEnvs:
 
     @property
     def begun(self) -> bool:
-        """Whether there has been a reset."""
+        """True if there has been a reset."""
         return self._carry is not None or bool(self._apart.any())
 
     @moves_numbers
@@ -245,7 +245,7 @@ class PackedEnvs:
         return self._groups[key]
 
     def _steps_alike(self, params: Any) -> bool:
-        """Whether the batch's own step does for these parameters, once an episode has begun."""
+        """True if the batch's own step does for these parameters, once an episode has begun."""
         shared = self._layout.shared
         usual = None if shared is None else self.env.read_by_steps(shared.params())
         return Shared(usual) == Shared(self.env.read_by_steps(params))

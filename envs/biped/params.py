@@ -251,7 +251,7 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
-    """Whether two payloads are known to be the same: one object, or equal in value and shape."""
+    """True if two payloads are known to be the same: one object, or equal in value and shape."""
     if one is None or other is None or not is_concrete(one, other):
         return one is other
     same = np.shape(one) == np.shape(other)

@@ -172,7 +172,7 @@ class UGVEnvParams:
         return self.replace(end=end, failure_penalty=self.failure_penalty)
 
     def _goes_a_step(self) -> bool:
-        """Whether `steps` is 1 or more; of numbers, also inside a trace of other things."""
+        """True if `steps` is 1 or more; of numbers, also inside a trace of other things."""
         way, spacing = np.asarray(self.end) - np.asarray(self.start), np.asarray(self.spacing)
         return bool(np.all(way / spacing + 1e-3 >= 1))
 

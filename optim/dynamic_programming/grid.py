@@ -111,7 +111,7 @@ class Cell(NamedTuple):
     share: Float[Array, " rank"]
     """Of the cell along each axis, in [0, 1]; 0 along axes that the sheet has not."""
     outside: Bool[Array, ""]
-    """Whether the grid does not cover it; the cell is then the nearest one."""
+    """True if the grid does not cover it; the cell is then the nearest one."""
 
 
 class Place(NamedTuple):

@@ -49,7 +49,7 @@ class Found(NamedTuple):
     value: Float[Array, ""]
     """What the best way earns, and the grid's value at its end."""
     outside: Bool[Array, ""]
-    """Whether that way leaves the grid: the value is then a guess."""
+    """True if that way leaves the grid: the value is then a guess."""
 
 
 class _Ways(NamedTuple):

@@ -76,7 +76,7 @@ class Gait:
 
     @property
     def repeats(self) -> bool:
-        """Whether it is one step that ends as it begins."""
+        """True if it is one step that ends as it begins."""
         begins, ends = float(self.b[0, 0]), float(self.b[-1, -1])
         return self.grid.steps == 1 and begins > 0 and abs(ends - begins) <= 1e-9 * begins
 

@@ -75,7 +75,7 @@ class Replay:
 
     @property
     def kept(self) -> bool:
-        """Whether the walk came to its end, and slid less than a millionth of a step's length."""
+        """True if the walk came to its end, and slid less than a millionth of a step's length."""
         inside = self.status <= Status.SLIP_ONSET
         return inside and self.arrived and self.slid <= SLIPPED * self.step_length
 

@@ -125,7 +125,7 @@ class Objective:
 
     @property
     def has_slopes(self) -> bool:
-        """Whether `gradient` and `jacobian` can be asked for."""
+        """True if `gradient` and `jacobian` can be asked for."""
         return all(Structure.SMOOTH in one.structure for one in self.problems)
 
     def expand(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "whole"]:

@@ -44,7 +44,7 @@ class Home:
 
     @property
     def here(self) -> bool:
-        """Whether this is the process."""
+        """True if this is the process."""
         return os.getpid() == self.process
 
 

@@ -197,7 +197,7 @@ def where(condition: np.ndarray, a: Interval | float, b: Interval | float) -> In
 
 
 def _passes(x: Interval, turn: float) -> Bool[np.ndarray, "..."]:
-    """Whether 2 pi (n + turn) may lie inside for a whole n."""
+    """True if 2 pi (n + turn) may lie inside for a whole n."""
     slack = 4 * EPS
     low = x.lo / (2 * np.pi) - turn
     high = x.hi / (2 * np.pi) - turn

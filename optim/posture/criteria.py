@@ -47,7 +47,7 @@ class Criterion:
 
     @property
     def additive(self) -> bool:
-        """Whether the value is a sum over steps."""
+        """True if the value is a sum over steps."""
         return self.kind == "sum"
 
 
@@ -109,7 +109,7 @@ class Weighted:
 
     @property
     def additive(self) -> bool:
-        """Whether the value is a sum over steps."""
+        """True if the value is a sum over steps."""
         return all(one.additive for one, _ in self.parts)
 
 

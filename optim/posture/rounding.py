@@ -26,7 +26,7 @@ NOTHING = 1e-12
 
 
 def closes(problem: PostureProblem, value: float, bound: float | None, relative: float) -> bool:
-    """Whether a bound leaves at most `relative` of the value open, or next to nothing of what the
+    """True if a bound leaves at most `relative` of the value open, or next to nothing of what the
     vehicle's weight would give: a value near 0 is no smaller unit."""
     if bound is None:
         return False

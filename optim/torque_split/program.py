@@ -135,7 +135,7 @@ def interval(limits: Affine) -> tuple[float, float]:
 
 
 def endless(terms: Affine, limits: Affine) -> bool:
-    """Whether all terms fall together as d goes on for ever within the limits."""
+    """True if all terms fall together as d goes on for ever within the limits."""
     low, high = interval(limits)
     onwards = high == np.inf and np.all(terms.beta < 0)
     return bool(low <= high and (onwards or (low == -np.inf and np.all(terms.beta > 0))))

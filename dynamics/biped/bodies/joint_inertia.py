@@ -88,7 +88,7 @@ class JointInertia:
         return DifferencedInertia(*six, P_crank=torque[SLIDE], Y_crank=torque[GRAVITY])
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
-        """What the ground's moment about the ankle takes, at `theta` [rad] (eq. 30)."""
+        """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
         motion, equations = self._equations(theta)
         moment = ground_balance(equations, motion)[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])

@@ -70,7 +70,7 @@ GIVEN = {
     "forward_stick": ("torque",),
     "forward_slip": ("torque", "mu_kinetic", "direction"),
 }
-"""What each system is given beside angle and rate; foot_acceleration may be left out (0)."""
+"""Inputs of each system beside angle and rate; foot_acceleration may be left out (0)."""
 
 SYSTEMS = tuple(GIVEN)
 """Accepted names of the chapter's systems."""

@@ -33,7 +33,7 @@ UNKNOWN = {
     "forward_stick": (FRICTION, NORMAL, CRANK_ACCELERATION),
     "forward_slip": (FRICTION, NORMAL, CRANK_ACCELERATION, FOOT_ACCELERATION),
 }
-"""What each system solves for beside the joint forces."""
+"""Unknowns of each system beside the joint forces."""
 
 _EQUATIONS = 3 * len(BODIES)
 

@@ -32,17 +32,17 @@ class ReducedInertia(NamedTuple):
 
     @property
     def P_crank(self) -> Float[Array, ""]:
-        """What multiplies a1 in the crank's equation: P, as all is differentiated exactly."""
+        """Coefficient of a1 in the crank's equation: P, since derivatives are exact."""
         return self.P
 
     @property
     def Y_crank(self) -> Float[Array, ""]:
-        """What multiplies gravity there: Y."""
+        """Coefficient of gravity in the crank's equation: Y."""
         return self.Y
 
 
 class GroundMoment(NamedTuple):
-    """What the moment of the ground about the ankle takes (eq. 30)."""
+    """Terms of the ground's moment about the ankle (eq. 30)."""
 
     L: Float[Array, ""]
     """Angular momentum about the ankle per crank rate: sum m (X y' - y X') + I phi' [kg m^2]"""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Chebyshev:
-    """How long a series is. Static and hashable."""
+    """Chebyshev series of the given degree. Static and hashable."""
 
     degree: int = 48
 
@@ -59,7 +59,7 @@ class SeriesInertia:
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
-        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return GroundMoment(*_clenshaw(self.moments, theta)[0])
 
     def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Table:
-    """How fine a table is: number of pieces and degree. Static and hashable.
+    """Piecewise polynomials: number of pieces and degree. Static and hashable.
 
     With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
     SI units and float64.
@@ -62,7 +62,7 @@ class ExactInertia:
         return reduced_inertia(self.params, theta)
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
-        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return ground_moment(self.params, theta)
 
     def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
@@ -86,7 +86,7 @@ class TableInertia:
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
-        """What the ground's moment about the ankle takes, at `theta` [rad]."""
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
         return GroundMoment(L, dL, X, Y)
 

@@ -1,1 +1,1 @@
-"""How the closed linkage is made: circles, links, pins, bars, and how they move."""
+"""The closed linkage: circles, links, pins, bars, and their motion."""

@@ -126,7 +126,7 @@ def pin_columns(on: int, by: int) -> slice:
 
 
 def place_of(pins: LegPins, hip_pins: Float[Array, "3 2"], place: str) -> Float[Array, "2 2"]:
-    """Where a pin of the table is in each leg [m], ground frame; the hip's are the same twice."""
+    """Position of a pin in each leg [m], ground frame; the hip's pins are the same twice."""
     if place in _HIP_PINS:
         point = hip_pins[_HIP_PINS.index(place)]
         return jnp.stack([point, point])

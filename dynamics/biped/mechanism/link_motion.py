@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class LinkMotion(NamedTuple):
-    """Where the 24 bodies are and how they go on with the crank angle; order of BODIES.
+    """Positions of the 24 bodies and their derivatives by the crank angle; order of BODIES.
 
     Ground frame, origin at the supporting ankle; the slide x1 of eq. 16 is not included.
     """

@@ -1,4 +1,4 @@
-"""What kinematics needs to know of a robot: BipedParams says what each is."""
+"""Lengths that kinematics needs of a robot; see BipedParams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a walk is asked with, checked before tracing; traced values pass."""
+"""Checks of a walk's arguments before tracing; traced values pass."""
 
 from __future__ import annotations
 

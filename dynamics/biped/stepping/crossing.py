@@ -24,7 +24,7 @@ class Crossing(NamedTuple):
     time: Float[Array, ""]
     """When, infinite if there is none."""
     close: Bool[Array, ""]
-    """Whether the step's end is so near that a correction to `time` keeps the order."""
+    """True if the step's end is so near that a correction to `time` keeps the order."""
 
 
 def first_crossing(

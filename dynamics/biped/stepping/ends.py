@@ -1,4 +1,4 @@
-"""Where the model stops to hold: margins that are positive inside it, zero at a walk's end."""
+"""Margins of the model's validity: positive inside it, zero at a walk's end."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 
 class Midpoint(NamedTuple):
-    """What a step's judgement needs of its middle."""
+    """Quantities at a step's middle that event detection needs."""
 
     crank_acceleration: Float[Array, ""]
     foot_acceleration: Float[Array, ""]
     normal_force: Float[Array, ""]
     solvability: Float[Array, ""]
     cone_margin: Float[Array, ""]
-    """How far inside the static friction cone [N]."""
+    """Margin of the static friction cone [N]."""
 
 
 class Ground(NamedTuple):
-    """What the ends are judged by at one instant."""
+    """Ground forces at one instant, from which the ends are detected."""
 
     rate: Float[Array, ""]
     normal: Float[Array, ""]
@@ -58,13 +58,13 @@ class Sample(NamedTuple):
 
 
 def lever_at(problem: Problem, theta: Float[Array, ""]) -> GroundMoment | None:
-    """What the ground's moment takes; None where toppling is not judged."""
+    """Terms of the ground's moment; None where toppling is not detected."""
     judged = problem.scene.outputs != "state"
     return problem.model.inertia.moment_at(theta) if judged else None
 
 
 def ground_at(problem: Problem, lever: GroundMoment | None, sample: Sample) -> Ground:
-    """What the ends are judged by, of a motion."""
+    """Ground forces of a motion, from which the ends are detected."""
     motion, moment = sample.motion, None
     if lever is not None:
         accelerations = motion.crank_acceleration, motion.foot_acceleration

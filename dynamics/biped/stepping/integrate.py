@@ -175,7 +175,7 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
 
 
 def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
-    """What an event changes: velocity, direction, leg or patch."""
+    """State after an event: new velocity, direction, leg or patch."""
     low, high = bounds(walk.theta.dtype)
     kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE

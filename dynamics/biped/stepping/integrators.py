@@ -134,7 +134,7 @@ class EventExact:
 
     @property
     def log_size(self) -> int:
-        """How many events of one call are written down."""
+        """Number of events of one call that are recorded."""
         return 32
 
     @property

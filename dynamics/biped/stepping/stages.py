@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Taken(NamedTuple):
-    """Where one step leads to, and what its judgement needs."""
+    """Result of one step, with the quantities that event detection needs."""
 
     theta: Float[Array, ""]
     rate: Float[Array, ""]
@@ -40,7 +40,7 @@ class Taken(NamedTuple):
 
 
 def cone_margin(friction: Friction | None, motion: Motion):
-    """How far inside the static friction cone [N]."""
+    """Margin of the static friction cone [N]."""
     if friction is None:
         return jnp.ones_like(motion.normal_force)
     return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)

@@ -64,9 +64,9 @@ class Trial(NamedTuple):
     """Of the motor at the end [J], where its torque is not given; and its power there [W]."""
     power: Float[Array, ""] | None
     size: Float[Array, ""] | None
-    """What the adaptive integrator's step becomes; None for fixed steps."""
+    """Next step of the adaptive integrator; None for fixed steps."""
     direction: Float[Array, ""]
-    """Which way the foot would break loose at the end."""
+    """Direction in which the foot would break loose at the end."""
     kind: Int[Array, ""]
     """The first event inside, if there is one."""
     ending: Int[Array, ""]
@@ -84,7 +84,7 @@ class Trial(NamedTuple):
 
 
 class _Beginning(NamedTuple):
-    """How a trial is taken."""
+    """Mode and length of a trial."""
 
     step: Float[Array, ""]
     mode: Float[Array, ""]
@@ -102,11 +102,11 @@ class _Samples(NamedTuple):
     slide: tuple[Array, Array, Array]
     velocity: tuple[Array, Array, Array]
     cone: tuple[Array, Array, Array]
-    """How far inside the static friction cone [N]."""
+    """Margin of the static friction cone [N]."""
 
 
 class _Event(NamedTuple):
-    """What cuts a trial short, if anything does; fields as in Trial."""
+    """First event of a trial, if there is one; fields as in Trial."""
 
     kind: Int[Array, ""]
     ending: Int[Array, ""]
@@ -168,7 +168,7 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
 def _begun(
     spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia
 ) -> _Beginning:
-    """How the trial is taken from here."""
+    """Mode and length of the trial that starts here."""
     final = walk.trials >= spec.trials - 1
     whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
     mode = mode_at(problem, friction, walk, inertia)
@@ -199,7 +199,7 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Sample
 
 
 def _grounds(problem: Problem, samples: _Samples, motions, inertia: Coefficients, taken: Taken):
-    """What ends are judged by at the three samples."""
+    """Ground forces at the three samples."""
     inertias = inertia, None, taken.inertia
     start, middle, end = map(Sample, samples.theta, samples.rate, motions, inertias)
     return grounds_of(problem, lever_at(problem, start.theta), (start, middle, end))
@@ -227,7 +227,7 @@ def _event(
 
 
 def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
-    """Whether the step ends so near the onset or the stop that is aimed at that the cone's margin,
+    """True if the step ends so near the onset or the stop that is aimed at that the cone's margin,
     or the foot's speed, is what roundings make of it: no aim comes nearer."""
     share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
     edge = share * jnp.abs(taken.end.friction_force)
@@ -238,7 +238,7 @@ def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples
 
 
 def _status(problem: Problem, walk: Walk, first: Motion, ground: Ground, taken: Taken, step):
-    """Whether the model holds where the trial starts, and the step to its end is one."""
+    """Status of the trial: the model holds at its start, and its step is valid."""
     end = taken.end
     sound = taken.theta + taken.rate + taken.slide + taken.velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 class _Reached(NamedTuple):
-    """Where a step leads to if nothing switches in it."""
+    """Result of a step without switches."""
 
     theta: Float[Array, ""]
     rate: Float[Array, ""]

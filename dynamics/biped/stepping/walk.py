@@ -34,7 +34,7 @@ END = len(EventKind)
 """The kind of event that is a walk's end by a status: part of no log."""
 
 PHASE_SLACK = 1e-3
-"""How far outside the support phase a walk may begin [rad]."""
+"""Tolerance for a start outside the support phase [rad]."""
 
 
 class EventLog(NamedTuple):
@@ -165,7 +165,7 @@ def status_at(
     theta: Float[Array, ""],
     sound: Bool[Array, ""],
 ) -> Int[Array, ""]:
-    """Whether the model holds where a step starts, and the step to crank angle `theta` is one.
+    """Status of a step to crank angle `theta`: the model holds at its start, the step is valid.
 
     sound: the numbers at the step's end are finite. The gravest word comes last, so that a step
     that overflows says the same in every precision.
@@ -245,5 +245,5 @@ def note(
 
 
 def slips_freely(scene: Scene) -> bool:
-    """Whether the floor has no switching of its own: no slip at all, or smoothed friction."""
+    """True if the floor has no switching of its own: no slip at all, or smoothed friction."""
     return isinstance(scene.floor, Grip | Smoothed)

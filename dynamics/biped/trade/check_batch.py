@@ -1,4 +1,4 @@
-"""What a walk is given, one or many: which numbers have a batch axis, in which precision."""
+"""Arguments of one walk or a batch: batch axes and precision."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class WalkBatch(NamedTuple):
     axes: tuple[tuple[int | None, ...], ...]
     """Of the leaves of each part."""
     torques: int | None
-    """How many are given one by one."""
+    """Number of values that are batched."""
 
     def prepared(self, fidelity: Fidelity, dtype: str) -> Members:
         """The members with their robots prepared, in this precision."""
@@ -80,7 +80,7 @@ class Members(NamedTuple):
 
     @property
     def size(self) -> int | None:
-        """How many members, None for a single walk without a batch axis."""
+        """Number of members; None for a single walk without a batch axis."""
         pairs = zip(self.leaves, self.axes, strict=True)
         return next((np.shape(leaf)[0] for leaf, axis in pairs if axis == 0), None)
 

@@ -1,4 +1,4 @@
-"""What was measured of settings on a population of seeded walks, and what the population is."""
+"""Measured errors of settings on a population of random walks, and that population."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from stickslip.dynamics.biped.trade.setting import Setting
 DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
 """Of the default robot [m, m/s^2], in whose steps and seconds everything is kept."""
 WALK_PER_RADIAN = 8 * DEFAULT_CRANK / math.pi
-"""How far the default robot walks while its crank turns by a radian [m]: 8 l8 in half a turn."""
+"""Distance that the default robot walks for each radian of its crank [m]: 8 l8 in half a turn."""
 
 QUANTILES = (0.5, 0.95, 0.99)
 """Shares of all walks for which a bound of the error is measured."""
 CONFIDENCE = 0.95
-"""How surely the bounds hold, each by itself: one in twenty may be too low."""
+"""Confidence of each bound: one in twenty may be too low."""
 
 POPULATION = {
     "default": "the default robot",
@@ -34,7 +34,7 @@ DRAWN = (
     "periods) for 36 own times, sqrt(crank / gravity): the default robot's 2 s"
 )
 SECONDS = 2.0
-"""How long the default robot's are [s]."""
+"""Durations for the default robot [s]."""
 NOT_COVERED = (
     "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold: "
     "see covers); longer walks; floors, torques and linkages outside these ranges; whether a walk "
@@ -77,8 +77,8 @@ class Measurement:
 
     @property
     def error(self) -> float:
-        """What 95 % of the walks keep: the worse of angle and slide, a slide counting as the turn
-        that walks as far [rad/s]."""
+        """Error that 95 % of the walks keep [rad/s]: the worse of angle and slide, a slide as the turn
+        that walks as far."""
         return self.bounds[QUANTILES.index(0.95)].joint
 
 

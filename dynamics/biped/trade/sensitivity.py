@@ -1,4 +1,4 @@
-"""How much a walk makes of a small difference at its start: derivatives through the walk."""
+"""Amplification of a small difference at the start: derivatives through the walk."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 NUDGE = 1e-4
-"""How far apart two walks begin that are compared [-], in own units."""
+"""Distance between the starts of two compared walks [-], in own units."""
 
 
 class Sampled(Protocol):
@@ -48,7 +48,7 @@ def amplification(
     time: Numeric,
     slips_freely: bool = False,
 ) -> tuple[S, Float[Array, " n"]]:
-    """What `walk` gives from `state`, and at each of its samples the walk's sensitivity [n].
+    """Result of `walk` from `state`, and the sensitivity at each of its samples [n].
 
     length, time: the robot's own, crank [m] and sqrt(crank / gravity) [s]. The sensitivity is the
     largest singular value of the derivative of (crank angle, slide / length) by the initial (phase,

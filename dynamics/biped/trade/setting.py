@@ -1,4 +1,4 @@
-"""How a walk is computed: fidelity, integrator, step and precision; and a robot's own time."""
+"""Settings of a walk's computation: fidelity, integrator, step, precision; a robot's own time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DTYPES = ("float32", "float64")
 
 @dataclass(frozen=True)
 class Setting:
-    """How a walk is computed: fidelity, integrator, step size and precision. Static, hashable.
+    """Fidelity, integrator, step size and precision of a computation. Static, hashable.
 
     fidelity, integrator: names or instances, kept as instances. dt: length of a step [s]; for
     EventExact, which chooses its own steps, the time between its outputs. dtype: of the robot, the

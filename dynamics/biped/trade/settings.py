@@ -1,4 +1,4 @@
-"""Which setting for which accuracy: recommendations and presets out of a measured population.
+"""Recommended settings and presets for an accuracy, from a measured population.
 
 Nothing is measured here. `python -m benchmarks.tradeoff --update` measures and writes measured.py;
 docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
@@ -86,7 +86,7 @@ class Recommendation:
         return self.promised_error
 
     def covers(self, amplification: float, duration: float) -> bool:
-        """Whether the promise is about a walk that amplifies what it starts with by so much in so
+        """True if the promise is about a walk that amplifies what it starts with by so much in so
         many seconds: no more and no longer than the measured ones.
 
         The amplification is `WalkCheck.sensitivity`, or what `stickslip simulate` tells.
@@ -148,7 +148,7 @@ def recommend(
 
 
 def _measured_near(batch: int, scene: str, robots: str, dtype: str | None) -> list[Measurement]:
-    """What was measured of such robots in the nearest batch; ValueError for nothing in a dtype."""
+    """Measurements of such robots in the nearest batch; ValueError for none in a dtype."""
     points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (scene, robots)]
     nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
     points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
@@ -243,7 +243,7 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
 def preset_indices(
     costs: Sequence[float], errors: Sequence[float], dtypes: Sequence[str]
 ) -> dict[str, int]:
-    """Which points of a front the presets are.
+    """Indices of the presets among the points of a front.
 
     fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
     exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.

@@ -41,7 +41,7 @@ SENSITIVE = 1e3
 TIGHT = EventExact(rtol=1e-11, atol=1e-14, record_events=True)
 """The reference's integrator."""
 LOOSE = EventExact(rtol=1e-9, atol=1e-12)
-"""What the reference is checked with, and differentiated."""
+"""Integrator that checks the reference and is differentiated."""
 FINE = Table(64, 9)
 """The reference's inertia functions: exact to 1e-13 on the default robot."""
 
@@ -79,12 +79,12 @@ class WalkCheck:
 
     @property
     def sensitive(self) -> Bool[np.ndarray, "*batch"]:
-        """Whether the walk amplifies what it starts with by more than SENSITIVE."""
+        """True if the walk amplifies what it starts with by more than SENSITIVE."""
         return ~(self.sensitivity <= SENSITIVE)
 
     @property
     def reference_suffices(self) -> Bool[np.ndarray, "*batch"]:
-        """Whether the reference is known ten times better than the errors that it shows.
+        """True if the reference is known ten times better than the errors that it shows.
 
         Where it is not, the errors are no more than that: at most of the size of the reference's.
         """
@@ -95,7 +95,7 @@ class WalkCheck:
 
 
 class Options(NamedTuple):
-    """What makes a walk's program: the torque's function or None, seconds, periods, integrator."""
+    """Static part of a walk's program: torque function or None, seconds, periods, integrator."""
 
     policy: Callable[[BipedState], Number] | None
     duration: float
@@ -166,7 +166,7 @@ def check_walk(
 
 
 def _periods(batch: WalkBatch, duration: float, period: float, free: bool) -> int:
-    """How many torques the walk has."""
+    """Number of torques of the walk."""
     if free and batch.torques is not None:
         return batch.torques
     accepted = "a finite time > 0 [s]"

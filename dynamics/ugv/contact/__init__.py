@@ -1,1 +1,1 @@
-"""Where wheels touch the ground: placed wheels, the solver of poses and what it says."""
+"""Contacts of wheels: placed wheels, the solver of poses and its status."""

@@ -1,4 +1,4 @@
-"""How far body and legs are above the ground, and the wheels from each other.
+"""Clearance of body and legs above the ground, and between the wheels.
 
 In width the half vehicle has three planes, so that what lies in different ones may pass each other:
 the body, then both legs, then both wheels. The legs never meet: UGVParams refuses a body that is no

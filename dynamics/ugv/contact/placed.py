@@ -42,7 +42,7 @@ class Pose(NamedTuple):
     status: Int[Array, "..."]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
     origin: Float[Array, "... 2"]
-    """Where the points' frame has its origin in the world [m]: zero, or out of `stand` where the
+    """Origin of the points' frame in the world [m]: zero, or out of `stand` where the
     front wheel touches."""
 
     def potential_energy(self, params: UGVParams) -> Values:

@@ -1,4 +1,4 @@
-"""What a pose's status is: whether the vehicle can stand where it was placed."""
+"""Status of a pose: whether the vehicle can stand where it was placed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def status_of(
 def _entered(
     ground: Near, placed: Pose, radius: Values | float, size: Values, samples: int
 ) -> Bool[Array, "..."]:
-    """Whether the ground enters a wheel; looked up only where its own numbers leave it open."""
+    """True if the ground enters a wheel; looked up only where its own numbers leave it open."""
 
     def look(ground: Near, rear: Contact, front: Contact, radius: Values, size: Values):
         wheels = rear, front

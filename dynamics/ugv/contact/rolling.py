@@ -1,4 +1,4 @@
-"""How far the wheels have turned: what the motors' work is counted in."""
+"""Angles that the wheels have turned, over which the motors work."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Contact(NamedTuple):
     """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
 
     x: Float[Array, "..."]
-    """Where the wheel touches [m]."""
+    """Contact point [m]."""
     point: Float[Array, "... 2"]
     """The same as a point (x, f(x)) [m]."""
     centre: Float[Array, "... 2"]
@@ -35,7 +35,7 @@ class Contact(NamedTuple):
     tangent: Float[Array, "... 2"]
     """(cos beta, sin beta), along the ground forwards."""
     stretch: Float[Array, "..."]
-    """How far the centre moves for each metre along the ground [-]: 1 less radius over the ground's
+    """Distance that the centre moves for each metre of ground [-]: 1 less radius over the ground's
     radius of curvature. Not positive: the ground is hollower than the wheel."""
 
     @property
@@ -66,7 +66,7 @@ def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float)
 def penetration(
     track: Track | Near, wheel: Contact, radius: Values | float, samples: int
 ) -> Values:
-    """How deep the ground reaches into the wheel [m], >= 0: zero where it touches at one point.
+    """Penetration of the ground into the wheel [m], >= 0: zero for a single contact.
 
     The distance from the wheel's centre to the ground is looked up below `samples` points of the
     rim, and between two of them that enclose a minimum, the nearest such pair beside the contact,
@@ -158,7 +158,7 @@ def _narrowed_down(
 def _encloses(
     d_left: Values, g_left: Values, d_right: Values, g_right: Values
 ) -> Bool[Array, "..."]:
-    """Whether a minimum of the distance lies between two points, by values and slopes there."""
+    """True if a minimum of the distance lies between two points, by values and slopes there."""
     falls, grows = g_left < 0, g_right > 0
     return (
         (falls & grows)

@@ -47,7 +47,7 @@ RISE = 10 / np.sqrt(3)
 
 
 def nowhere_hollow(shape: object, radius: Values | float) -> Bool[Array, "..."] | None:
-    """Whether a wheel of this radius [m] is proved to touch the ground at one point, wherever it
+    """True if a wheel of this radius [m] is proved to touch the ground at one point, wherever it
     stands; None where nothing is known of the shape."""
     bend = greatest_bend(shape, radius)
     if bend is None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Shape(Protocol):
-    """What a track is made of."""
+    """Protocol of a track's shape."""
 
     def profile(self, x: Numeric) -> Profile:
         """Height [m], slope [-] and second derivative [1/m] at each x [m]."""

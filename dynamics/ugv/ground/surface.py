@@ -1,4 +1,4 @@
-"""How well the ground grips along a track, as a factor on the friction coefficient."""
+"""Factor on the friction coefficient along a track."""
 
 from __future__ import annotations
 

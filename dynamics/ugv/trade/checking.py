@@ -1,4 +1,4 @@
-"""How wrong a setting is on the user's own ground: against the default solver in float64."""
+"""Errors of a setting on the user's own ground, against the default solver in float64."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ UNPLACED = (
 )
 """Poses with one of these have no numbers to compare."""
 UNSEEN = (Status.HOLLOW_GROUND, Status.GROUNDED)
-"""What a setting without the checks cannot see."""
+"""Statuses that a setting without the checks cannot detect."""
 POSE_BYTES = 64 * 1024
 """Working memory of a pose with its checks, about [bytes]."""
 
@@ -84,7 +84,7 @@ class Differences(NamedTuple):
     contact: np.ndarray
     """Of the rear contact, in wheel radii [-]."""
     wrong: np.ndarray
-    """Whether the status differs though the errors do not explain it."""
+    """True if the status differs though the errors do not explain it."""
     unseen: np.ndarray
 
     @property
@@ -104,7 +104,7 @@ def check_poses(
     count: int = 1000,
     seed: int = 0,
 ) -> SettingCheck:
-    """How wrong a setting is for these poses of this vehicle on this track, and what it costs.
+    """Errors and cost of a setting for these poses of this vehicle on this track.
 
     x_front: front contacts [...] [m]; leg_angles: [..., 2] [rad]; broadcast. Where left out, they
     are drawn from the seed: `count` contacts from the track's start to its end, angles over the
@@ -150,7 +150,7 @@ def check_poses(
 
 
 def entered(params: UGVParams, track: Track, placed: Pose) -> Values:
-    """How deep the ground enters a wheel of the poses [m], for use inside a trace."""
+    """Penetration of the ground into a wheel of the poses [m], for use inside a trace."""
     wheels = placed.rear, placed.front
     r, samples = params.wheel_radius, NEWTON.samples
     return jnp.maximum(*(penetration(track, wheel, r, samples) for wheel in wheels))
@@ -212,7 +212,7 @@ def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray
 
 
 def _resolved(truth: Equilibrium, radius: np.ndarray, setting: Setting) -> np.ndarray:
-    """How deep ground may enter a wheel unseen in the setting's precision [m], wherever it lies."""
+    """Penetration that the setting's precision cannot resolve [m]."""
     size = np.asarray(truth.pose.wheelbase) + 2 * radius
     return np.asarray(depth_allowed(size.astype(setting.dtype)), float)
 

@@ -1,4 +1,4 @@
-"""Which setting for which accuracy: promises out of measured samples.
+"""Recommended settings for an accuracy, from measured samples.
 
 Nothing is measured here. `python -m benchmarks.ugv --update` measures and writes measured.py;
 docs/ugv_tradeoff.md says how. Costs are seconds for each pose and its equilibrium on the machine
@@ -170,7 +170,7 @@ def recommend(
 def _measured_near(
     batch: int, ground: str, place: str, dtype: str | None, checks: bool, tables: bool
 ) -> list[Measurement]:
-    """What was measured there in the nearest batch, by these settings; tables: with tables, too."""
+    """Measurements in the nearest batch, by these settings; tables: with tables, too."""
     points = [
         point
         for point in MEASUREMENTS
@@ -204,7 +204,7 @@ def ground_of(track: Track | str) -> str:
 
 
 def place_of(track: Track | str, radius: float) -> str:
-    """Whether the track stays within NEAR wheel radii of the origin, along x and y, or FAR."""
+    """Distance class of the track: within NEAR wheel radii of the origin, or FAR."""
     if isinstance(track, str):
         return "near"
     with jax.enable_x64(True):

@@ -1,4 +1,4 @@
-"""How a batch of poses is computed: solver, precision, and whether the ground becomes a table."""
+"""Settings for a batch of poses: solver, precision, and a table of the ground."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stickslip.dynamics.ugv.track import Track, track_of
 DTYPES = ("float32", "float64")
 
 NEAR, FAR = 100.0, 20_000.0
-"""How far from the origin ground is near and far, in wheel radii: beyond FAR nothing is measured.
+"""Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.
 Rounding grows with the coordinates."""
 
 PIECE_BYTES = 512
@@ -31,7 +31,7 @@ PIECE_BYTES = 512
 
 @dataclass(frozen=True)
 class Setting:
-    """How a batch of poses is computed: solver, precision, table. Static, hashable.
+    """Solver, precision and table for a batch of poses. Static, hashable.
 
     dtype: of the track and the numbers. pieces: of a table of quintics for each metre of the
     track; None: the ground as it is.
@@ -74,7 +74,7 @@ class Setting:
 
 
 def reach(params: UGVParams) -> float:
-    """How far behind or ahead of the front contact a vehicle looks at the ground, at most [m]."""
+    """Greatest distance from the front contact at which a vehicle needs the ground [m]."""
     lengths = (params.body_length, params.leg_length, params.wheel_radius)
     body, leg, radius = (float(np.max(np.asarray(length))) for length in lengths)
     return body + 2 * (leg + radius)

@@ -39,7 +39,7 @@ class Goal:
 
     @property
     def is_friction(self) -> bool:
-        """Whether the friction demand is minimised."""
+        """True if the friction demand is minimised."""
         return not self.weights
 
     def of(self, spent: Mapping[str, float]) -> float:

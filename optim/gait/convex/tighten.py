@@ -114,7 +114,7 @@ def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
 
 
 def _ends(grid: Grid) -> tuple[tuple[bool, int, int], ...]:
-    """Whether the walk rests there, the place in both axes, and the sign of time's way from it."""
+    """True if the walk rests there, the place in both axes, and the sign of time's way from it."""
     return (grid.from_rest, 0, 1), (grid.to_rest, -1, -1)
 
 

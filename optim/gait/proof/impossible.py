@@ -30,7 +30,7 @@ def relaxed(instance: Instance, limit: str) -> tuple[Numbers, Solved]:
 
 
 def excluded(instance: Instance, solved: Solved, every: bool) -> bool:
-    """Whether multipliers prove that no gait keeps to the instance's limits: no gait of the grid,
+    """True if multipliers prove that no gait keeps to the instance's limits: no gait of the grid,
     or no gait whatever. solved: of `relaxed`, of this instance or one that differs in its rows."""
     if solved.duals is None or solved.a is None or solved.b is None:
         return False
@@ -50,7 +50,7 @@ def excluded(instance: Instance, solved: Solved, every: bool) -> bool:
 
 
 def nothing_left(instance: Instance) -> bool:
-    """Whether the limits leave no acceleration and no rate at all at some node."""
+    """True if the limits leave no acceleration and no rate at all at some node."""
     sample = instance.sample(inside=False)
     polygons = Polygons.of(sample.A, sample.B, sample.C, sample.torque, sample.ends)
     return bool(np.any(polygons.low > polygons.high))

@@ -150,7 +150,7 @@ def moves_of_step(grid: PostureGrid, step: int) -> Iterator[tuple[np.ndarray, np
 
 
 def _connected(moves: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, count: int) -> bool:
-    """Whether a path leads from the first waypoint to the last."""
+    """True if a path leads from the first waypoint to the last."""
     reached = np.zeros(count, dtype=bool)
     reached[first] = True
     for a, b in moves:

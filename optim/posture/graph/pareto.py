@@ -272,7 +272,7 @@ def _unbeaten(points: list[_Point]) -> list[_Point]:
 
 
 def _beaten(values: np.ndarray, i: int) -> bool:
-    """Whether another point is as good in both and better in one, or the same and earlier."""
+    """True if another point is as good in both and better in one, or the same and earlier."""
     slack = SAME * np.abs(values[i])
     as_good = np.all(values <= values[i] + slack, axis=1)
     better = np.any(values < values[i] - slack, axis=1)

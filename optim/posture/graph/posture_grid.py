@@ -134,7 +134,7 @@ class PostureGrid:
         return int(self.start is not None), len(self.problem.x) - int(self.end is not None)
 
     def within(self, step: int, a: Number, b: Number) -> np.ndarray:
-        """Whether the rate allows the move from angles a to b [..., 2] in that step."""
+        """True if the rate allows the move from angles a to b [..., 2] in that step."""
         move = np.max(np.abs(np.asarray(b) - np.asarray(a)), -1)
         return move <= self.limits[step] * (1 + ROUNDING)
 

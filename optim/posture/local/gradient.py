@@ -122,7 +122,7 @@ class _Run(NamedTuple):
 
     @property
     def content(self) -> bool:
-        """Whether the model is content with what scipy calls a solution."""
+        """True if the model is content with what scipy calls a solution."""
         return self.promised <= STATIONARY
 
     def ended(self) -> tuple[OptimStatus, str]:
@@ -169,7 +169,7 @@ def inside_of(problem: PostureProblem) -> np.ndarray:
 
 
 def _good(problem: PostureProblem, x: np.ndarray, best: float) -> bool:
-    """Whether x meets the constraints and is about as good as the best point on the way."""
+    """True if x meets the constraints and is about as good as the best point on the way."""
     return problem.is_feasible(x) and problem.objective(x) <= best + 1e-6 * abs(best)
 
 

@@ -130,7 +130,7 @@ class _Search:
 
     @property
     def settled(self) -> bool:
-        """Whether nothing more is to be gained at this price."""
+        """True if nothing more is to be gained at this price."""
         return self.predicted <= self.tolerance or self.radius < self.smallest
 
     def ended(self) -> tuple[OptimStatus, str]:

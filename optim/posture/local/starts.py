@@ -70,7 +70,7 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
 
 
 def _joined(problem: PostureProblem) -> bool:
-    """Whether the rate lets both legs turn from the given start to the given end: that is all that
+    """True if the rate lets both legs turn from the given start to the given end: that is all that
     could stand in the way of a point within bounds and rates."""
     if problem.leg_rate is None or problem.start_angles is None or problem.end_angles is None:
         return True

@@ -115,7 +115,7 @@ class Station(NamedTuple):
 
     @property
     def placed(self) -> Bool[Array, "..."]:
-        """Whether the vehicle has a place on the track and finite forces."""
+        """True if the vehicle has a place on the track and finite forces."""
         placed = self.status == PLACED[0]
         for status in PLACED[1:]:
             placed |= self.status == status
@@ -123,7 +123,7 @@ class Station(NamedTuple):
 
     @property
     def finite(self) -> Bool[Array, "..."]:
-        """Whether every number that a criterion reads is finite."""
+        """True if every number that a criterion reads is finite."""
         legs = jnp.sum(self.leg_torques, -1)
         return jnp.isfinite(self.torque + self.lag + legs + self.N_rear + self.N_front)
 
