@@ -29,8 +29,8 @@ LARGEST_SUM = 2**11
 SWITCH = "STICKSLIP_KERNELS"
 """The environment variable that is set to "off" where XLA cannot compile a kernel."""
 AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
-"""Attributes of a call that XLA's CPU backend reads. They are not documented there: a test looks for
-the kernel in compiled programs; where they are not read, results are the same and slower."""
+"""Attributes of a call that XLA's CPU backend reads. They are not documented there: a test looks
+for the kernel in compiled programs; where they are not read, results are the same and slower."""
 
 NEVER_IN_A_KERNEL = (
     *("scatter", "select_and_scatter", "sort", "top_k", "approx_top_k", "fft", "conv_general"),

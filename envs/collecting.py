@@ -39,7 +39,7 @@ a JAX function, and hashable."""
 
 
 class Progress(NamedTuple, Generic[State]):
-    """Where n environments stand; `collect` goes on from here."""
+    """States of n environments, from which `collect` continues."""
 
     state: State
     """Every leaf [n]."""
@@ -55,7 +55,7 @@ class Collected(NamedTuple, Generic[State]):
     terminated: Bool[Array, "steps n"]
     truncated: Bool[Array, "steps n"]
     kept: dict[str, Array]
-    """What `keep` asked for, every entry [steps, n, ...]."""
+    """Entries that `keep` names, each [steps, n, ...]."""
     progress: Progress[State]
 
 
@@ -119,7 +119,7 @@ def collect(
 
 
 class _Program(NamedTuple):
-    """What is static: the key of the compiled program."""
+    """Static part: the key of the compiled program."""
 
     env: FunctionalEnv
     policy: Policy
@@ -141,7 +141,7 @@ class _Program(NamedTuple):
 
 @partial(jax.jit, static_argnums=(0, 1))
 def begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progress:
-    """Where `collect` begins: every environment after its first reset. Nothing is checked."""
+    """Start of `collect`: every environment after its first reset. Nothing is checked."""
 
     def one(index: Array) -> Progress:
         chain, reset = jax.random.split(jax.random.fold_in(key, index))

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 AUTORESET = ("same_step", "next_step", "disabled")
 SATURATES = "finite numbers, which saturate beyond [-1, 1]"
-"""What an action is made of."""
+"""Accepted actions, for messages."""
 
 Env = TypeVar("Env")
 Keywords = ParamSpec("Keywords")
@@ -71,17 +71,17 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
-        """What `make_params` takes; () without one."""
+        """Arguments of `make_params`; () without one."""
         return ()
 
     @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
-        """What `make_params` takes, from values as JSON holds them; numbers stay as they are."""
+        """Arguments of `make_params` from JSON values; numbers stay as they are."""
         return dict(parameters)
 
     @classmethod
     def choices_from_plain(cls, choices: Entries) -> Given:
-        """What the class takes, likewise."""
+        """Arguments of the class from JSON values."""
         return dict(choices)
 
     episode_entries: tuple[str, ...] = ()
@@ -89,7 +89,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     @classmethod
     def option_names(cls) -> tuple[str, ...]:
-        """What `episode_params` takes; () for nothing."""
+        """Arguments of `episode_params`; () for none."""
         return ()
 
     def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
@@ -101,7 +101,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return params
 
     def read_by_steps(self, params: Params) -> Any:
-        """What a step reads of the parameters: from the same state it is the same step where this
+        """Parameters that a step reads: from the same state it is the same step where this
         is the same, whatever else a reset has read."""
         return params
 
@@ -126,7 +126,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
     @abstractmethod
     def picture(self, state: State, info: dict[str, Any], params: Params) -> Any:
-        """What a renderer draws of one unbatched state; info of the step before, {} at a reset."""
+        """Data for the renderer of one unbatched state; info of the step before, {} at a reset."""
 
     @abstractmethod
     def renderer(self, params: Params) -> Any:
@@ -228,7 +228,7 @@ def keyword_names(make_params: Any) -> tuple[str, ...]:
 
 
 def defaults_of(make_params: Any, names: Iterable[str]) -> dict[str, Any]:
-    """What a machine's `make_params` takes where it is given nothing, for some of its names."""
+    """Default arguments of a machine's `make_params`, for some of its names."""
     known = inspect.signature(make_params).parameters
     return {name: known[name].default for name in names if name in known}
 

@@ -23,7 +23,7 @@ class _Watch:
         path: Sequence[str] | None = None,
         target: ModuleType | None = None,
     ) -> ModuleSpec | None:
-        """What the other finders find, with a loader that runs `act` after the package."""
+        """Spec of the other finders, with a loader that runs `act` after the package."""
         if name != self.package:
             return None
         others = (one for one in sys.meta_path if one is not self and hasattr(one, "find_spec"))

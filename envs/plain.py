@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None
-"""What JSON holds."""
+"""A JSON value."""
 Entries: TypeAlias = Mapping[str, Any]
 """Plain values by name, read."""
 Given: TypeAlias = dict[str, Any]
-"""What is made of them: arguments by name."""
+"""Arguments by name."""

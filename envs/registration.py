@@ -27,7 +27,7 @@ Options: TypeAlias = dict[str, Any]
 """Of the environment and of its `make_params`, by name."""
 
 LIMIT = "an integer >= 1, None or -1 (the parameters' own time limit)"
-"""What max_episode_steps may be."""
+"""Accepted values of max_episode_steps."""
 BIPED_ID = "stickslip/Biped-v0"
 UGV_ID = "stickslip/UGV-v0"
 

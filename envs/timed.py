@@ -1,4 +1,4 @@
-"""What the parameters of an environment with a time limit hold."""
+"""Protocol of parameters with a time limit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_STEPS = 10**7
 
 
 class Timed(Protocol):
-    """What the parameters of every environment hold."""
+    """Protocol of every environment's parameters."""
 
     @property
     def control_period(self) -> Number:

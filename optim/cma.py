@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from stickslip.optim.problem import Problem
 
 FLOOR = 1e-9
-"""What is missed by less than this, in scaled margins, costs no penalty: it is rounding."""
+"""Violations below this, in scaled margins, cost no penalty: they are rounding."""
 LEAST, MOST = 1.0, 1e3
-"""What the value at the start counts as in the objective's scale, in parts of what the objective
+"""Weight of the value at the start in the objective's scale, in parts of what the objective
 changes by over the bounds: see size_of. A scale that is too small would have penalties be cheap."""
 SAMPLE = 64
 """Bytes of a number of a sample, and of what computing it takes, at least."""
@@ -36,7 +36,7 @@ COVARIANCE = 40
 
 
 class Evolution(NamedTuple):
-    """How cma searches. seed: of the samples; nothing else is random, and NumPy's global state is
+    """Settings of cma. seed: of the samples; nothing else is random, and NumPy's global state is
     neither read nor written. evaluations: of the objective, at most, to whole generations, besides
     those before it begins. sigma: first standard deviation, as a part of each number's range.
     population: of a generation. penalty: price of a missed scaled margin, of the objective's
@@ -187,7 +187,7 @@ class _Samples:
         self.best_value = value if problem.is_feasible(x) else np.inf
 
     def values(self, points: Float[np.ndarray, "B free"]) -> np.ndarray:
-        """What cma minimises, [B]; infinite where there is no value."""
+        """Values that cma minimises, [B]; infinite where there is no value."""
         X = self.problem.free.expand(self.low + np.clip(points, 0, 1) * self.range)
         value, missed = self.problem.sample(X)
         self.count += len(X)

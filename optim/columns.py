@@ -50,7 +50,7 @@ class ColumnSpec(NamedTuple):
 
 
 def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
-    """What a table of these columns may look like, for messages and the help."""
+    """Accepted forms of a table with these columns, for messages and the help."""
     columns = " and ".join(f"{' or '.join((one.name, *one.also))} [{one.unit}]" for one in wanted)
     return (
         f"columns {columns}, apart by comma, semicolon, tab or blanks, under no head or one with "
@@ -218,7 +218,7 @@ def _taken(
     heads: Mapping[str, str],
     accepted: str,
 ) -> tuple[int, tuple[float, float]]:
-    """Where a wanted column stands, and what to multiply and divide it by."""
+    """Index of a wanted column, with its factor and divisor."""
     titles = [title.strip("\"'") for title in head]
     parts = [_name_and_unit(title, spec.unit) for title in titles]
     own = heads.get(spec.name)

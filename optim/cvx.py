@@ -24,7 +24,7 @@ ANSWERED = (OptimStatus.OPTIMAL, OptimStatus.INACCURATE, OptimStatus.LIMIT)
 
 
 class Ended(NamedTuple):
-    """How a solver ended: the named outcome, and the solver's or cvxpy's own words."""
+    """Outcome of a solver, with the solver's or cvxpy's message."""
 
     status: OptimStatus
     words: str

@@ -34,7 +34,7 @@ UNTRACEABLE = (
     jax.errors.TracerArrayConversionError,
     jax.errors.TracerIntegerConversionError,
 )
-"""What JAX raises where a function asks a number that is being traced what it is."""
+"""JAX's exceptions for reading the value of a traced number."""
 MEMBER = 2000
 """Bytes that a member of a batch takes for each of its numbers while it is evaluated, about."""
 
@@ -103,7 +103,7 @@ class FunctionProblem(Problem[Result]):
 
     @cached_property
     def sizes(self) -> tuple[int, int]:
-        """How many values and margins there are, found without computing any."""
+        """Numbers of values and margins, found without computing any."""
         refuse_after_fork()
         x = jax.ShapeDtypeStruct((self.n,), np.float64)
         draw = jax.ShapeDtypeStruct((), np.uint32)
@@ -197,7 +197,7 @@ class FunctionProblem(Problem[Result]):
 
     @cached_property
     def _data(self) -> PyTree:
-        """Where JAX keeps it: handing arrays over takes longer than many an evaluation."""
+        """Data on the device: transferring arrays takes longer than many evaluations."""
         return jax.device_put(self.data)
 
 
@@ -246,7 +246,7 @@ def _row(found: object, dtype: DTypeLike) -> Array | None:
 
 
 def _shown(found: object) -> str:
-    """What a function returned, in words."""
+    """Description of a function's result."""
     if isinstance(found, jax.Array | np.ndarray | np.generic):
         return f"{found.dtype}{list(found.shape)}"
     if isinstance(found, tuple | list):

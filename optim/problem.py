@@ -1,4 +1,4 @@
-"""What an optimisation problem is: plain arrays in and out, whatever it is about.
+"""Optimisation problem with plain arrays in and out.
 
     minimise objective(x)   subject to   low <= x <= high,   constraints(x) >= 0
 
@@ -34,7 +34,7 @@ FEASIBLE = 1e-6
 
 
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
-    """What points miss of their scaled margins, summed; 0 where none is missed."""
+    """Sum of the violated scaled margins of each point; 0 for feasible points."""
     return np.sum(np.maximum(-margins, 0), axis=-1)
 
 
@@ -56,7 +56,7 @@ def size_of(value: float, others: np.ndarray, least: float, most: float) -> floa
 
 
 class Structure(Enum):
-    """What a method may ask of a problem; each value says what it means."""
+    """Structure of a problem that a method may require; each value describes itself."""
 
     SMOOTH = "objective and constraints have slopes nearly everywhere: gradient, jacobian"
     CONVEX = "what no direction improves is the best: objective and feasible set are convex"
@@ -87,12 +87,12 @@ class Problem(ABC, Generic[R]):
     """None: the first that it has."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """What it was given: a copy, or another process, works out the rest anew."""
+        """Constructor's arguments: a copy, or another process, computes the rest."""
         return given_state(self)
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """What methods may make use of."""
+        """Structures that methods may use."""
         return frozenset()
 
     @property
@@ -226,13 +226,13 @@ class FreeProblem(Problem[Result]):
 
     @cached_property
     def which(self) -> Bool[np.ndarray, "whole"]:
-        """Which of the problem's numbers are free."""
+        """Mask of the problem's free numbers."""
         low, high = self.problem.bounds
         return read_only(low < high)
 
     @property
     def n(self) -> int:
-        """How many are."""
+        """Number of free numbers."""
         return len(self._bounds[0])
 
     @property

@@ -1,4 +1,4 @@
-"""What problems and objectives are in other processes: what is restored there, and after a fork."""
+"""Problems and objectives in other processes: pickling, and refusal after a fork."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def refuse_after_fork() -> None:
 
 
 def given_state(one: object) -> dict[str, Any]:
-    """What copies and pickles of an object keep: its attributes without cached properties, JAX's
+    """State of copies and pickles: the object's attributes without cached properties, JAX's
     arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
     kind = type(one)
     return {

@@ -1,4 +1,4 @@
-"""How far work is, told on standard error: the one style of all that takes long.
+"""Progress on standard error, in one style.
 
 On a terminal a bar of tqdm's, where that is installed; elsewhere a line now and then, and none for
 work that is soon done.
@@ -22,12 +22,12 @@ def say_stage(what: str, to: TextIO | None = None) -> None:
 
 
 def _told(to: TextIO | None) -> TextIO:
-    """Where it is told: nowhere if standard error is closed, as without a console on Windows."""
+    """Stream of the bars: None if standard error is closed, as without a console on Windows."""
     return to or sys.stderr or io.StringIO()
 
 
 class Bar:
-    """What all bars go through: `with Bar("dp", 60, "waypoint", shown) as bar: bar.advance()`.
+    """Progress bar: `with Bar("dp", 60, "waypoint", shown) as bar: bar.advance()`.
 
     total: None where the number of steps is not known. at: how many of them are done already. to:
     standard error if None. large: counts in thousands and millions, width as the terminal's.
@@ -83,7 +83,7 @@ class Bar:
                 self.say(self._line(now - self._begun))
 
     def note(self, text: str) -> None:
-        """What goes on now, behind the bar; nothing where there is no bar."""
+        """Show text behind the bar; nothing where there is no bar."""
         if self._bar is not None:
             self._bar.set_postfix_str(text)
 

@@ -1,4 +1,4 @@
-"""What a method found, and how good it is known to be."""
+"""Result of a method, with its bound and status."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Result:
 
     @property
     def gap(self) -> float:
-        """How far the value may be above the problem's least; infinite if nothing is proved."""
+        """Gap between value and lower bound; infinite if nothing is proved."""
         return np.inf if self.lower_bound is None else self.value - self.lower_bound
 
     @property
@@ -92,7 +92,7 @@ class Result:
         return f"{self.status.name}: {self.status.value}"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: outcome, value and bound, what is missed, and what it took."""
+        """HTML for notebooks: outcome, value, bound, violations and cost."""
         missed = ", ".join(f"{name} {by:.3g}" for name, by in self.residuals.items() if by > 0)
         bound = "nothing proved" if self.lower_bound is None else f"{self.lower_bound:.8g}"
         rows = {

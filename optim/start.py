@@ -1,4 +1,4 @@
-"""Where a method that follows slopes or samples begins, for any problem."""
+"""Starting point of a gradient or sampling method, for any problem."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def begin(
 
 
 def shortcomings(problem: Problem[Any], x: Float[np.ndarray, "n"]) -> str:
-    """Which constraints a point misses and by how much, in words; empty where it meets all."""
+    """Text of the constraints that a point violates and by how much; empty where it meets all."""
     if problem.is_feasible(x):
         return ""
     missed = {name: by for name, by in problem.residuals(x).items() if by > 0}

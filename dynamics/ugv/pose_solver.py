@@ -233,5 +233,5 @@ def size_near(ground: Near, wheelbase: Values, radius: Values | float) -> Values
 
 
 def depth_allowed(size: Float[Array | np.ndarray, "..."]) -> Float[Array | np.ndarray, "..."]:
-    """How far the ground may seem to enter a wheel by rounding [m], at numbers of `size`."""
+    """Apparent penetration by rounding [m], at numbers of `size`."""
     return 256 * jnp.finfo(size.dtype).eps * size

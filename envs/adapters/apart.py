@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class _Program(NamedTuple):
-    """What is static: hashable, the key of the compiled functions. The numbers of `entries` are
+    """Static part: hashable, the key of the compiled functions. The numbers of `entries` are
     passed at each call, those of all others are constants, as in the batch's own step."""
 
     env: FunctionalEnv
@@ -55,7 +55,7 @@ def _entries(env: FunctionalEnv, params: Any, other: Any) -> tuple[str, ...]:
 def kind_of(
     env: FunctionalEnv[Any, Params], params: Params, other: Params
 ) -> tuple[tuple[str, ...], Signature]:
-    """What episodes have in common that one `Apart` is for; hashable."""
+    """Key of the episodes that one `Apart` steps; hashable."""
     entries = _entries(env, params, other)
     return entries, signature_of(tuple(getattr(other, name) for name in entries))
 

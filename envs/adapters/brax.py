@@ -27,7 +27,7 @@ Self = TypeVar("Self", bound="BraxState")
 
 
 class BraxState(Protocol):
-    """What of brax's State is used here."""
+    """Fields of brax's State that are used here."""
 
     pipeline_state: object
     obs: Array
@@ -187,7 +187,7 @@ def fresh_episodes(
     action_repeat: int = 1,
     randomization_fn: None = None,
 ) -> FreshEpisodes:
-    """What brax's trainers take as `wrap_env_fn`.
+    """Argument `wrap_env_fn` of brax's trainers.
 
     The task's own time limit ends its episodes: ValueError for a shorter episode_length, for
     repeated actions, and for a randomisation of brax's, which changes a brax system.

@@ -142,7 +142,7 @@ class _Comparison:
 
 
 def _mask(step: Step, infos: dict, name: str) -> np.ndarray:
-    """Where an entry of infos holds."""
+    """Mask of an entry of infos."""
     if f"_{name}" not in infos:
         raise ValueError(f"step {step}: info {name!r} has no mask; accepted: one as '_{name}'")
     return infos[f"_{name}"]

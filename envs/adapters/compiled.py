@@ -1,4 +1,4 @@
-"""What an adapter is compiled from, to be read and not set."""
+"""Read-only parameters from which an adapter is compiled."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 VALUES = (6, 5)
-"""How many values a step returns: of gymnax 1.0, and of 0.0.9 and purejaxrl."""
+"""Number of values of a step: gymnax 1.0, and 0.0.9 and purejaxrl."""
 
 
 class GymnaxEnv(Generic[State, Params]):

@@ -36,7 +36,7 @@ COPIES = 4
 
 
 class _Layout(NamedTuple):
-    """What is static about a batch: hashable, the key of the compiled step."""
+    """Static part of a batch: hashable, the key of the compiled step."""
 
     env: FunctionalEnv
     shared: Shared | None
@@ -190,7 +190,7 @@ class PackedEnvs:
         return words.astype(own, copy=False).view(self.dtype).T
 
     def _reset_apart(self, table: np.ndarray) -> None:
-        """What autoreset does, for environments apart: they go on with the batch's parameters."""
+        """Autoreset of separate environments, which continue with the batch's parameters."""
         width = self.columns.width
         autoreset = 2 * width + 3
         ends = self._apart & table[:, autoreset - 2 : autoreset].any(axis=1)
@@ -222,7 +222,7 @@ class PackedEnvs:
             self._given[index] = None
 
     def _group_for(self, params: Any) -> Apart:
-        """Where episodes with parameters of this structure are stepped."""
+        """Group that steps episodes with parameters of this structure."""
         shared = self._layout.shared
         if shared is None:
             raise ValueError("options beside parameters of every environment's own; accepted: none")
@@ -255,7 +255,7 @@ class PackedEnvs:
         return unpack(self._layout.carry, self._carry)
 
     def _chains(self) -> np.ndarray:
-        """Where every chain of keys stands: newly seeded, or as the steps left it."""
+        """Current key of each environment: newly seeded, or after the last step."""
         if self._carry is None:
             chains = np.asarray(_chains(np.zeros(self.num_envs, np.uint32)))
         else:

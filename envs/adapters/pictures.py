@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Renderer(Protocol):
-    """What an environment's pictures are drawn by."""
+    """Protocol of an environment's renderer."""
 
     def reset(self) -> None:
         """Forget what was drawn before."""

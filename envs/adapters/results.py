@@ -1,4 +1,4 @@
-"""What a step gave, read from the rows of numbers that the compiled step returns."""
+"""Results of a step, read from the rows of numbers that the compiled step returns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def ending(info: Mapping[str, float], terminated: bool) -> str:
-    """How an episode ended; info: of its last step."""
+    """Description of an episode's end; info: of its last step."""
     how = "terminated" if terminated else "truncated"
     count = info.get("episode_length")
     length = "" if count is None else f" after {count} step{'' if count == 1 else 's'}"
@@ -25,7 +25,7 @@ def ending(info: Mapping[str, float], terminated: bool) -> str:
 
 
 class Columns:
-    """Where the numbers of `row_of` lie: what an environment's step returns, without the values."""
+    """Columns of the numbers of `row_of` in the result of an environment's step."""
 
     def __init__(self, obs: Array, info: dict[str, Array]):
         """Of one environment, unbatched; shapes and types will do."""
@@ -43,7 +43,7 @@ class Columns:
         ]
 
     def one(self, row: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, float]]:
-        """What Gymnasium's step returns, from one environment's row."""
+        """Values of Gymnasium's step, from one environment's row."""
         numbers = row.tolist()
         reward, terminated, truncated, _ = numbers[2 * self.width : 2 * self.width + 4]
         obs = row[: self.width].astype(np.float32)

@@ -1,4 +1,4 @@
-"""What the compiled programs of a batch have in common."""
+"""Functions shared by the compiled programs of a batch."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def row_of(
     truncated: Array,
     info: dict[str, Array],
 ) -> Float[Array, " numbers"]:
-    """What a step returns, as one array: observation, final observation, reward, the flags
+    """Results of a step as one array: observation, final observation, reward, the flags
     terminated, truncated and autoreset, info by its names."""
     rest = sorted(set(info) - {"final_obs", "autoreset"})
     numbers = [reward, terminated, truncated, info["autoreset"], *(info[name] for name in rest)]

@@ -1,4 +1,4 @@
-"""What a reset draws, and the robot and scene that follow from it."""
+"""Random draws of a reset, and the robot and scene that follow from them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROUNDING = 1e-3
 
 
 class Commands(NamedTuple):
-    """How the commanded rate goes on in an episode in which it changes."""
+    """Commanded rates of an episode in which they change."""
 
     key: Array
     """As plain numbers, which later commands are drawn from."""
@@ -36,7 +36,7 @@ class Commands(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What the reset drew; entries that are not randomised hold their neutral value."""
+    """Draws of a reset; entries that are not randomised hold their neutral value."""
 
     friction: Array
     mass: Array
@@ -45,11 +45,11 @@ class Drawn(NamedTuple):
     """In force now [rad/s]."""
     commands: Commands | None = None
     mark: Array | None = None
-    """How far ahead of the centre of mass's start the mark lies [m]; None without one."""
+    """Distance of the mark ahead of the centre of mass's start [m]; None without one."""
 
 
 def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
-    """What an episode begins with: what was drawn, the phase [rad] and the crank rate [rad/s]."""
+    """Draw the start of an episode: draws, phase [rad] and crank rate [rad/s]."""
     ranges = params.randomisation
     dtype = jnp.result_type(params.robot.total_mass)
 
@@ -79,7 +79,7 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
 
 
 def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
-    """What is in force so long after the episode's start [s]: another command each interval."""
+    """Commanded rate at a time since the episode's start [s]: another one each interval."""
     if drawn.commands is None:
         return drawn
     chain, interval, low, high = drawn.commands

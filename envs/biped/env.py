@@ -167,7 +167,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
-        """What `make_params` takes."""
+        """Arguments of `make_params`."""
         return keyword_names(make_params)
 
     @classmethod
@@ -305,7 +305,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return state.over
 
     def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
-        """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
+        """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
         return biped_frame(state, info, params)
 
     def renderer(self, params: BipedEnvParams) -> BipedRenderer:

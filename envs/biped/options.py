@@ -1,4 +1,4 @@
-"""What the options of a reset make of the biped's parameters, for one episode."""
+"""Options of a reset: the biped's parameters for one episode."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ START: dict[str, dict[str, Any]] = {
     "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
     "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
 }
-"""What a reset draws and an option gives, and the rule of each."""
+"""Options that replace a draw, and the rule of each."""
 OPTIONS = ("scene", "payload", *START)
 START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval", "mark")
-"""What a reset draws and no step reads: commands to come are in the state."""
+"""Draws that no step reads: commands to come are in the state."""
 
 
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:

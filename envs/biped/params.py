@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 @register_pytree
 @dataclass(frozen=True)
 class Randomisation:
-    """What a reset draws, each uniformly from (low, high), or None to leave it as it is.
+    """Ranges (low, high) of a reset's uniform draws; None leaves a value as it is.
 
     friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
     mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
@@ -259,7 +259,7 @@ def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
 
 
 PREPARED = ("fidelity", "dtype")
-"""How the robot of the parameters is prepared."""
+"""Preparation of the robot."""
 
 CONTROL_PERIOD = 0.02
 """Time from one action to the next [s], unless another is chosen."""

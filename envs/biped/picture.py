@@ -52,7 +52,7 @@ def biped_frames(
 
 @jax.jit
 def _seen(state: BipedEnvState, params: BipedEnvParams):
-    """What `under_foot` says, and what `_scenery` does."""
+    """Values of `under_foot` and of `_scenery`."""
     scenery = _scenery(state, params)
     return *under_foot(params.robot, scenery[0], state.biped), scenery
 

@@ -16,7 +16,7 @@ FLOORS = ("uniform", "patches")
 
 
 def from_plain(parameters: Entries) -> Given:
-    """What `BipedEnv.make_params` takes.
+    """Arguments of `BipedEnv.make_params` from plain values.
 
     scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's arguments.
     randomisation: ranges as pairs, by the names of Randomisation. Numbers stay as they are.

@@ -39,7 +39,7 @@ def outcome_of(
     contact: Contact,
     copper_loss: Float[Array, ""],
 ) -> Outcome:
-    """What a control step came to."""
+    """Outcome of a control step."""
     steps = jnp.asarray(after.steps) - jnp.asarray(before.steps)  # whole angles would lose digits
     turned = replace(after, steps=steps).crank_angle - before.phase
     walked = centre_of_mass(robot, after, before.steps)

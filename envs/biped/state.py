@@ -1,4 +1,4 @@
-"""Where an episode of the biped's is."""
+"""State of a biped episode."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(NamedTuple):
-    """What one control step came to."""
+    """Outcome of one control step."""
 
     turned: Float[Array, ""]
     """Crank angle [rad]."""
@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
         return self.positive_work + self.copper_loss
 
     def info(self, period: Float[Array, ""]) -> dict[str, Array]:
-        """What info says of it."""
+        """Entries of info."""
         return {
             "walking_speed": self.walked / period,
             "walked": self.walked,
@@ -57,7 +57,7 @@ class Totals(NamedTuple):
     """Positive motor work and copper loss [J]."""
 
     def info(self, elapsed: Int[Array, ""], duration: Float[Array, ""]) -> dict[str, Array]:
-        """What info says of the episode after so many steps and seconds."""
+        """Entries of info about the episode after so many steps and seconds."""
         return {
             "episode_return": self.reward,
             "episode_length": elapsed,
@@ -71,7 +71,7 @@ class Totals(NamedTuple):
 @register_pytree
 @dataclass(frozen=True)
 class BipedEnvState:
-    """Where an episode is. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
+    """State of an episode. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
 
     biped: BipedState
     mode: Int[Array, ""]
@@ -81,9 +81,9 @@ class BipedEnvState:
     drawn: Drawn
     totals: Totals
     rests: Totals
-    """What rounding has left out of the totals (see `compensated`)."""
+    """Rounding errors of the totals (see `compensated`)."""
 
     @property
     def to_go(self) -> Float[Array, ""] | None:
-        """How far the mark is ahead of the centre of mass [m]; None without a mark."""
+        """Distance of the mark ahead of the centre of mass [m]; None without a mark."""
         return None if self.drawn.mark is None else self.drawn.mark - self.totals.walked

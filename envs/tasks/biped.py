@@ -14,7 +14,7 @@ ANY_PHASE: Plain = [1.5707963267948966, 4.71238898038469]
 SLIPPERY: Plain = {"uniform": {"mu_static": 0.06, "mu_kinetic": 0.05}}
 """Too slippery for a constant crank rate of 3 rad/s."""
 ANY_FRICTION: Plain = {"uniform": {"mu_static": 1.0, "mu_kinetic": 0.83}}
-"""What a drawn factor makes the floor of."""
+"""Floor that a drawn factor multiplies."""
 ICE: Plain = {
     "patches": {
         "edges": [0.3, 0.6, 1.0, 1.2, 1.7, 2.2, 2.5, 2.7],
@@ -44,7 +44,7 @@ NUMBERS: dict[str, Plain] = {
     "energy_weight": 0.5,
     "fall_penalty": 5.0,
 }
-"""What a task does not say otherwise: written down, so that no default elsewhere changes a task."""
+"""Defaults of the tasks, written down so that no default elsewhere changes a task."""
 
 
 def _task(
@@ -65,7 +65,7 @@ def _moving(up_to: float, **ranges: Plain) -> Plain:
 BIPED_WITHDRAWN: dict[str, str] = {
     "BipedSprint-v0": "its best known lived on the errors of one integrator step a control period"
 }
-"""Why a version was withdrawn, by its name."""
+"""Reasons of withdrawn versions, by name."""
 BIPED_TASKS = (
     _task(
         "BipedSteady",

@@ -1,4 +1,4 @@
-"""What a task is: an environment and its parameters as plain values, under a name for ever."""
+"""Task definition: an environment and its parameters as plain values, under a fixed name."""
 
 from __future__ import annotations
 

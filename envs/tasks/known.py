@@ -1,4 +1,4 @@
-"""What is known of the scores on each task: known.json, read and held to its form."""
+"""Known scores of each task: known.json, read and validated."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Earned:
 
 @dataclass(frozen=True)
 class Bound:
-    """What no policy earns more than. reason: why, and what is assumed."""
+    """Upper bound on every policy's return. reason: why, and what is assumed."""
 
     value: float
     reason: str
@@ -57,7 +57,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Learned:
-    """What training earned over the same episodes. how: algorithm, settings, steps. returns: mean
+    """Results of training over the same episodes. how: algorithm, settings, steps. returns: mean
     return of each seed's policy."""
 
     how: str
@@ -66,7 +66,7 @@ class Learned:
 
 @dataclass(frozen=True)
 class Known:
-    """What was measured on a task, over the episodes of seeds 0, 1, ..., episodes - 1.
+    """Measurements of a task, over the episodes of seeds 0, 1, ..., episodes - 1.
 
     trivial: what a score of 0 is. baselines: hand-written controllers. planners: what plans each
     episode with exact knowledge of it, and what improves a baseline so. best: the most that any
@@ -100,7 +100,7 @@ class Known:
         return self._of_means(lambda r, zero, one: (r - zero) / (one - zero), returns, seeds)
 
     def gap(self, returns: ArrayLike, seeds: Sequence[int] | None = None) -> Interval:
-        """What is missing to the best known, one - return, in the return's unit; see `score`."""
+        """Gap to the best known, one - return, in the return's unit; see `score`."""
         return self._of_means(lambda r, zero, one: one - r, returns, seeds)
 
     def score_of(self, earned: Earned) -> Interval:
@@ -132,7 +132,7 @@ class Known:
 
 
 def known_of(task: TaskDefinition) -> Known | None:
-    """What is known of a task; None where nothing was measured.
+    """Measurements of a task; None where nothing was measured.
 
     ValueError naming the file where it is damaged, or measured another definition of that name.
     """
@@ -204,7 +204,7 @@ def _learned(content: Entries) -> Learned:
 
 
 def earned_in(content: Entries) -> Earned:
-    """What an entry of the file says that a policy earned; ValueError for a damaged one."""
+    """Return of a policy from an entry of the file; ValueError for a damaged one."""
     low, high = (None if content[end] is None else _number(content[end]) for end in ("low", "high"))
     failures = _number(content["failures"])
     returns = tuple(map(_number, content.get("returns", ())))

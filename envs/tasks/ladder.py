@@ -10,7 +10,7 @@ from stickslip.envs.tasks.ugv import UGV_TASKS, UGV_WITHDRAWN
 TASKS: dict[str, TaskDefinition] = {one.name: one for one in (*BIPED_TASKS, *UGV_TASKS)}
 """By name, the biped's first."""
 WITHDRAWN: dict[str, str] = {**BIPED_WITHDRAWN, **UGV_WITHDRAWN}
-"""Why a version was withdrawn, by its name. It is listed and refused."""
+"""Reasons of withdrawn versions, by name. They are listed and refused."""
 
 
 def task_by_name(name: str) -> TaskDefinition:
@@ -24,7 +24,7 @@ def task_by_name(name: str) -> TaskDefinition:
 
 
 def withdrawal(name: str) -> str:
-    """Why a version was withdrawn, and the version that is accepted in its place."""
+    """Reason of a withdrawn version, and the version that is accepted in its place."""
     stem = name.rpartition("-v")[0]
     latest = [task.name for task in TASKS.values() if task.stem == stem]
     return f"{name} is withdrawn: {WITHDRAWN[name]}; accepted: {', '.join(latest) or 'no other'}"

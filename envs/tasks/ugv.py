@@ -24,9 +24,9 @@ NUMBERS: dict[str, Plain] = {
     "reward_scale": 1.0,
     "speed": 1.0,
 }
-"""What a task does not say otherwise: written down, so that no default elsewhere changes a task."""
+"""Defaults of the tasks, written down so that no default elsewhere changes a task."""
 LEVEL: Plain = {"flat": {"start": 0.0, "end": 8.0}}
-"""What drawn ground takes the place of."""
+"""Ground that drawn ground replaces."""
 BUMPS: dict[str, Plain] = {
     "bump_height": [0.02, 0.2],
     "bump_width": [0.8, 1.6],
@@ -58,7 +58,7 @@ STEMS = ("UGVBump", "UGVDitch", "UGVRandomBumps", "UGVRough", "UGVLowGrip", "UGV
 UGV_WITHDRAWN: dict[str, str] = {
     f"{stem}-v0": "nothing kept its wheels from standing in each other" for stem in STEMS
 }
-"""Why a version was withdrawn, by its name."""
+"""Reasons of withdrawn versions, by name."""
 UGV_TASKS = (
     _task(
         "UGVBump",

@@ -1,4 +1,4 @@
-"""What a reset of the UGV environment draws, and the ground and friction that follow from it."""
+"""Random draws of the UGV's reset, and the ground and friction that follow from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class UGVDrawn(NamedTuple):
-    """What the reset drew; None for what it did not."""
+    """Draws of a reset; None for what is not drawn."""
 
     odometer: Odometer | None
     friction: Float[Array, ""] | None
@@ -26,7 +26,7 @@ class UGVDrawn(NamedTuple):
 
 
 def draw(key: Array, params: UGVEnvParams) -> tuple[UGVDrawn, Float[Array, " 2"]]:
-    """What an episode begins with: what was drawn, and the legs' angles [rad]."""
+    """Draw the start of an episode: draws and leg angles [rad]."""
     ranges, dtype = params.randomisation, jnp.result_type(params.start)
     keys = [jax.random.fold_in(key, index) for index in range(4)]
     odometer = friction = noise = None

@@ -164,7 +164,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
-        """What `make_params` takes."""
+        """Arguments of `make_params`."""
         return keyword_names(make_params)
 
     @classmethod
@@ -278,7 +278,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return state.over
 
     def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
-        """What a renderer draws of one unbatched state; `info` of the step before it, or {}."""
+        """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
         return ugv_frame(state, info, params, self.solver, self.preview)
 
     def renderer(self, params: UGVEnvParams) -> UGVRenderer:

@@ -1,4 +1,4 @@
-"""What UGVEnv tells beside the observation: the entries of info in its docstring."""
+"""Info of UGVEnv: the entries in its docstring."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def work_between(before: Station, after: Station, dtype: DTypeLike) -> StepWork:
-    """What is put in on the way from one station to the next."""
+    """Work between one station and the next."""
     wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
     return StepWork(
         jnp.asarray(step_cost(wheels, before, after), dtype),
@@ -27,7 +27,7 @@ def work_between(before: Station, after: Station, dtype: DTypeLike) -> StepWork:
 
 
 def info_of(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
-    """What info says of the state."""
+    """Entries of info about the state."""
     at = state.station
     return {
         "x": at.x,

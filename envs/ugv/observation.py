@@ -1,4 +1,4 @@
-"""What UGVEnv observes: the entries of its docstring's table, and their bounds."""
+"""Observation of UGVEnv: the entries of its docstring's table, and their bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the options of a reset make of the UGV's parameters, for one episode."""
+"""Options of a reset: the UGV's parameters for one episode."""
 
 from __future__ import annotations
 

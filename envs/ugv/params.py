@@ -125,16 +125,16 @@ class UGVEnvParams:
 
     @property
     def control_period(self):
-        """What a step takes at the speed of the pictures [s]."""
+        """Duration of a step at the speed of the pictures [s]."""
         return self.spacing / self.speed
 
     @property
     def time_limit(self):
-        """What a whole episode takes at the speed of the pictures [s]."""
+        """Duration of an episode at the speed of the pictures [s]."""
         return self.steps * self.control_period
 
     def waypoint(self, step: Int[Array, "*n"] | np.ndarray | int) -> Float[Array, "*n"]:
-        """Where the front wheel is after so many steps [m]."""
+        """Contact of the front wheel after so many steps [m]."""
         return self.start + self.spacing * jnp.asarray(step).astype(jnp.result_type(self.start))
 
     def waypoints(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What a failure costs where nobody says it: more than any drive to the end."""
+"""Default penalty of a failure: more than any drive to the end costs."""
 
 from __future__ import annotations
 

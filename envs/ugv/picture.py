@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 GROUND_POINTS = 361
 REACH = 4.0
-"""How far the ground is sampled before and behind the front contact, in vehicle lengths."""
+"""Range of ground drawn before and behind the front contact, in vehicle lengths."""
 
 
 def ugv_frame(

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def from_plain(parameters: Entries) -> Given:
-    """What `UGVEnv.make_params` takes.
+    """Arguments of `UGVEnv.make_params` from plain values.
 
     track: a name, or {name: {...}} with the named track's arguments. randomisation: ranges as
     pairs, by the names of UGVRandomisation; its track by the names of RandomTrack. Numbers stay as

@@ -150,7 +150,7 @@ class RandomTrack:
 @register_pytree
 @dataclass(frozen=True)
 class UGVRandomisation:
-    """What a reset draws; what is None stays as it is and is not compiled in.
+    """Ranges of a reset's draws; what is None stays as it is and is not compiled in.
 
     track: the ground. friction: mu itself, uniform in (low, high) [-]. start_angles: each leg's,
     uniform in (low, high) [rad].

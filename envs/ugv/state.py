@@ -1,4 +1,4 @@
-"""Where an episode of UGVEnv is."""
+"""State of an episode of UGVEnv."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Attitude(NamedTuple):
-    """How the vehicle stands [rad]."""
+    """Angles of the vehicle [rad]."""
 
     pitch: Float[Array, ""]
     slope_rear: Float[Array, ""]
@@ -23,7 +23,7 @@ class Attitude(NamedTuple):
 
 
 class StepWork(NamedTuple):
-    """What one step of the environment took [J]."""
+    """Work of one step of the environment [J]."""
 
     wheel_work: Float[Array, ""]
     """Put in by the motors, none recovered."""
@@ -44,7 +44,7 @@ class UGVTotals(NamedTuple):
 @register_pytree
 @dataclass(frozen=True)
 class UGVEnvState:
-    """Where an episode is. station, attitude: the last ones inside the model. over: it has ended.
+    """State of an episode. station, attitude: the last ones inside the model. over: it has ended.
 
     cost: the criterion so far; it starts at 0.
     """
@@ -58,7 +58,7 @@ class UGVEnvState:
     drawn: UGVDrawn
     totals: UGVTotals
     rests: tuple[Float[Array, ""], UGVTotals]
-    """What rounding has left out of cost and totals (see `compensated`)."""
+    """Rounding errors of cost and totals (see `compensated`)."""
 
     @property
     def leg_angles(self) -> Float[Array, "... 2"]:

@@ -104,7 +104,7 @@ class Axis:
 
 
 class Cell(NamedTuple):
-    """Where a state lies in a grid."""
+    """Cell of a grid that holds a state."""
 
     base: Int[Array, ""]
     """Number of the corner from which all axes ascend."""

@@ -43,11 +43,11 @@ class Ahead:
 
 
 class Found(NamedTuple):
-    """What a search came to."""
+    """Result of a search."""
 
     action: Float[Array, " act"]
     value: Float[Array, ""]
-    """What the best way earns, and the grid's value at its end."""
+    """Reward of the best sequence plus the grid's value at its end."""
     outside: Bool[Array, ""]
     """True if that way leaves the grid: the value is then a guess."""
 
@@ -60,7 +60,7 @@ class _Ways(NamedTuple):
     """Number of the action they began with."""
     earned: Float[Array, " ways"]
     worth: Float[Array, " ways"]
-    """What is earned, and the value at the end."""
+    """Reward so far, and the value at the end."""
     over: Bool[Array, " ways"]
     outside: Bool[Array, " ways"]
 

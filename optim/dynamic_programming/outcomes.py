@@ -1,4 +1,4 @@
-"""Where every action leads from every node, computed once with the process's own step."""
+"""Transitions of every action from every node, computed once with the process's own step."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Block(NamedTuple):
 
 
 class Blocks(Protocol):
-    """Where blocks are kept, so that a run that was stopped does not compute them again."""
+    """Store of blocks, from which an interrupted run resumes."""
 
     def read(self, number: int, shape: tuple[int, int, int], kind: np.dtype) -> Block | None:
         """The block of that number, of so many nodes, actions and coordinates; None: not kept."""

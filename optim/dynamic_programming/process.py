@@ -1,4 +1,4 @@
-"""What dynamic programming needs of a system: its grid, its actions and its own step."""
+"""Decision process: grid, actions and step of a system."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ State = TypeVar("State")
 
 
 class Outcome(NamedTuple, Generic[State]):
-    """What a step led to. ended: nothing more is earned."""
+    """Result of a step. ended: nothing more is earned."""
 
     state: State
     reward: Float[Array, ""]

@@ -29,7 +29,7 @@ MOST_SWEEPS = 10**7
 
 
 class Values(NamedTuple):
-    """What is known of the nodes after so many sweeps."""
+    """Values of the nodes after so many sweeps."""
 
     value: Float[Array, " nodes"]
     """Of a finite horizon: the most that can be earned in as many steps as sweeps. Of the average:

@@ -179,7 +179,7 @@ def _legs(grid: Grid, a: np.ndarray, b: np.ndarray) -> list[tuple]:
 
 
 def _moved(time: np.ndarray, rate: np.ndarray, slope: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """How far x'' = slope + c x goes from x' = rate."""
+    """Solution of x'' = slope + c x from x' = rate."""
     rate, slope, c = (one[..., None] for one in (rate, slope, c))
     root = np.sqrt(np.abs(c))
     turn = root * time

@@ -1,4 +1,4 @@
-"""Where a gait's numbers stand: nodes over the support phases, and points between them."""
+"""Grid of a gait: nodes over the support phases, and points between them."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class GaitLaw:
     def torque(
         self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
     ) -> Float[Array, ""]:
-        """What the gait takes there [N m]."""
+        """Torque of the gait there [N m]."""
         a, b = self.at(phase, steps)
         turned = phase - SUPPORT_START
         inertia = model.inertia.at(SUPPORT_START + jnp.mod(turned, np.pi))

@@ -8,7 +8,7 @@ OBJECTIVES: dict[str, str] = {
     "energy": "positive work plus copper_loss x torque squared over time [J]",
     "friction": "largest |friction| / normal force, the least static friction that will do [-]",
 }
-"""What a gait may be best by. A weighted sum maps names, friction left out, to weights."""
+"""Names of objectives. A weighted sum maps names, friction left out, to weights."""
 
 METHODS: dict[str, str] = {
     "conic": "second-order cones in cvxpy, proved by duality outside of the solver",

@@ -177,7 +177,7 @@ class GaitProblem(Problem[GaitResult]):
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """What no direction improves is the best; slopes, but at kinks of work and friction."""
+        """Convex, with slopes but at kinks of work and friction."""
         return frozenset({Structure.CONVEX, Structure.SMOOTH})
 
     @property

@@ -57,7 +57,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Robot:
-    """What does not depend on the phase: whole mass [kg], gravity [m/s^2], the foot's edges behind
+    """Constants of the robot: whole mass [kg], gravity [m/s^2], the foot's edges behind
     and before the ankle [m], step length [m], length of the crank [m]."""
 
     mass: float

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was worked out anew in float64 from the robot's numbers, the solver trusted in nothing.
+    """Certificate computed in float64 from the robot's numbers, without trust in the solver.
 
     value: of the gait on the grid. bound: no gait of the grid is better (infinite below: not
     proved). missed: worst violation of a limit at the nodes, in the limit's unit of size. sign: the

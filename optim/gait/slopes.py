@@ -52,7 +52,7 @@ class Slopes:
 
     @cached_property
     def _squares(self) -> Float[np.ndarray, "nodes n"]:
-        """What b at the nodes gains for each number of the decision vector."""
+        """Derivatives of b at the nodes by the decision vector."""
         grid = self.instance.grid
         shape = grid.theta.shape
         ones = np.eye(grid.theta.size)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stickslip.optim.instances.instance import Instance
 
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
-"""What the instances are about: see docs/suite.md."""
+"""Families of instances (docs/suite.md)."""
 ROOMS = ("stickslip.optim.instances.ugv.instances", "stickslip.optim.instances.biped.instances")
 """Modules whose `instances()` the suite holds, and whose WITHDRAWN it refuses."""
 
@@ -42,7 +42,7 @@ def instance(name: str) -> Instance:
 
 
 def withdrawn() -> dict[str, str]:
-    """Why an instance was withdrawn, by its id. It is listed and refused."""
+    """Reasons of withdrawn instances, by id. They are listed and refused."""
     return {name: why for room in ROOMS for name, why in import_module(room).WITHDRAWN.items()}
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stickslip.optim.instances.instance import Instance
 
 Foreign: TypeAlias = Any
-"""What another library takes or gives."""
+"""Arguments and results of other libraries."""
 
 
 @dataclass(frozen=True)

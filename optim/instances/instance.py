@@ -31,14 +31,14 @@ QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 
 SAME = 1e-6
-"""How far a value may be off the recorded one, in parts of it: roundings of another machine."""
+"""Relative tolerance of a recorded value: roundings of another machine."""
 DIGITS = 7
 """Of numbers that a digest is about."""
 
 
 @dataclass(frozen=True)
 class Flags:
-    """What may be relied on. convex: objective and feasible set; smooth: slopes are continuous;
+    """Guaranteed properties. convex: objective and feasible set; smooth: slopes are continuous;
     lipschitz: no jumps; noisy: each evaluation draws; separable: the objective is a sum (or the
     largest) of terms of one number each; slopes: gradient and jacobian can be asked for."""
 
@@ -111,7 +111,7 @@ class Instance:
 
     @property
     def lower_bound(self) -> float | None:
-        """What no feasible point is below; None where nothing is proved."""
+        """Lower bound of every feasible point; None where nothing is proved."""
         return None if self.known is None else self.known.bound
 
     def digest(self) -> str:

@@ -22,7 +22,7 @@ FORMAT = "stickslip known optima"
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of an instance. value: of the best feasible point, whose free numbers are x;
+    """Known solution of an instance. value: of the best feasible point, whose free numbers are x;
     NaN with several goals. how: what found it. bound: what no feasible point is below, and why;
     None. digest: of the instance that this is about. front: with several goals, unbeaten values
     [points, k]. cost: microseconds of an evaluation, by kind of call."""
@@ -42,7 +42,7 @@ class Known:
 
 
 def known_of(name: str) -> Known | None:
-    """What is recorded of an instance; None where nothing is."""
+    """Recorded solution of an instance; None where there is none."""
     entry = _entries().get(name)
     if entry is None:
         return None

@@ -89,17 +89,17 @@ class Objective:
 
     @property
     def n(self) -> int:
-        """How many numbers are to be chosen."""
+        """Number of variables."""
         return self.free[0].n
 
     @property
     def k(self) -> int:
-        """How many goals there are."""
+        """Number of goals."""
         return len(self.problems)
 
     @cached_property
     def m(self) -> int:
-        """How many constraints there are."""
+        """Number of constraints."""
         return len(self.free[0].constraints(self.middle))
 
     @cached_property
@@ -186,7 +186,7 @@ class Objective:
 
     @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
-        """What must be >= 0, scaled to about 1."""
+        """Constraint margins, satisfied where >= 0, scaled to about 1."""
         x, sound = self._inside(x)
         if not sound:
             return np.full(self.m, -1.0)
@@ -199,7 +199,7 @@ class Objective:
 
     @reported
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
-        """What a point misses of its constraints, summed; 0 where it is feasible."""
+        """Sum of a point's constraint violations; 0 where it is feasible."""
         return float(shortfall(self.constraints(x)))
 
     @reported
@@ -251,7 +251,7 @@ class Objective:
         return x, True
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:
-        """What was found at the point looked at last, if that is this one."""
+        """Evaluation of the last point, if that is this one."""
         seen = self.__dict__.get("_seen")
         return seen if seen is not None and np.array_equal(seen.x, x) else None
 
@@ -296,7 +296,7 @@ class Objective:
         self.record.note(Seen(np.array(x), np.array(values), float(shortfall(margins)), feasible))
 
     def _left(self, wanted: int) -> int:
-        """How many of so many evaluations there is budget for; BudgetSpent for none."""
+        """Number of these evaluations that the budget allows; BudgetSpent for none."""
         record = self.record
         if record.evaluations == 0:
             record.began = time.perf_counter()

@@ -1,4 +1,4 @@
-"""What is counted and kept while an optimiser works on an objective."""
+"""Record of an optimiser's evaluations of an objective."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Record:
 
     @property
     def evaluations(self) -> int:
-        """What a budget counts: values and gradients."""
+        """Evaluations that a budget counts: values and gradients."""
         return self.values + self.gradients
 
     @property

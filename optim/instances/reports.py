@@ -115,7 +115,7 @@ class ReportingArray(np.ndarray):
 
 
 def reporting(plain: Any, home: Home | None) -> tuple[Any, ...] | None:
-    """How to pickle a value that reports; None where there is no home."""
+    """Pickling of a value that reports; None where there is no home."""
     if home is None:
         return None
     counts, seen = home.counts, home.seen

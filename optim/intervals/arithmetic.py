@@ -75,7 +75,7 @@ class Interval:
         return Interval(self.lo[key], self.hi[key])
 
     def holds(self, x: Array | float) -> Bool[np.ndarray, "..."]:
-        """Where x lies inside."""
+        """Mask of x inside the interval."""
         return (self.lo <= x) & (x <= self.hi)
 
     def map(self, function: Callable[[Array], Array]) -> Interval:
@@ -206,7 +206,7 @@ def _passes(x: Interval, turn: float) -> Bool[np.ndarray, "..."]:
 
 
 def _off(value: Array) -> Interval:
-    """What an elementary function that returned this may have meant."""
+    """Interval around an elementary function's rounded result."""
     by = ULPS * EPS * np.abs(value) + TINY
     return Interval(np.fmax(value - by, -np.inf), np.fmin(value + by, np.inf))
 

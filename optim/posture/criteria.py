@@ -1,4 +1,4 @@
-"""What a drive is to be good at, all to be minimised: sums over its steps or worst stations."""
+"""Criteria of a drive, all minimised: sums over its steps or worst stations."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ def criterion_by_name(criterion: str | Criterion | Weighted) -> Criterion | Weig
 
 
 def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[Array, "..."]:
-    """What the step from a to b adds to a sum; for criteria whose kind is "sum"."""
+    """Cost of the step from a to b, for criteria whose kind is "sum"."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, [step_cost(one, a, b) for one, _ in criterion.parts])
     if criterion.kind != "sum":
@@ -228,7 +228,7 @@ def drive_cost(criterion: Criterion | Weighted, stations: Station) -> Float[Arra
 
 
 def steps(stations: Station) -> tuple[Station, Station]:
-    """Where each step begins and where it ends, of stations [K, ...]: two of [K-1, ...]."""
+    """Starts and ends of the steps between stations [K, ...]: two of [K-1, ...]."""
     return stations.map(lambda of: of[:-1]), stations.map(lambda of: of[1:])
 
 
@@ -239,7 +239,7 @@ def increase(
     b: Station,
     first: Numeric,
 ) -> Float[Array, "..."]:
-    """What the step from a to b adds to the cost so far; first: whether it is a drive's first step.
+    """Increase of the cost so far by the step from a to b; first: it is a drive's first step.
 
     The increases along a drive add up to `drive_cost`, from a cost of 0.
     """

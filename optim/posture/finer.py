@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 FACTOR = 10
-"""How many times finer a drive is looked at."""
+"""Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
 """For the value stations are padded to a power of two, so that few sizes are compiled; no more than
 MOST are looked at, by a lower factor."""

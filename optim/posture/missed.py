@@ -45,7 +45,7 @@ def missed_by(
 
 
 def tolerated(problem: PostureData, name: str) -> float:
-    """How much of a residual of that name is within FEASIBLE, once scaled as a constraint is."""
+    """Tolerance of a residual of that name, FEASIBLE in the scale of its constraint."""
     sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
     sizes |= dict.fromkeys(("clearance", "wheels"), problem.params.leg_length)
     sizes |= {"leg_rate": problem.leg_rate}

@@ -154,12 +154,12 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     @cached_property
     def _waypoints(self) -> Waypoints:
-        """What the stations of a drive have in common, where JAX keeps it."""
+        """Shared data of a drive's stations, on the device."""
         return Waypoints.of(self._shared, self.posture.x, self.posture.friction)
 
     @cached_property
     def _judged(self) -> Posture:
-        """What is asked of stations and of angles, there, too: no ground."""
+        """Limits of stations and angles, on the device: no ground."""
         with jax.enable_x64(True):
             return jax.device_put(replace(self.posture, odometer=None, friction=None))
 
@@ -257,7 +257,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     @cached_property
     def constraint_groups(self) -> dict[str, slice]:
-        """Where each group lies in `constraints`."""
+        """Slice of each group in `constraints`."""
         ends = np.cumsum(list(self._sizes.values()))
         return {
             name: slice(int(end) - size, int(end))

@@ -1,4 +1,4 @@
-"""What a method found for a posture problem: a drive, and what it is between its waypoints."""
+"""Result of a posture problem: a drive, and its values between its waypoints."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class PostureResult(Result):
 
     @property
     def discretisation(self) -> float:
-        """How far fine_value lies from the value, relative to it; infinite where there is none.
+        """Relative difference of fine_value from the value; infinite where there is none.
 
         Where it is not small, the waypoints are too far apart.
         """

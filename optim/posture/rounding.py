@@ -34,7 +34,7 @@ def closes(problem: PostureProblem, value: float, bound: float | None, relative:
 
 
 def natural(problem: PostureProblem, criterion: Criterion | Weighted) -> float:
-    """What the vehicle's weight would give, in the criterion's unit."""
+    """Natural scale from the vehicle's weight, in the criterion's unit."""
     if isinstance(criterion, Weighted):
         return sum(float(weight) * natural(problem, one) for one, weight in criterion.parts)
     weight, length = float(problem.params.weight), float(problem.x[-1] - problem.x[0])
@@ -49,7 +49,7 @@ def below(problem: PostureProblem, value: float, criterion: Criterion | Weighted
 
 
 def slack(problem: PostureProblem, value: float, criterion: Criterion | Weighted) -> float:
-    """How far the computed value of a drive may be above the exact one, in the criterion's unit."""
+    """Rounding error of a drive's computed value, in the criterion's unit."""
     if isinstance(criterion, Weighted):
         parts = ((one, float(weight)) for one, weight in criterion.parts)
         return sum(w * slack(problem, abs(value) / w, one) for one, w in parts if w > 0)

@@ -1,4 +1,4 @@
-"""What methods need in bytes, so that a size is refused before anything of it exists.
+"""Memory of methods in bytes, so that a size is refused before anything of it exists.
 
 Measured as the growth of a process's peak with size (compilation, about 0.3 GB, apart); the tests
 measure some of it again. Each is meant to be within a factor of two.

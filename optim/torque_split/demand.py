@@ -9,7 +9,7 @@ from stickslip.optim.torque_split.family import Setting
 from stickslip.optim.torque_split.program import Affine, Outcome, SplitProgram, interval
 
 SHORTFALLS = (1e-9, 1e-8, 1e-7, 1e-6)
-"""How far below the least friction demand found its bound is tried, relative to it."""
+"""Relative distance of the trial bound below the least friction demand found."""
 
 
 def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
@@ -50,7 +50,7 @@ def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
 
 
 def candidates(F: Affine, N: Affine, low: float, high: float) -> list[float]:
-    """Where the larger ratio may be least, from low to high, and a place between the ends; none
+    """Candidates for the least larger ratio, from low to high, and a point between the ends; none
     where low > high."""
     if not low <= high:
         return []

@@ -20,7 +20,7 @@ LIMITS = (
     *(f"normal force of the {wheel} wheel" for wheel in ("rear", "front")),
     *(f"torque of the {wheel} motor" for wheel in ("rear", "rear", "front", "front")),
 )
-"""What each row of `Setting.limits` is about; two rows where a modulus is meant."""
+"""Name of each row of `Setting.limits`; two rows for a modulus."""
 
 
 class Family(NamedTuple):
@@ -99,7 +99,7 @@ class Setting:
         return Affine(-F.alpha * turns, -F.beta * turns)
 
     def limits(self, grip: bool = True) -> Affine:
-        """What must be <= 0, in the order of LIMITS; rows that do not apply always hold."""
+        """Limits, met where <= 0, in the order of LIMITS; rows that do not apply always hold."""
         F, N = self.forces()
         held = Affine(np.full(4, -1.0), np.zeros(4))
         grips = cone(F, N, self.friction) if grip and self.friction is not None else held

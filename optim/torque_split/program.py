@@ -19,7 +19,7 @@ from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.result import OptimStatus
 
 ROUNDINGS = 5e-13
-"""What a bound is lowered by, of the numbers that it is a sum of: stations worked out by other
+"""Allowance of a bound, relative to the numbers that it sums: stations computed by other
 means differ by less (posture/rounding.py), and its own sums by far less."""
 
 ENDLESS = (

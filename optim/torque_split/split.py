@@ -32,7 +32,7 @@ the unit of the computation (weight, or weight times wheel radius)."""
 
 
 class Kind(NamedTuple):
-    """How a criterion is made of terms. outer, terms: see SplitProgram. torques: the power of
+    """Composition of a criterion. outer, terms: see SplitProgram. torques: the power of
     weight times wheel radius that its unit holds; forces: that of weight alone."""
 
     unit: str
@@ -50,7 +50,7 @@ SPLIT_CRITERIA = {
     "positive_power": Kind("J or W", "positive", 2, 1, 0),
     "normal_force": Kind("N", "max", 2, 0, 1),
 }
-"""What may be asked for, all minimised: the largest |F| / N; minus the least margin mu N - |F|; the
+"""Objectives, all minimised: the largest |F| / N; minus the least margin mu N - |F|; the
 largest |M|; the sum of M^2; the sum over wheels of max(0, M turn); minus the least N."""
 
 

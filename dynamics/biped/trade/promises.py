@@ -77,8 +77,8 @@ class Measurement:
 
     @property
     def error(self) -> float:
-        """Error that 95 % of the walks keep [rad/s]: the worse of angle and slide, a slide as the turn
-        that walks as far."""
+        """Error that 95 % of the walks keep [rad/s]: the worse of angle and slide, the slide as
+        the turn that walks as far."""
         return self.bounds[QUANTILES.index(0.95)].joint
 
 

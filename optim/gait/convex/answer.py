@@ -36,7 +36,7 @@ class Answer:
 
 
 SLOW = 0.1
-"""Where the greatest b is less than this of its unit, the unit is taken smaller and all is solved
+"""If the greatest b is less than this of its unit, the unit is reduced and all is solved
 again: the solver's accuracy is that of the largest numbers."""
 
 

@@ -1,4 +1,4 @@
-"""What a gait is to be best by: a name of OBJECTIVES or a weighted sum of some."""
+"""Objective of a gait: a name of OBJECTIVES or a weighted sum of some."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class Instance:
 
     @cached_property
     def closely(self) -> Closely:
-        """What has the profile at the grid's samples."""
+        """Profile at the grid's samples."""
         return Closely(self.params, self.robot, self.grid)
 
     @cached_property
@@ -106,7 +106,7 @@ class Instance:
         )
 
     def sample(self, inside: bool) -> Sample:
-        """What a certificate needs, at the nodes or inside the cells."""
+        """Data of a certificate, at the nodes or inside the cells."""
         profile, rows = self.profiles[inside], self.rows[inside].flat()
         weight = self.grid.inside[1] if inside else self.grid.weights
         b = self.units.b

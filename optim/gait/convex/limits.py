@@ -1,4 +1,4 @@
-"""What a gait must keep to, as rows A a + B b <= C at every crank angle.
+"""Limits of a gait as rows A a + B b <= C at every crank angle.
 
 With b = crank rate^2 and a = crank acceleration = b'/2, torque, friction, normal force and the
 ground's moment about the ankle are affine in a and b (MODEL 1.4, foot at rest), so each limit is a
@@ -40,7 +40,7 @@ class Limits:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What each row is about, in order."""
+        """Name of each row, in order."""
         found = [FRICTION] * 2 if self.mu is not None else []
         return (*[TORQUE] * 2, *found, NORMAL, *([ZMP] * 2 if self.zmp else []), RATE, STANDING)
 
@@ -68,7 +68,7 @@ class Rows(NamedTuple):
 
 
 def affine_torque(p: Profile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What a, b and 1 are multiplied by in the motor's torque [N m]."""
+    """Coefficients of a, b and 1 in the motor's torque [N m]."""
     return p.M, p.dM / 2, p.fall
 
 

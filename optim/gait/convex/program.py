@@ -38,7 +38,7 @@ says how good the gait is all the same."""
 
 
 class Structure(NamedTuple):
-    """What makes another program: sizes, what is in the objective, what there is at all."""
+    """Key of a program: sizes, terms of the objective, limits present."""
 
     steps: int
     cells: int

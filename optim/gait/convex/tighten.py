@@ -24,13 +24,13 @@ HELD = 1e-8
 LAST = 1e-7
 """The same after the last round."""
 MOVING, QUARTER = 0.005, 0.25
-"""What the crank rate is kept above: this share of the lift-off rate, or of the mean rate asked for
+"""Lower limit of the crank rate: this share of the lift-off rate, or of the mean rate asked for
 where that is less. Slower at its crest, a walk is at the mercy of how long a motor holds its
 torque: with 4000 holds a step, as in `replay`, half of that may end in a fall backwards."""
 STARTED = 0.1 * np.pi
 """Way from rest over which that grows from 0 [rad]."""
 MORE = 1.1
-"""What is taken off, over what is missed: the gait found next bulges elsewhere."""
+"""Factor between tightening and violation: the gait found next bulges elsewhere."""
 
 
 def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
@@ -70,7 +70,7 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
 
 
 def _slack(instance: Instance, gait: Gait, numbers: Numbers) -> np.ndarray:
-    """What the gait leaves of each limit at the nodes [m, nodes], in units of their size. Where one
+    """Slack of each limit at the nodes [m, nodes], in units of their size. Where one
     is missed between nodes that leave much of it, taking less than that off changes nothing."""
     rows = instance.rows[0]
     spent = (rows.A * gait.a + rows.B * gait.b).reshape(len(rows.names), -1)
@@ -83,7 +83,7 @@ def _late(instance: Instance, gait: Gait) -> float:
 
 
 def overshoot(instance: Instance, gait: Gait, free: str = "") -> np.ndarray:
-    """What the limits are missed by in each cell, given to both of its nodes [m, nodes], in units
+    """Violation of the limits in each cell, assigned to both of its nodes [m, nodes], in units
     of their size; `free` may be missed, and of what keeps b above 0 `too_slow` tells."""
     rows = instance.rows_between
     between = peak(Polynomials(rows.excess(*gait.inner) / rows.size[:, None, None, None]))
@@ -114,7 +114,7 @@ def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
 
 
 def _ends(grid: Grid) -> tuple[tuple[bool, int, int], ...]:
-    """True if the walk rests there, the place in both axes, and the sign of time's way from it."""
+    """Ends of the walk: at rest or not, index in both axes, and direction of time from there."""
     return (grid.from_rest, 0, 1), (grid.to_rest, -1, -1)
 
 

@@ -1,1 +1,1 @@
-"""What is proved of gaits, apart from the solver."""
+"""Proofs about gaits, independent of the solver."""

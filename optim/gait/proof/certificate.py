@@ -1,4 +1,4 @@
-"""What a gait's multipliers prove, worked out anew in NumPy from the robot's own numbers.
+"""Bound from a gait's multipliers, computed in NumPy from the robot's own numbers.
 
 For any multiplier pi of b' = 2 a, continuous over exchanges, and nu >= 0 of the time,
 
@@ -128,7 +128,7 @@ def grid_bound(
 def _tangents(
     grid: Grid, numbers: Numbers, nu: float, a: np.ndarray, b: np.ndarray
 ) -> tuple[Lagrangian, float]:
-    """What lies below 2 h / (s + s') and h (T^2 + T'^2) / (s + s'), as node terms and a constant.
+    """Lower bounds of 2 h / (s + s') and h (T^2 + T'^2) / (s + s'): node terms and a constant.
 
     2 h / x >= 2 t - t^2 x / (2 h) with t = 2 h / x found; T^2 / x >= 2 r T - r^2 x, r = T / x.
     """

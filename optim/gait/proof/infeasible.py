@@ -1,4 +1,4 @@
-"""Which limit cannot be met where there is no gait, with what would be needed."""
+"""Diagnosis of an infeasible gait: the limit that fails, and the value that it would need."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.convex.program import Solved
 
 FREE_TORQUE = 100.0
-"""How many times the torque limit counts as none, when it is asked what it stands in the way of."""
+"""Multiple of the torque limit that counts as unlimited in the diagnosis."""
 
 FINER = 4
 """Times as many cells for a torque or a normal force that a message names."""
@@ -95,7 +95,7 @@ def _bare(instance: Instance) -> Instance:
 
 
 def _short(instance: Instance) -> tuple[list[str], bool, int]:
-    """What each limit alone would have to be, whether it is proved that none will do as they are,
+    """Needed value of each limit alone, whether infeasibility is proved,
     and how many programs that took."""
     found, proved, solves = [], nothing_left(instance), 0
     for limit in (TORQUE, FRICTION, NORMAL, ZMP):
@@ -115,7 +115,7 @@ def _short(instance: Instance) -> tuple[list[str], bool, int]:
 
 
 def _needed(instance: Instance, limit: str) -> tuple[str, bool, int]:
-    """What a limit would have to be, empty where it alone changes nothing; see `_short`.
+    """Needed value of a limit, empty where it alone changes nothing; see `_short`.
 
     Of a torque what a gait between the nodes takes, too.
     """

@@ -56,7 +56,7 @@ def bound_steady_reward(
     zmp: bool = True,
     cells: int = 200,
 ) -> SteadyBound:
-    """What no steady walk without slip earns more than, a second, whatever its torque.
+    """Upper bound on the reward of a steady walk without slip, for each second.
 
     Rewards as of `BipedEnv`: energy_weight times positive work and copper loss [W/(N m)^2], over
     weight and commanded speed. mu: static friction. zmp: without toppling, too. Assumed: the walk
@@ -74,7 +74,7 @@ def bound_steady_reward(
     price = energy_weight * usual / (robot.weight * robot.step_length)
 
     def least(goal: dict[str, float]) -> tuple[float, float]:
-        """What no gait takes less of, and the mean rate of the best."""
+        """Lower bound of a gait's cost, and the mean rate of the best."""
         answer = solve(GaitProblem.periodic(params, goal, steps=cells, **limits))
         if answer.every_bound is None or answer.gait is None:
             raise ValueError(f"no gait: {answer.message}; accepted: limits that leave one")

@@ -54,7 +54,7 @@ class Interpolated(Problem[Result]):
 
     @cached_property
     def kept(self) -> np.ndarray:
-        """Where the decision vector stands in that of `fine` [n]."""
+        """Indices of the decision vector in that of `fine` [n]."""
         return np.r_[0, 1 : self.fine.n : self.fine.cells // self.cells]
 
     @cached_property

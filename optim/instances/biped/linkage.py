@@ -37,13 +37,13 @@ LENGTHS = {
     "tibia_pin": 6.0,
     "stabiliser": 4.2,
 }
-"""What a design chooses, in crank lengths, and what the reference robot has."""
+"""Design variables in crank lengths, with the reference robot's values."""
 MASSES = {"hip_mass": 0.7, "foot_mass": 0.3}
 PART = 0.2
 """A design differs from the reference robot by at most this part."""
 ANGLES = 64
 MISMATCH = 0.05
-"""How far the exchange of support may be from impact-free [crank lengths, rad]."""
+"""Tolerance of an impact-free exchange of support [crank lengths, rad]."""
 LEAST_STEP = 0.9
 """Of the reference robot's step."""
 COPPER_LOSS = 0.5
@@ -55,7 +55,7 @@ and the forces of a linkage that does not close mean nothing (1e20 weights)."""
 
 @dataclass(frozen=True)
 class BipedDesign:
-    """What a robot needs that walks at CRANK_RATE without slip.
+    """Design problem of a robot that walks at CRANK_RATE without slip.
 
     goal: "friction": the largest |F| / N, or "energy": positive work and copper loss for each metre
     [J/m]. names: of what the vector multiplies. angles: how many crank angles, None: ANGLES; both

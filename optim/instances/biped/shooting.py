@@ -71,7 +71,7 @@ class Shooting:
 def walk_cost(
     walk: Trajectory, torques: Float[Array, "n"], crank_rate: float
 ) -> tuple[Array, Array]:
-    """What a walk costs but for its slide, and how far it slid [m]; see Shooting."""
+    """Cost of a walk without its slide, and the distance slid [m]; see Shooting."""
     going = walk.contacts.status <= Status.SLIP_ONSET
     error = walk.states.crank_rate[1:] / crank_rate - 1
     effort = (torques / TORQUE_LIMIT) ** 2

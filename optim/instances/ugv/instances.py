@@ -128,4 +128,4 @@ WITHDRAWN: dict[str, str] = {
     for one in instances()
     if one.id.endswith("-v2")
 }
-"""Why an instance was withdrawn, by its id."""
+"""Reasons of withdrawn instances, by id."""

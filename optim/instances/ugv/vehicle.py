@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.stations.traced import Posture
 
 VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
-"""What a design of the UGV chooses [m]; then the legs' angles, which stay as they are [rad]."""
+"""Design variables of the UGV [m]; then the fixed leg angles [rad]."""
 LEGS = (np.pi / 3, 2 * np.pi / 3)
 STATIONS = 48
 

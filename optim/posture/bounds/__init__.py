@@ -1,4 +1,4 @@
-"""What no drive of the UGV can beat: bounds over cells of leg angles, not only over a grid."""
+"""Lower bounds on the UGV's cost, over cells of leg angles, not only over a grid."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What is proved of boxes of leg angles: derivatives, by parts of a box where it has to be cut."""
+"""Bounds of derivatives over boxes of leg angles, by parts of a box where it has to be cut."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _range(value: np.ndarray, known: np.ndarray) -> float:
 
 
 def _lost(boxes: Boxes, widths: np.ndarray, scales: dict[str, float]) -> np.ndarray:
-    """What is lost in each part at most, in ranges of the field; infinite where nothing is known.
+    """Greatest loss in each part, in ranges of the field; infinite where nothing is known.
     widths: of the boxes that they are parts of [2, n]."""
     worst = np.zeros(boxes.known.shape)
     for name, scale in scales.items():

@@ -35,7 +35,7 @@ JOINTS = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """What a level of cells proved."""
+    """Bound proved by one level of cells."""
 
     cells: float
     """Width of the rear leg's cells [rad]."""
@@ -46,7 +46,7 @@ class Level:
 
 @dataclass(frozen=True)
 class DriveBound:
-    """What no drive at a problem's waypoints can beat.
+    """Lower bound on every drive at a problem's waypoints.
 
     value: the bound, in the criterion's unit. It holds for every drive, whatever its leg angles,
     that the problem calls feasible at its waypoints; best: the value of the best drive known, or
@@ -66,7 +66,7 @@ class DriveBound:
 
     @property
     def gap(self) -> float:
-        """How far the best known drive is above the bound: (best - bound) / best."""
+        """Gap between the best known drive and the bound: (best - bound) / best."""
         if not np.isfinite(self.best):
             return np.inf
         difference = self.best - self.value
@@ -165,7 +165,7 @@ def _require(
 
 
 def _left(found: float, best: float, size: float, most: int) -> str:
-    """How much is missing, and how many levels there may be at most from one of that size on."""
+    """Remaining gap, and the greatest number of further levels from one of that size on."""
     gap = DriveBound(found, float(best), (), 0.0).gap
     levels = 1 + int(np.log(most / size) / np.log(4.0))
     return f"at least {found:.6g}, gap {gap:.1%}; at most {levels} more"

@@ -135,7 +135,7 @@ class Bracket:
     """P over each bin."""
     slope: Interval
     lost: Int[np.ndarray, "bins+1"]
-    """How many bins before each edge are no good: P may rise there, or jump."""
+    """Number of bins before each edge that are not used: P may rise there, or jump."""
     from_left: np.ndarray
     """The least P of all bins up to each, lower ends."""
     from_right: np.ndarray
@@ -168,7 +168,7 @@ class Bracket:
         )  # fmt: skip
 
     def where(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."], np.ndarray]:
-        """Where contacts of squared wheelbases lie, whether all is known there, and the bins."""
+        """Contacts of squared wheelbases, whether all is known there, and the bins."""
         # from_left and from_right both fall.
         first = np.searchsorted(-self.from_left, -Q.hi, side="left")
         last = np.searchsorted(-self.from_right, -Q.lo, side="right") - 1

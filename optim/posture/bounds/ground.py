@@ -194,7 +194,7 @@ TWO_PI = Interval(np.asarray(6.283185307179586), np.asarray(6.283185307179587))
 
 
 def _inside(u: Interval, value: Interval) -> Interval:
-    """What holds between 0 and 1 alone, 0 outside; both where u may be either."""
+    """The value where 0 <= u <= 1, 0 outside; their hull where u may be either."""
     out, within = (u.lo <= 0) | (u.hi >= 1), (u.hi >= 0) & (u.lo <= 1)
     zero = interval(np.zeros(u.shape))
     return where(~within, zero, where(out, hull(value, zero), value))

@@ -77,12 +77,12 @@ def given_axis(angle: float) -> Axis:
 
 
 def _limit(problem: PostureData, dx: float) -> float:
-    """What a drive that counts as feasible may turn in a step [rad]."""
+    """Greatest turn of a feasible drive in a step [rad]."""
     return float(problem.leg_rate or np.inf) * dx * (1 + FEASIBLE)
 
 
 def moves(problem: PostureData, step: int, a: Axis, b: Axis) -> Bool[np.ndarray, "n m"]:
-    """Which pairs of corners, before and after a step, allowed moves lie between."""
+    """Pairs of corners, before and after a step, between which allowed moves lie."""
     if problem.leg_rate is None:
         return np.ones((len(a.nodes), len(b.nodes)), bool)
     pairs = shapes(problem, step, a, b)

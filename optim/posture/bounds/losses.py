@@ -1,4 +1,4 @@
-"""How far a step's p may lie below its interpolant of the corners of two cells.
+"""Greatest distance of a step's p below its interpolant of the corners of two cells.
 
 The moves from a point of one cell to one of another are, for each leg, a square of the two or a
 triangle of it (lattice.py). There p lies above its interpolant of the corners less
@@ -74,7 +74,7 @@ def _least(bend: np.ndarray, slope: np.ndarray, side: Side, at: np.ndarray) -> n
 
 
 def roundings(term: Term, ends: tuple[Side, Side]) -> float:
-    """What a step's p may be off by anywhere, from the radii of its corners' values."""
+    """Rounding error of a step's p, from the radii of its corners' values."""
     X, U = (side.fields[term.X] for side in ends)
     off = X.radius + U.radius
     if term.Y is None:

@@ -50,7 +50,7 @@ class Side:
     widths: Float[np.ndarray, "2 n"]
     fields: dict[str, Field]
     box: tuple[slice, slice]
-    """Where the rectangle lies among all cells."""
+    """Position of the rectangle among all cells."""
 
     @classmethod
     def of(cls, cells: StationCells, terms: list[Term]) -> Side:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Four = tuple[Interval, Interval, Interval, Interval]
 """Height, slope and two derivatives more."""
 JOINED, BENT = 1e-5, 1e-2
-"""What a piece's end may miss the next piece's beginning by and count as joined to it: in height
+"""Tolerance between a piece's end and the next one's beginning that count as joined: in height
 [m] and slope, and in parts of the largest second derivative. Tables in single precision miss by so
 much by rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
 

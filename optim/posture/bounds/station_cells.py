@@ -1,4 +1,4 @@
-"""What is proved of each waypoint's cells: values at corners, derivatives, what is ruled out."""
+"""Proved properties of each waypoint's cells: values at corners, derivatives, excluded cells."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class StationCells:
 
     @property
     def size(self) -> int:
-        """How many cells lie in the least rectangle that holds those that are alive."""
+        """Number of cells in the least rectangle that holds those that are alive."""
         return int(np.prod([of.stop - of.start for of in self._box()]))
 
     def _box(self) -> tuple[slice, slice]:
@@ -102,7 +102,7 @@ class StationCells:
         return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
 
     def at_least(self, name: str, sign: int) -> np.ndarray:
-        """What sign * field is not below in each cell."""
+        """Lower bound of sign * field in each cell."""
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
     def range_of(self, name: str) -> Interval:
@@ -295,13 +295,13 @@ class Surveyor:
         return out & np.isfinite(F.size)
 
     def _slips(self, cells: StationCells, name: str, sign: int, mu: float) -> np.ndarray:
-        """What mu N - sign F is not above in each cell, by their common corners."""
+        """Upper bound of mu N - sign F in each cell, by their common corners."""
         corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
         return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
 
 
 def _nothing(names: tuple[str, ...], shape: tuple[int, ...]) -> Inside:
-    """Where no cell is alive."""
+    """Waypoint without a cell alive."""
     none = {name: interval(np.zeros((2, *shape))) for name in names}
     no = np.zeros(shape, bool)
     return Inside(none, none, no, no)

@@ -70,7 +70,7 @@ class Sums:
         return bound, passed, self._worth(sides, to_go[::-1], least)
 
     def _worth(self, sides: list[Side], to_go: list[np.ndarray], least: float) -> np.ndarray:
-        """Where the best drive known shows that costs to go are too low."""
+        """Waypoints at which the best known drive shows that costs to go are too low."""
         angles = self.x.reshape(-1, 2)
         left = []
         for side, values, at in zip(sides, to_go, angles, strict=True):
@@ -99,7 +99,7 @@ class Sums:
         }  # fmt: skip
 
     def _cap(self, steps: list[Step], least: float) -> float:
-        """What costs to go are not looked at above."""
+        """Cap on costs to go."""
         size = 0.0
         for step in steps:
             for term in step.terms:

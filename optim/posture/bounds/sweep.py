@@ -186,7 +186,7 @@ def _lower(step: Step, pairs: Pairs, found: np.ndarray, given: np.ndarray, ahead
 def best_charges(
     parts: list[tuple[Term, np.ndarray, np.ndarray]], left: np.ndarray, dx: float
 ) -> np.ndarray:
-    """What the slopes charge [n, 16] that make the least of left + charges about the largest.
+    """Charges of the slopes [n, 16] that about maximise the least of left + charges.
 
     parts: terms with p [n, 16] and kappa [n, 1]. One slope after the other; any are a bound.
     """

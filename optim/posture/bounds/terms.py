@@ -1,4 +1,4 @@
-"""What a step costs: terms of products of fields at its ends, and straight functions below them.
+"""Cost of a step: terms of products of fields at its ends, and linear functions below them.
 
 A term of a step from a to b is max(0, p), p = (X_a + X_b) (Y_b - Y_a) / 2: torque and turn of the
 wheels, or of a leg; or p^2 / dx, p = X_b - X_a, where Y is None. Both lie above
@@ -30,7 +30,7 @@ class Term(NamedTuple):
     Y: str | None
 
     def cost(self, p: Array, dx: float) -> Array:
-        """What is paid."""
+        """Cost of the term."""
         return self.weight * (np.maximum(p, 0.0) if self.Y is not None else p**2 / dx)
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:

@@ -55,7 +55,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Held(Generic[Z]):
-    """What a station needs, each an Interval or a Jet; signs as in Station."""
+    """Quantities of a station, each an Interval or a Jet; signs as in Station."""
 
     torque: Z
     turn: Z

@@ -31,14 +31,14 @@ EDGES = 1 << 18
 
 
 class Certificate(NamedTuple):
-    """What potentials prove of a grid's paths."""
+    """Bound that potentials prove for a grid's paths."""
 
     bound: float
     """No path over the grid costs less, but for the rounding of its stations."""
     missed: float
     """By how much an edge misses its inequality at worst, in the criterion's unit."""
     edges: int
-    """How many were looked at: all that the rate and the constraints let pass."""
+    """Number of edges verified: all that the rate and the constraints allow."""
 
 
 def certify(grid: PostureGrid, potentials: Sequence[np.ndarray]) -> Certificate:
@@ -128,7 +128,7 @@ def _edge_costs(
     tail: Int[Array, "E"],
     head: Int[Array, "E"],
 ) -> Array:
-    """What is gathered are the entries that the criterion reads."""
+    """Costs of edges; only the entries that the criterion reads are gathered."""
     before, after = a.map(lambda of: of[tail]), b.map(lambda of: of[head])
     return step_cost(criterion, before, after)
 

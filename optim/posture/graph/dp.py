@@ -41,7 +41,7 @@ class Paths(NamedTuple):
     stuck_at: int = 0
     """The first waypoint where none does."""
     reason: str = ""
-    """Why there is none."""
+    """Reason why there is none."""
 
 
 @polishable

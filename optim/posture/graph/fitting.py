@@ -95,7 +95,7 @@ def step_of(angles: Float[np.ndarray, "n"]) -> float:
 def windows_of(
     angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]
 ) -> Float[np.ndarray, "k"]:
-    """How many grid steps a leg may move in each step of the drive; limits: the longest [rad]."""
+    """Grid steps that a leg may move in each step of the drive; limits: the longest [rad]."""
     most = len(angles) - 1
     if most == 0:
         return np.zeros(limits.shape)

@@ -34,7 +34,7 @@ def without_path(grid: PostureGrid, k: int, reason: str, common: dict[str, Any])
 
 
 def _without_numbers(grid: PostureGrid, k: int, bad: np.ndarray) -> str:
-    """How many postures of a waypoint ended with which status, in words."""
+    """Number of postures of a waypoint with each status, as text."""
     status = grid.layer(k).stations.status[bad]
     codes = np.where(np.isin(status, PLACED), int(Status.NON_FINITE), status)
     counts = Counter(Status(int(code)).name for code in codes)

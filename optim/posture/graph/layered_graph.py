@@ -53,7 +53,7 @@ class LayeredGraph:
 
     @property
     def nodes(self) -> int:
-        """How many nodes there are."""
+        """Number of nodes."""
         return self.source + 2
 
     def path(self, flow: np.ndarray) -> tuple[np.ndarray | None, float]:
@@ -98,7 +98,7 @@ def build_graph(
 
 @dataclass
 class _Edges:
-    """How many edges there are so far; counted as they are found, so that too many never exist."""
+    """Number of edges so far; counted as they are found, so that too many never exist."""
 
     most: int
     count: int

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
-"""What cvxpy may solve a linear program with, the first that is installed by default."""
+"""Solvers for linear programs, the first that is installed by default."""
 LEAST = 11
 """Angles of each leg at least, where none are given."""
 GAP = 1e-6

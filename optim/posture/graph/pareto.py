@@ -39,7 +39,7 @@ PROVED_LEVELS = (
     "each is the best of one criterion over the grid for what it has of the other, and no path is "
     "as good in one and better in the other"
 )
-"""What is proved of points that are found by weighted sums, and by levels."""
+"""Proved property of points from weighted sums, and from levels."""
 
 
 @dataclass(frozen=True)

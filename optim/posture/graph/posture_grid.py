@@ -41,7 +41,7 @@ class Layer(NamedTuple):
 
     @property
     def admissible(self) -> Bool[np.ndarray, "n"]:
-        """Which meet all constraints of a station."""
+        """Mask of postures that meet all constraints of a station."""
         return np.all(list(self.met.values()), axis=0)
 
 
@@ -60,7 +60,7 @@ class PostureGrid:
     front: Float[np.ndarray, "F"]
     stations: Station
     ok: dict[str, Bool[np.ndarray, "K N"]]
-    """Which stations meet each group of constraints."""
+    """Mask of stations that meet each group of constraints."""
     start: Layer | None
     end: Layer | None
 
@@ -89,13 +89,13 @@ class PostureGrid:
         return np.full(dx.shape, np.inf) if rate is None else float(rate) * dx
 
     def windows(self) -> np.ndarray:
-        """How many grid steps the rear and the front leg may move in each step [K-1, 2]."""
+        """Grid steps that the rear and the front leg may move in each step [K-1, 2]."""
         most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
         return np.stack(most, -1).astype(np.int32)
 
     @property
     def details(self) -> dict[str, Any]:
-        """What results tell of the grid: how many angles each leg has, and which share of its rate
+        """Details of results: number of angles of each leg, and share of its rate
         it can use on them."""
         used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
         return {"grid": self.shape, "rate_used": used}
@@ -115,11 +115,11 @@ class PostureGrid:
         )
 
     def admissible(self, k: int) -> Bool[np.ndarray, "n"]:
-        """Which nodes of waypoint k meet all constraints of a station."""
+        """Mask of the nodes of waypoint k that meet all constraints of a station."""
         return self.layer(k).admissible
 
     def layer(self, k: int) -> Layer:
-        """What may be chosen at waypoint k."""
+        """Admissible nodes at waypoint k."""
         last = len(self.problem.x) - 1
         if k == 0 and self.start is not None:
             return self.start
@@ -139,7 +139,7 @@ class PostureGrid:
         return move <= self.limits[step] * (1 + ROUNDING)
 
     def why_none(self, k: int) -> str:
-        """Which constraints leave no pair at waypoint k, in words; empty where some are left."""
+        """Text of the constraints that leave no pair at waypoint k; empty where some are left."""
         layer = self.layer(k)
         met, count = layer.met, len(layer.admissible)
         if np.any(layer.admissible):
@@ -154,7 +154,7 @@ class PostureGrid:
         return f"{where} no pair of angles meets all constraints: {each}"
 
     def why_stuck(self, k: int, reached: np.ndarray) -> str:
-        """Why no node of waypoint k is reached from the `reached` ones of k - 1, in words."""
+        """Text of why no node of waypoint k is reached from the `reached` ones of k - 1."""
         none = self.why_none(k)
         if none or k == 0:
             return none

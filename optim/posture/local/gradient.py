@@ -40,10 +40,10 @@ TRUST_STATUSES = {
 """scipy's statuses; any other is INACCURATE: it stopped, and not at what it calls a solution."""
 
 INWARD = 1e-3
-"""How far a run begins from its start towards the middle, in parts: SLSQP takes corners, where more
+"""Shift of a run's start towards the middle, in parts: SLSQP takes corners, where more
 limits meet than there are directions, for solutions."""
 BOX, STATIONARY, RUNS_MOST = 1e-3, 1e-5, 4
-"""What scipy calls a solution is believed where the convex model promises a relative decrease below
+"""scipy's solution is accepted where the convex model promises a relative decrease below
 STATIONARY within BOX [rad]; else it begins again from there, RUNS_MOST times in all."""
 
 

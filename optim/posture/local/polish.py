@@ -1,4 +1,4 @@
-"""What a grid's path becomes off the grid: `scp` from there."""
+"""Improvement of a grid's path off the grid: `scp` from there."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class _Search:
         return self.predicted <= self.tolerance or self.radius < self.smallest
 
     def ended(self) -> tuple[OptimStatus, str]:
-        """How the search ended, and in words."""
+        """Outcome of the search, with a message."""
         if not self.settled:
             return OptimStatus.LIMIT, "stopped"
         if self.predicted <= self.tolerance:

@@ -1,4 +1,4 @@
-"""Where methods that follow slopes or sample begin."""
+"""Starting points of gradient methods and sampling methods."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _straight(problem: PostureProblem) -> np.ndarray:
 def begin(
     problem: PostureProblem, method: str, start: Any, angles: Any, progress: bool, began: float
 ) -> tuple[Near, Float[np.ndarray, "n"], str] | PostureResult:
-    """Where a method begins: the problem's linear models, a point within bounds and leg rates, and
+    """Start of a method: the problem's linear models, a point within bounds and leg rates, and
     start_point's sentence. Or the result, where there is no such point, no pose at it, or no
     choice."""
     x, note = start_point(problem, start, angles, progress)

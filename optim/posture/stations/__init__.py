@@ -1,1 +1,1 @@
-"""What a drive is worth at its waypoints: stations, evaluated, with their slopes."""
+"""Stations of a drive at its waypoints, evaluated with their slopes."""

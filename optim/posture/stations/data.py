@@ -1,4 +1,4 @@
-"""What a posture problem is given, which all that checks or measures it looks at."""
+"""Data of a posture problem, read by its checks and measures."""
 
 from __future__ import annotations
 

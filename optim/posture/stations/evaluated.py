@@ -34,7 +34,7 @@ A_CALL = 170
 
 
 class Waypoints(NamedTuple):
-    """What the stations of one row have in common, where JAX keeps it."""
+    """Shared data of one row of stations, on the device."""
 
     shared: Posture
     """Vehicle, ground and solver."""
@@ -122,7 +122,7 @@ def stations_and_slopes(
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Which stations [...] meet each group of their constraints; `pose` asks for finite numbers,
+    """Mask of stations [...] that meet each group of constraints; `pose` asks for finite numbers,
     too."""
     shape = at.torque.shape
     rows = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[len(shape) :]), at)
@@ -146,7 +146,7 @@ def padded(rows: np.ndarray, size: int) -> np.ndarray:
 
 
 def _calls(count: int) -> list[tuple[int, int]]:
-    """Where each call begins and how large it is, of so many stations."""
+    """Start and size of each call, for so many stations."""
     whole, rest = divmod(count, SIZES[-1])
     sizes = (*[SIZES[-1]] * whole, *_sizes(rest))
     begins = np.cumsum((0, *sizes)).tolist()

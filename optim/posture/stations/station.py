@@ -32,14 +32,14 @@ PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WH
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""
 
 SOLVER = PoseSolver()
-"""How poses are found unless something else is said."""
+"""Default solver of poses."""
 
 
 class Station(NamedTuple):
     """The UGV held still with its front wheel at x; every entry of one batch shape [...]."""
 
     x: Float[Array, "..."]
-    """Where the front wheel touches [m]."""
+    """Contact of the front wheel [m]."""
     leg_angles: Float[Array, "... 2"]
     """Rear and front [rad]."""
     torque: Float[Array, "..."]
@@ -49,7 +49,7 @@ class Station(NamedTuple):
     level ground, -per_metre (x - start of the odometer) [rad]. Keeps the digits of short steps at
     the end of long ways. Only differences mean something: see `turned`."""
     per_metre: Float[Array, "..."]
-    """How far both wheels turn on a metre of level ground, 2 / r [rad/m]."""
+    """Turn of both wheels on a metre of level ground, 2 / r [rad/m]."""
     leg_torques: Float[Array, "... 2"]
     """Of the leg actuators [N m], positive outwards; times d(leg_angles) is their work."""
     F_rear: Float[Array, "..."]
@@ -215,11 +215,11 @@ def _numbers(rows: Float[Array | np.ndarray, "rows ..."], behind: int = 0) -> li
 
 
 def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... 2"]:
-    """What each wheel's motor has left, driving backwards and forwards [N m]; max_torque: the most
+    """Torque margin of each wheel's motor, backwards and forwards [N m]; max_torque: the most
     it gives, either way. Below 0 the station is beyond it."""
     return jnp.stack([max_torque - at.torque, max_torque + at.torque], -1)
 
 
 def turned(a: Station, b: Station) -> Float[Array, "..."]:
-    """How far both wheels turn against their legs from station a to station b, summed [rad]."""
+    """Turn of both wheels against their legs from station a to station b, summed [rad]."""
     return (b.lag - a.lag) - b.per_metre * (b.x - a.x)

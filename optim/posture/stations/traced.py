@@ -84,7 +84,7 @@ class Posture:
         return terms_of(self.criterion)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
-        """What is left of each constraint of a station, by name, scaled; satisfied where >= 0.
+        """Scaled margin of each constraint of a station, by name; satisfied where >= 0.
 
         grip: mu N - |F| - min_grip, as two smooth terms for each wheel, over the weight. normal:
         N - min_normal of both wheels, over the weight. clearance: less min_clearance, over the leg

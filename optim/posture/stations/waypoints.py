@@ -1,4 +1,4 @@
-"""Where the waypoints of a drive lie, and the checks of what a posture problem is given."""
+"""Waypoints of a drive, and checks of a posture problem's arguments."""
 
 from __future__ import annotations
 

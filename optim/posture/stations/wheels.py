@@ -1,4 +1,4 @@
-"""How far the wheels are apart, which the legs alone decide."""
+"""Distance between the wheels, a function of the leg angles alone."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def wheelbase(params: UGVParams, rear: np.ndarray, front: np.ndarray) -> np.ndar
 
 
 def nearer_between(params: UGVParams, turn: float) -> float:
-    """How much closer the wheels may come between two waypoints than they are at both [m].
+    """Greatest approach of the wheels between two waypoints, below their distance at both [m].
 
     turn: the most that a leg turns from one to the next, evenly [rad]. Where the wheels are closest
     their distance does not change along the move. So of the postures with wheels that just touch,
