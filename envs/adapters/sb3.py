@@ -175,7 +175,7 @@ class SB3VecEnv(Compiled, VecEnv):
         return [wrapper_class is Monitor] * len(self._chosen(indices))
 
     def _wanted(self) -> list[tuple[np.ndarray, Any]]:
-        """Masks of environments with the parameters of their next episode; None for the batch's own."""
+        """Masks of environments with their next episode's parameters; None for the batch's own."""
         rows: dict[Any, tuple[np.ndarray, Any]] = {}
         if len(self._options) != self.num_envs:
             raise ValueError(f"{len(self._options)} options; accepted: {self.num_envs}, or a dict")
