@@ -7,7 +7,8 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -59,11 +60,6 @@ def markdown(rows: list[dict[str, Any]]) -> str:
     return Table.of_rows(rows).markdown(aligned=True).rstrip("\n")
 
 
-def folded(title: str, text: str) -> str:
-    """Markdown that is shown when its title is clicked, on the site and on GitHub alike."""
-    return f'<details markdown="1">\n<summary>{title}</summary>\n\n{text}\n\n</details>'
-
-
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write the file whole or not at all."""
     write_whole(path, json_text(content))
@@ -74,14 +70,40 @@ def read_json(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
-def kept_parts(path: Path, parts: Iterable[str]) -> dict[str, Any]:
-    """Where this run measures, with the parts that the file at `path` has from earlier runs.
+def measured_parts(
+    measure: dict[str, Callable[[bool], Iterator[dict[str, Any]]]],
+    parts: Iterable[str],
+    quick: bool,
+    out: Path,
+) -> dict[str, Any]:
+    """Measure some parts row by row and write the JSON after each; its other parts stay.
 
-    "parts" holds each one's commit and time, since a run may measure only some of them.
+    measure: part -> function of `quick` that yields rows. parts: all that the file may hold.
+    "parts" of the JSON holds each one's commit and time.
     """
-    earlier = read_json(path)
+    earlier = read_json(out)
     content = {**provenance(), "parts": dict(earlier.get("parts", {}))}
-    return content | {part: earlier[part] for part in parts if part in earlier}
+    content |= {part: earlier[part] for part in parts if part in earlier}
+    for part, rows_of in measure.items():
+        begun, rows = time.perf_counter(), []
+        for row in rows_of(quick):
+            rows.append(row)
+            shown = ", ".join(map(_shown, list(row.values())[:9]))
+            print(f"{part} {len(rows)} [{time.perf_counter() - begun:.0f} s]: {shown}", flush=True)
+        content[part] = rows
+        content["parts"][part] = {
+            "commit": content["commit"],
+            "measured": datetime.now(UTC).isoformat(timespec="seconds"),
+            "quick": quick,
+            "seconds": time.perf_counter() - begun,
+        }
+        write_json(content, out)
+    print(f"Written: {out}")
+    return content
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def where(content: dict[str, Any], part: str | None = None) -> str:
@@ -105,6 +127,16 @@ def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
     before, rest = page.split(marks[0])
     after = rest.split(marks[1])[1]
     write_whole(path, f"{before}{marks[0]}\n{text}\n{marks[1]}{after}")
+
+
+def pyplot() -> Any:
+    """matplotlib.pyplot, drawing into files without a display."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    return plt
 
 
 def _version(name: str) -> str | None:

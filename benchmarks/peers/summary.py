@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.peers import c_loop, mujoco_c, ours
 from benchmarks.peers.cases import CASES, Measured, fastest
-from benchmarks.pictures import pyplot
+from benchmarks.report import pyplot
 
 COLOURS = {
     "stickslip": "C0",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.fronts import front_of, knee_of
-from benchmarks.pictures import logarithmic, pyplot
+from benchmarks.points import front_of, knee_of
+from benchmarks.report import pyplot
 from benchmarks.tradeoff.points import COSTS, UNBOUNDED, Promise, family, promises_of, short
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 
@@ -37,31 +37,23 @@ def draw(content: dict[str, Any], path: Path) -> None:
 
 
 def _panel(axis, points: list[Promise]) -> None:
-    along = front_of(points)
+    along, knee = front_of(points), knee_of(points)
     for point in points:
         _mark(axis, point, point in along)
-    axis.plot(
-        [p.cost for p in along],
-        [p.error for p in along],
-        color="black",
-        linewidth=0.8,
-        drawstyle="steps-post",
-        zorder=0,
-    )
-    chosen = knee_of(points)
-    axis.plot(chosen.cost, chosen.error, "o", markersize=13, mfc="none", mec="#d00000", mew=1.4)
-    ends = [end for end in (along[0], along[-1]) if not _near(end, chosen)]  # words need room
-    for point in [chosen, *ends]:
-        label = axis.annotate(
-            ("knee: " if point is chosen else "") + short(point).replace(", ", "\n", 1),
-            (point.cost, point.error),
-            xytext=(8, 4),
-            textcoords="offset points",
-            fontsize=7.5,
-            color="#d00000" if point is chosen else "black",
-        )
-        label.set_in_layout(False)
-    _scales(axis, points)
+    costs, errors = [p.cost for p in along], [p.error for p in along]
+    axis.plot(costs, errors, color="black", linewidth=0.8, drawstyle="steps-post", zorder=0)
+    axis.plot(knee.cost, knee.error, "o", markersize=13, mfc="none", mec="#d00000", mew=1.4)
+    axis.annotate(
+        "knee: " + short(knee).replace(", ", "\n", 1),
+        (knee.cost, knee.error),
+        xytext=(8, 4),
+        textcoords="offset points",
+        fontsize=7.5,
+        color="#d00000",
+    ).set_in_layout(False)
+    axis.set(xscale="log", yscale="log", ylabel="error [rad/s]")
+    axis.set_xlabel("time for a simulated second of an environment [s]")
+    axis.set_ylim(min(point.typical for point in points) / 4, 3.0)
 
 
 def _mark(axis, point: Promise, ahead: bool) -> None:
@@ -74,14 +66,6 @@ def _mark(axis, point: Promise, ahead: bool) -> None:
     if point.error < UNBOUNDED:
         face = "white" if point.dtype == "float32" else colour
         axis.plot(point.cost, point.error, marker, markerfacecolor=face, markersize=5, **shown)
-
-
-def _scales(axis, points: list[Promise]) -> None:
-    """Logarithmic, with room on the right and above for the labels; nothing wilder than 1 rad/s."""
-    logarithmic(axis, "time for a simulated second of an environment [s]", "error [rad/s]")
-    costs = [point.cost for point in points]
-    axis.set_xlim(min(costs) / 1.5, max(costs) * 16)
-    axis.set_ylim(min(point.typical for point in points) / 4, 3.0)
 
 
 def _legend(figure) -> None:
@@ -98,9 +82,3 @@ def _legend(figure) -> None:
         Line2D([], [], color="black", linewidth=0.8, label="front of what 95 % keep"),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
-
-
-def _near(one: Promise, other: Promise) -> bool:
-    """Whether two points lie within half a decade of each other in both directions."""
-    ratios = one.cost / other.cost, one.error / other.error
-    return all(10**-0.5 < ratio < 10**0.5 for ratio in ratios)

@@ -1,11 +1,11 @@
-"""Rows of the measurements as points of cost and error, and how they are named."""
+"""Measured rows as points of cost and error, and their names."""
 
 from __future__ import annotations
 
 import re
 from typing import Any, NamedTuple
 
-from stickslip.dynamics.biped.trade.promises import QUANTILES, WALK_PER_RADIAN
+from stickslip.dynamics.biped.trade.promises import QUANTILES
 
 COSTS = {1: ("cost_1", "wall_1"), 4096: ("cost_4096",)}
 """Environments stepped together, and the columns of which the least is their cost.
@@ -18,23 +18,6 @@ NAMES = ("fidelity", "integrator", "dt", "dtype")
 PROMISED = str(0.95)
 """The quantile that `recommend` goes by."""
 UNBOUNDED = float("inf")
-
-
-class Point(NamedTuple):
-    """One setting on one single walk and in one batch, its names as code."""
-
-    fidelity: str
-    integrator: str
-    dt: float
-    dtype: str
-    angle_error: float
-    slide_error: float
-    cost: float
-
-    @property
-    def error(self) -> float:
-        """The worse of both [rad/s], a slide counting as the turn that walks as far."""
-        return max(self.angle_error, self.slide_error / WALK_PER_RADIAN)
 
 
 class Promise(NamedTuple):
@@ -66,21 +49,16 @@ class Promise(NamedTuple):
         return self.bounds["0.5"][0]
 
 
-def point_of(row: dict[str, Any], batch: int = 1) -> Point:
-    """One single walk's row, its cost that of the batch."""
-    return Point(*(row[name] for name in Point._fields[:6]), cost=cost_of(row, batch))
-
-
 def cost_of(row: dict[str, Any], batch: int) -> float:
     """Seconds for each simulated second and environment, of a row that has them."""
     return min(row[column] for column in COSTS[batch])
 
 
 def costs_of(content: dict[str, Any], scene: str, batch: int) -> dict[tuple[Any, ...], float]:
-    """The cost of every setting measured on the single walk of this scene."""
+    """The cost of every setting on the walk of this scene."""
     return {
         tuple(row[name] for name in NAMES): cost_of(row, batch)
-        for row in content["walks"]["rows"]
+        for row in content["costs"]
         if row["scene"] == scene and all(column in row for column in COSTS[batch])
     }
 
@@ -89,7 +67,7 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
     """Every setting measured on the population whose cost is known, the cheapest first."""
     costs = costs_of(content, scene, batch)
     found = []
-    for row in content["population"]["rows"]:
+    for row in content["population"]:
         names = tuple(row[name] for name in NAMES)
         if (row["scene"], row["robots"]) != (scene, robots) or names not in costs:
             continue
@@ -102,7 +80,7 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
     return sorted(found, key=lambda promise: promise.cost)
 
 
-def short(point: Point | Promise) -> str:
+def short(point: Promise) -> str:
     """A label for a picture or a table: table 32x7, rk4_split, 5 ms, float32."""
     return f"{fidelity_name(point.fidelity)}, {integrator_name(point)}, {point.dtype}"
 
@@ -113,7 +91,7 @@ def fidelity_name(fidelity: str) -> str:
     return " ".join([name, "x".join(numbers)]) if numbers else name
 
 
-def integrator_name(point: Point | Promise) -> str:
+def integrator_name(point: Promise) -> str:
     """With its step, or its tolerance where it chooses its steps."""
     name = family(point.integrator)
     tolerance = re.search(r"rtol=([^,)]+)", point.integrator)
@@ -125,10 +103,4 @@ def integrator_name(point: Point | Promise) -> str:
 def family(integrator: str) -> str:
     """The name of an integrator out of its code."""
     name = re.split(r"\W", integrator, maxsplit=1)[0]
-    return {
-        "EventExact": "event_exact",
-        "RK4Split": "rk4_split",
-        "RK4": "rk4",
-        "SemiImplicitEuler": "semi_implicit",
-        "Euler": "euler",
-    }[name]
+    return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[name]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.pictures import pyplot
+from benchmarks.report import pyplot
 from benchmarks.training.tables import GOAL, NAMES, scores
 from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.envs import TASKS

@@ -148,6 +148,7 @@ def vehicles(random: np.random.Generator, count: int) -> UGVParams:
         leg_mass=legs * mass,
         body_mass=(1 - 2 * wheel - 2 * legs) * mass,
         gravity=np.full(count, 9.81),
+        wheel_gap=np.zeros(count),
         leg_angle_min=low,
         leg_angle_max=np.deg2rad(random.uniform(100, 160, count)),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -10,9 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.quantiles import rank
+from benchmarks.points import rank
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
-from benchmarks.ugv.trade import code
 from stickslip.dynamics.ugv import Equilibrium, PoseSolver, Setting, Track, equilibrium
 from stickslip.dynamics.ugv.pose_solver import NEWTON
 from stickslip.dynamics.ugv.trade.checking import Differences, differences, entered
@@ -32,8 +32,6 @@ SOLVERS = (
     PoseSolver(),
     PoseSolver(samples=0),
     PoseSolver(samples=0, tolerance=1e-4),
-    PoseSolver(samples=0, iterations=3),
-    PoseSolver(samples=0, iterations=6),
 )
 QUICK = SOLVERS[1:3]
 
@@ -48,7 +46,7 @@ class Sample(NamedTuple):
 
 def promises(quick: bool) -> Iterator[dict[str, Any]]:
     """A row for each class of ground, place, table and setting."""
-    count = 1 << 10 if quick else COUNT
+    count = 1 << 12 if quick else COUNT
     with jax.enable_x64(True):
         for ground in CLASSES[:2] if quick else CLASSES:
             for where in PLACES:
@@ -166,6 +164,16 @@ def _table(shape, middle, half):
     track = Track(shape, middle - half, middle + half)
     made: Any = track.resampled(track.start, track.end, TABLE).shape
     return made.knots, made.coefficients
+
+
+def code(solver: PoseSolver) -> str:
+    """The expression that makes a solver; defaults left out."""
+    given = [
+        f"{one.name}={getattr(solver, one.name)!r}"
+        for one in fields(solver)
+        if getattr(solver, one.name) != one.default
+    ]
+    return f"PoseSolver({', '.join(given)})"
 
 
 _PROGRAMS: dict[Any, Any] = {}

@@ -1,19 +1,20 @@
 """What benchmarks write leaves alone what they did not measure."""
 
+from typing import NamedTuple
+
 import pytest
 
-from benchmarks.fronts import front_of, knee_of, unbeaten
+from benchmarks.points import front_of, knee_of, unbeaten
 from benchmarks.report import (
     MARKS,
     RESULTS,
-    kept_parts,
+    measured_parts,
     options,
     put_between,
     read_json,
     where,
     write_json,
 )
-from benchmarks.ugv.points import Point
 
 BEGIN, END = MARKS
 
@@ -39,28 +40,42 @@ def test_a_page_without_a_place_for_the_tables_is_refused(tmp_path, text):
 def test_parts_of_earlier_runs_are_kept_with_their_commits(tmp_path):
     path = tmp_path / "deep" / "results.json"
     assert read_json(path) == {}
-    assert kept_parts(path, ["one"])["parts"] == {}
-    parts = {name: {"commit": name, "measured": "2020-01-02T03:04"} for name in ("one", "two")}
-    write_json({"commit": "old", "one": [1], "two": [2], "gone": [3], "parts": parts}, path)
-    content = kept_parts(path, ["one", "two", "three"])
-    assert (content["one"], content["two"], content["parts"]) == ([1], [2], parts)
+    one = {"commit": "one", "measured": "2020-01-02T03:04"}
+    write_json({"commit": "old", "one": [1], "gone": [3], "parts": {"one": one}}, path)
+    rows = [{"value": 1.5}, {"value": "b"}]
+    content = measured_parts({"two": lambda quick: iter(rows)}, ["one", "two"], True, path)
+    assert read_json(path) == content
+    assert (content["one"], content["two"]) == ([1], rows)
+    assert content["parts"]["one"] == one
+    assert content["parts"]["two"]["quick"]
     assert content["commit"] != "old"
-    assert not {"gone", "three"} & set(content)
+    assert "gone" not in content
     content["versions"]["jax"] = "1"
     assert where(content, "one").endswith("jax 1, commit one, 2020-01-02")
     assert where(content).endswith(f"commit {content['commit']}, {content['measured'][:10]}")
 
 
-def test_fronts_and_what_is_unbeaten_are_among_the_points():
-    def point(cost, torque, contact, dtype="float64"):
-        return Point("bump", "exact", None, "PoseSolver()", dtype, torque, contact, cost)
+class Point(NamedTuple):
+    """A setting's cost, two errors and kind."""
 
-    cheap, fine, slow = point(1, 1e-2, 0.0), point(2, 1e-4, 1e-5), point(3, 1e-4, 0.0)
-    beaten, single = point(4, 1e-3, 1e-3), point(4, 1e-3, 1e-3, "float32")
+    cost: float
+    torque: float
+    contact: float
+    dtype: str = "float64"
+
+    @property
+    def error(self) -> float:
+        """The worse of both."""
+        return max(self.torque, self.contact)
+
+
+def test_fronts_and_what_is_unbeaten_are_among_the_points():
+    cheap, fine, slow = Point(1, 1e-2, 0.0), Point(2, 1e-4, 1e-5), Point(3, 1e-4, 0.0)
+    beaten, single = Point(4, 1e-3, 1e-3), Point(4, 1e-3, 1e-3, "float32")
     points = [single, beaten, slow, fine, cheap]
     assert front_of(points) == [cheap, fine]
     assert knee_of(points) is fine
-    kept = unbeaten(points, lambda p: (p.torque_error, p.contact_error), lambda p: p.dtype)
+    kept = unbeaten(points, lambda p: (p.torque, p.contact), lambda p: p.dtype)
     assert kept == [single, slow, fine, cheap]
     assert unbeaten([cheap, cheap], lambda p: (p.error,), lambda p: None) == [cheap, cheap]
 

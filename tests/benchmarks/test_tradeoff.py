@@ -11,15 +11,12 @@ import pytest
 
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
-from benchmarks.tradeoff import errors, measure, module, promises, tables
-from benchmarks.tradeoff.cases import Case, cases, code, promised
+from benchmarks.tradeoff import costs, promises, recommended
 from benchmarks.tradeoff.marching import references, walked
 from benchmarks.tradeoff.points import cost_of, promises_of
 from benchmarks.tradeoff.population import FLOORS, both, draw
-from benchmarks.tradeoff.program import Rolled, Samples
-from benchmarks.tradeoff.scenes import PERIOD, WALKS
-from stickslip.dynamics.biped import Chebyshev, EventExact, RK4Split, Table, reduced_inertia
-from tests.dynamics.biped.helpers import default_params
+from benchmarks.tradeoff.promises import code, settings
+from stickslip.dynamics.biped import EventExact, RK4Split, Table
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,27 +26,14 @@ def content():
     return json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
 
 
-def samples(**columns) -> Samples:
-    """A walk of the duration of "smooth": at rest at phase pi but for what is given."""
-    rows = WALKS["smooth"].samples
-    values = {name: np.zeros(rows) for name in Samples._fields}
-    values["phase"] = np.full(rows, np.pi)
-    return Samples(**(values | {name: np.full(rows, value) for name, value in columns.items()}))
-
-
-def reference(**columns) -> errors.Reference:
-    walk = samples(**columns)
-    return errors.Reference(walk, errors.balance(walk), [], 0)
-
-
 def test_measured_module_and_tables_are_those_of_the_results(content):
-    assert (ROOT / command.MODULE).read_text(encoding="utf-8") == module.source(content)
+    assert (ROOT / command.MODULE).read_text(encoding="utf-8") == recommended.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
-    assert tables.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
+    assert recommended.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
 
 def test_pages_that_name_the_presets_have_their_numbers(content):
-    rows = [line.split("|")[1:-1] for line in tables.presets(content).splitlines()[2:]]
+    rows = [line.split("|")[1:-1] for line in recommended.presets(content).splitlines()[2:]]
     page = (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for cells in rows:
@@ -60,14 +44,13 @@ def test_pages_that_name_the_presets_have_their_numbers(content):
 
 
 def test_every_promise_has_a_cost_and_every_floor_its_promises(content):
-    rows = content["population"]["rows"]
-    settings = promised(quick=False)
-    assert {row["integrator"] for row in rows} == {code(one.integrator) for one in settings}
+    rows, asked = content["population"], settings(quick=False)
+    assert {row["integrator"] for row in rows} == {code(one.integrator) for one in asked}
     for floor in FLOORS:
         for batch in (1, 4096):
             for robots in ("default", "others"):
                 own = [r for r in rows if (r["scene"], r["robots"]) == (floor, robots)]
-                assert len(promises_of(content, floor, robots, batch)) == len(own) == len(settings)
+                assert len(promises_of(content, floor, robots, batch)) == len(own) == len(asked)
 
 
 def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
@@ -141,60 +124,10 @@ def _scaled(walks, length: float):
     return walks._replace(params=robot, state=state, law=law, period=walks.period * time)
 
 
-def test_every_axis_is_varied():
-    listed = cases(quick=False)
-    assert {name for case in listed for name in case.walks} == set(WALKS)
-    assert {case.dtype for case in listed} == {"float32", "float64"}
-    kinds = {type(case.fidelity).__name__ for case in listed}
-    assert kinds == {"Joint", "Reduced", "Table", "Chebyshev", "Paper"}
-    kinds = {type(case.integrator).__name__ for case in listed}
-    assert kinds == {"Euler", "SemiImplicitEuler", "RK4", "RK4Split", "EventExact"}
-    assert len({case.fidelity for case in listed if isinstance(case.fidelity, Table)}) >= 4
-    assert len({case.integrator for case in listed if isinstance(case.integrator, EventExact)}) == 3
-
-
 def test_code_makes_the_same_setting_again():
-    names = {"Table": Table, "Chebyshev": Chebyshev, "RK4Split": RK4Split, "EventExact": EventExact}
-    for spec in (Table(), Table(8, 4), Chebyshev(20), RK4Split(), EventExact(rtol=1e-4, atol=1e-7)):
+    names = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
+    for spec in (Table(), Table(8, 4), RK4Split(), EventExact(rtol=1e-4, atol=1e-7)):
         assert eval(code(spec), names) == spec
-
-
-def test_a_walk_has_no_error_against_itself_and_its_offset_against_another():
-    truth, walk = reference(), WALKS["smooth"]
-    rolled = Rolled(truth.samples, np.int32(0), np.int32(0), None)
-    found = errors.errors_of(walk, rolled, truth)
-    assert {found[k] for k in ("angle_error", "slide_error", "energy_error", "other_mode")} == {0.0}
-    off = samples(phase=np.pi + 0.2, foot_position=-0.4, normal_force=1.0, mode=1)
-    found = errors.errors_of(walk, rolled._replace(samples=off), truth)
-    assert found["angle_error"] == pytest.approx(0.2 / walk.duration)
-    assert found["slide_error"] == pytest.approx(0.4 / walk.duration)
-    assert found["normal_error"] == pytest.approx(1 / (8.466 * 9.81), rel=1e-3)
-    assert found["other_mode"] == 1.0
-
-
-def test_a_walk_that_leaves_the_model_has_no_error_to_show():
-    truth = reference()
-    left = Rolled(truth.samples, np.int32(3), np.int32(0), None)
-    lost = left._replace(status=np.int32(0), samples=samples(crank_rate=1.0, phase=np.nan))
-    for rolled in (left, lost):
-        assert errors.errors_of(WALKS["smooth"], rolled, truth)["angle_error"] is None
-
-
-def test_the_balance_counts_energy_less_work():
-    still, moving = samples(), samples(crank_rate=2.0, foot_velocity=0.5, work=0.25)
-    gained = errors.balance(moving) - errors.balance(still)
-    with jax.enable_x64(True):
-        now = reduced_inertia(default_params(), np.pi)
-        M, P, mass = map(float, (now.M, now.P, default_params().total_mass))
-    expected = M * 2.0**2 / 2 + P * 2.0 * 0.5 + mass * 0.5**2 / 2 - 0.25
-    np.testing.assert_allclose(gained, expected, rtol=1e-12)
-
-
-def test_events_are_compared_until_one_differs():
-    truth = reference()._replace(events=[(0.1, 1), (0.2, 2), (0.5, 3)])
-    found = errors.event_errors([(0.1, 1), (0.25, 2), (0.3, 1)], truth)
-    assert found["event_error"] == pytest.approx(0.05)
-    assert (found["events_alike"], found["events"], found["events_wanted"]) == (2, 3, 3)
 
 
 def test_waiting_threads_and_other_work_do_not_count_as_cost():
@@ -203,56 +136,28 @@ def test_waiting_threads_and_other_work_do_not_count_as_cost():
     assert cost_of(row | {"wall_1": 1e-3}, 1) == 8e-4
 
 
-def test_only_what_is_missing_is_measured_again(content):
-    rows = content["walks"]["rows"]
-    full = cases(quick=False)
-    assert all(measure.lacking(case, rows).walks == () for case in full)
-    case = next(case for case in full if "ice" in case.walks and "ice" in case.batched)
-    names = measure.names_of(case)
-    left = [row for row in rows if row["scene"] != "ice" or not names.items() <= row.items()]
-    assert measure.lacking(case, left).walks == ("ice",)
-    bare = [{k: v for k, v in row.items() if k != "cost_4096"} for row in rows]
-    assert set(measure.lacking(case, bare).walks) == set(case.batched) & set(case.walks)
+@pytest.mark.long
+def test_the_command_measures_and_writes(tmp_path, monkeypatch):
+    monkeypatch.setattr(promises, "FLOORS", ("smooth",))
+    for name in ("MODULE", "DOCUMENT", "PICTURE"):
+        monkeypatch.setattr(command, name, tmp_path / f"{name}.png")
+    (tmp_path / "DOCUMENT.png").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
+    out = tmp_path / "deep" / "tradeoff.json"
+    command.main(["--quick", "--only", "costs", "--out", str(out)])
+    coarse, fine = json.loads(out.read_text(encoding="utf-8"))["costs"]
+    assert (coarse["dt"], fine["dt"]) == (0.02, 0.005)
+    assert min(row[cost] for row in (coarse, fine) for cost in ("cost_1", "cost_4096")) > 0
+    command.main(["--quick", "--update", "--only", "samples", "population", "--out", str(out)])
+    content = json.loads(out.read_text(encoding="utf-8"))
+    assert {"samples", "population", "costs"} == set(content["parts"])
+    first, *_ = content["population"]
+    assert first["bounds"]["0.5"][0] < 1e-2
+    assert first["bounds"]["0.99"][0] is None  # 48 walks bound no such quantile
+    assert (tmp_path / "PICTURE.png").read_bytes().startswith(b"\x89PNG")
+    assert 'MEASURED_ON = "' in (tmp_path / "MODULE.png").read_text()
+    assert "| smooth |" in (tmp_path / "DOCUMENT.png").read_text()
 
 
 def test_every_step_size_divides_the_control_period():
-    for quick in (True, False):
-        for case in cases(quick):
-            for walk in case.walks:
-                for count in case.counts_on(walk):
-                    assert round(PERIOD / (PERIOD / count)) == count
-                assert WALKS[walk].samples * WALKS[walk].stride == WALKS[walk].periods
-
-
-@pytest.mark.long
-def test_the_command_measures_and_writes(tmp_path, monkeypatch, capsys):
-    case = Case(Table(), RK4Split(), "float32", (1, 4), ("smooth",), batch=64)
-    monkeypatch.setattr(measure, "cases", lambda quick: [case])
-    monkeypatch.setattr(promises, "FLOORS", ("smooth",))
-    for name in ("MODULE", "DOCUMENT"):
-        monkeypatch.setattr(command, name, tmp_path / name)
-    (tmp_path / "DOCUMENT").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
-    out, picture = tmp_path / "deep" / "tradeoff.json", tmp_path / "tradeoff.png"
-    command.main(["--quick", "--only", "walks", "--out", str(out)])
-    coarse, fine = json.loads(out.read_text(encoding="utf-8"))["walks"]["rows"]
-    assert (coarse["dt"], fine["dt"]) == (0.02, 0.005)
-    assert fine["angle_error"] < 0.2 * coarse["angle_error"] < 1e-4
-    assert min(row[cost] for row in (coarse, fine) for cost in ("cost_1", "cost_4096")) > 0
-    arguments = ["--quick", "--update", "--out", str(out), "--picture", str(picture)]
-    command.main([*arguments, "--only", "population"])
-    content = json.loads(out.read_text(encoding="utf-8"))
-    assert {"machine", "versions", "parts", "walks", "population"} <= set(content)
-    first, *_ = content["population"]["rows"]
-    assert first["bounds"]["0.5"][0] < 1e-2
-    assert first["bounds"]["0.99"][0] is None  # 48 walks bound no such quantile
-    assert picture.read_bytes().startswith(b"\x89PNG")
-    assert 'MEASURED_ON = "' in (tmp_path / "MODULE").read_text()
-    assert "| smooth |" in (tmp_path / "DOCUMENT").read_text()
-
-
-@pytest.mark.long
-def test_the_long_walk_agrees_with_a_quadrature():
-    walk = WALKS["long"]
-    truth = errors.reference_of(walk)
-    assert truth.samples.steps[-1] >= 1000
-    assert errors.long_walk_check(walk, truth) < 1e-7
+    for setting in settings(quick=False):
+        assert costs.PERIOD / setting.dt == pytest.approx(round(costs.PERIOD / setting.dt))

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "tensorboard", "rich"}
-OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax"}
+OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax", "brax"}
 
 
 def check(condition: object, message: str) -> None:

@@ -1,4 +1,4 @@
-"""Points of cost and error, whatever was measured: their front, its knee, what nothing beats."""
+"""Statistics of measured settings: confidence bounds of quantiles, fronts of cost and error."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from stickslip.dynamics.fronts import front, knee
 
 
 class Measured(Protocol):
-    """What has a cost and an error."""
+    """A setting with a cost and an error."""
 
     @property
     def cost(self) -> float:
-        """Time that one of what is counted takes."""
+        """Seconds."""
         ...
 
     @property
@@ -25,8 +25,19 @@ class Measured(Protocol):
 P = TypeVar("P", bound=Measured)
 
 
+def rank(count: int, quantile: float, confidence: float) -> int:
+    """Rank of the sorted value that bounds the quantile from above with this confidence.
+
+    The least k with P(Binomial(count, quantile) <= k - 1) >= confidence, whatever the
+    distribution; count + 1 where there are too few values for a bound.
+    """
+    from scipy.stats import binom
+
+    return int(binom.ppf(confidence, count, quantile)) + 1
+
+
 def front_of(points: Sequence[P]) -> list[P]:
-    """The points that no other beats in cost and error, the cheapest first."""
+    """Points that no other beats in cost and error, the cheapest first."""
     return [points[i] for i in front([p.cost for p in points], [p.error for p in points])]
 
 

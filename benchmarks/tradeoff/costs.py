@@ -1,0 +1,177 @@
+"""Processor time of a simulated second, by floor, setting and batch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.timing import CORES, built, on_threads, seconds_of
+from benchmarks.tradeoff.population import FLOORS
+from benchmarks.tradeoff.promises import names_of, settings
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    SUPPORT_START,
+    BipedModel,
+    BipedParams,
+    BipedState,
+    EventExact,
+    Table,
+    prepare,
+    step,
+)
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.trade.setting import Setting
+
+PERIOD = 0.02
+"""The torque is held for this long [s]; every step size divides it."""
+BATCH = 4096
+PATIENCE = 0.1
+"""Length of a timed run of a batch [s]; the median of three counts."""
+TRUTH = Table(64, 9), EventExact(rtol=1e-10, atol=1e-13)
+
+
+class Walk(NamedTuple):
+    """Floor, crank rate at the start [rad/s], torque = gain (wanted - rate), duration [s]."""
+
+    scene: Callable[[], Scene]
+    rate: float
+    gain: float
+    wanted: float
+    duration: float
+
+
+WALKS = {
+    "smooth": Walk(lambda: Scene.grip(outputs="state"), 3.0, 1.0, 4.0, 2.0),
+    "stick-slip": Walk(lambda: Scene.uniform(0.06, 0.05, outputs="state"), 4.0, 0.5, 5.0, 2.0),
+    "ice": Walk(
+        lambda: Scene.patches([0.23, 0.475], [0.5, 0.05, 0.5], outputs="state"), 3.0, 1.0, 4.0, 4.0
+    ),
+}
+
+
+def costs(quick: bool) -> Iterator[dict[str, Any]]:
+    """A row for each floor and setting."""
+    for floor in FLOORS[:1] if quick else FLOORS:
+        along = states_along(WALKS[floor])
+        for setting in settings(quick):
+            found = cost(WALKS[floor], along, setting, 64 if quick else BATCH)
+            yield {"scene": floor, **names_of(setting), **found}
+
+
+def cost(walk: Walk, along: BipedState, setting: Setting, batch: int) -> dict[str, float]:
+    """Processor and wall seconds for each simulated second of each environment.
+
+    One environment: the walk itself. A batch: two threads with half of it each, from states all
+    along the walk, crank rates apart by up to 1 %.
+    """
+    with jax.enable_x64(setting.dtype == "float64"), jax.numpy_dtype_promotion("strict"):
+        alone = partial(advance, setting.integrator, *arguments(walk, setting))
+        state = start(walk, setting.dtype)
+        one = built(alone, state, *numbers(setting, 1)).call
+        length = round(walk.duration / PERIOD)
+        processor, wall = timed(partial(one, state, *numbers(setting, length)), 5)
+        states = spread(along, batch // CORES, setting.dtype)
+        many = built(jax.vmap(alone, (0, None, None, None)), states, *numbers(setting, 1)).call
+
+        def together(periods: int) -> Callable[[], Any]:
+            run = partial(many, states, *numbers(setting, periods))
+            return lambda: on_threads([run] * CORES)
+
+        once, _ = timed(together(1), 1)
+        periods = int(np.clip(CORES * PATIENCE / once, 1, 50))
+        processors, walls = timed(together(periods), 3)
+    simulated = batch * periods * PERIOD
+    return {
+        "cost_1": processor / walk.duration,
+        "wall_1": wall / walk.duration,
+        "cost_4096": processors / CORES / simulated,
+        "wall_4096": walls / simulated,
+    }
+
+
+def numbers(setting: Setting, periods: int) -> tuple:
+    """Step size, steps a control period and control periods, as arrays of one program."""
+    count = round(PERIOD / setting.dt)
+    return jnp.asarray(setting.dt, setting.dtype), jnp.int32(count), jnp.int32(periods)
+
+
+def timed(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
+    """Processor and wall seconds of a run, warm."""
+    jax.block_until_ready(run())
+    return seconds_of(run, repeats)
+
+
+def advance(integrator, model, scene, law, state: BipedState, dt, count, periods):
+    """State and gravest status after `periods` control periods of `count` steps each."""
+    gain, wanted = law
+
+    def substep(torque, carry):
+        state, status = carry
+        after, contact = step(model, scene, state, torque, dt, integrator=integrator)
+        after = jax.tree.map(lambda new, old: jnp.where(status <= 1, new, old), after, state)
+        return after, jnp.maximum(status, contact.status)
+
+    def period(_, carry):
+        torque = gain * (wanted - carry[0].crank_rate)
+        return jax.lax.fori_loop(0, count, lambda _, now: substep(torque, now), carry)
+
+    return jax.lax.fori_loop(0, periods, period, (state, jnp.zeros((), jnp.int32)))
+
+
+def arguments(walk: Walk, setting: Setting) -> tuple[BipedModel, Scene, tuple]:
+    """The prepared default robot, the floor and the torque's law in the setting's precision."""
+    params = BipedParams.from_bars(dtype=jnp.dtype(setting.dtype))
+    model = jax.jit(partial(prepare, fidelity=setting.fidelity))(params)
+    scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, setting.dtype), walk.scene())
+    law = tuple(jnp.asarray(value, setting.dtype) for value in (walk.gain, walk.wanted))
+    return jax.block_until_ready(model), scene, law
+
+
+def start(walk: Walk, dtype: str) -> BipedState:
+    """The walk's initial state."""
+    zero = jnp.zeros((), dtype)
+    rate = jnp.asarray(walk.rate, dtype)
+    phase = jnp.asarray(SUPPORT_START, dtype)
+    return BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
+
+
+def states_along(walk: Walk) -> BipedState:
+    """States at the ends of the walk's control periods, event-exact in float64."""
+    from stickslip.dynamics.biped.trade.setting import Setting
+
+    with jax.enable_x64(True), jax.numpy_dtype_promotion("strict"):
+        given = arguments(walk, Setting(*TRUTH, PERIOD, "float64"))
+        one = partial(advance, TRUTH[1], *given)
+        numbers = jnp.asarray(PERIOD), jnp.asarray(1), jnp.asarray(1)
+
+        def body(state, _):
+            after = one(state, *numbers)[0]
+            return after, after
+
+        length = round(walk.duration / PERIOD)
+        run = jax.jit(lambda state: jax.lax.scan(body, state, length=length)[1])
+        return jax.tree.map(np.asarray, run(start(walk, "float64")))
+
+
+def spread(along: BipedState, batch: int, dtype: str) -> BipedState:
+    """Initial states of a batch: those along the walk, crank rates apart by up to 1 %."""
+    picked = np.arange(batch) % len(along.phase)
+    nudge = 1 + 0.01 * np.random.default_rng(0).uniform(-1, 1, batch)
+
+    def column(values, factor: Any = 1.0):
+        return jnp.asarray(np.asarray(values)[picked] * factor, dtype)
+
+    return BipedState(
+        phase=column(along.phase),
+        steps=jnp.asarray(np.asarray(along.steps)[picked], jnp.int32),
+        crank_rate=column(along.crank_rate, nudge),
+        foot_position=column(along.foot_position),
+        foot_velocity=column(along.foot_velocity),
+        time=jnp.zeros(batch, dtype),
+    )

@@ -1,0 +1,197 @@
+"""Promises with their costs: the module that `recommend` reads, and the page's table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from benchmarks.points import unbeaten
+from benchmarks.report import markdown, where
+from benchmarks.ugv.population import AS_FUNCTION, GROUND, VEHICLES, WHERE, WORDS
+from benchmarks.ugv.promise import CONFIDENCE, QUANTILE
+
+HEAD = '''"""Measured settings, out of `python -m benchmarks.ugv --update`: not by hand.
+
+Without a wrong status in their sample, and not beaten by one of the same precision and checks in
+cost and in both promised errors.
+"""
+
+from __future__ import annotations
+
+from stickslip.dynamics.ugv.pose_solver import PoseSolver
+'''
+
+
+class Promise(NamedTuple):
+    """A setting on a kind of ground; the solver as code. Errors: typical, promised, worst."""
+
+    ground: str
+    place: str
+    solver: str
+    dtype: str
+    pieces_per_wave: int | None
+    poses: int
+    torque: tuple[float, float, float]
+    contact: tuple[float, float, float]
+    wrong: int
+    cost: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """The worse of both promised errors [-]."""
+        return max(self.torque[1], self.contact[1])
+
+    @property
+    def checked(self) -> bool:
+        """True if it looks for hollow ground and computes the clearance."""
+        return "samples=0" not in self.solver
+
+
+def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
+    """Promises of all rows; the two kinds of function are pooled, the worse of both counting."""
+    found = [
+        Promise(
+            *(row[name] for name in Promise._fields[:6]),
+            torque=tuple(row["torque"]),
+            contact=tuple(row["contact"]),
+            wrong=row["wrong"],
+        )
+        for row in rows
+    ]
+    kinds: dict[tuple, list[Promise]] = {}
+    for p in found:
+        if p.ground in AS_FUNCTION:
+            kinds.setdefault(p[1:5], []).append(p)
+    own = [p for p in found if p.ground not in AS_FUNCTION]
+    return own + [_pooled(same) for same in kinds.values() if len(same) == len(AS_FUNCTION)]
+
+
+def _pooled(same: list[Promise]) -> Promise:
+    def worst(name: str) -> tuple:
+        return tuple(max(each) for each in zip(*(getattr(p, name) for p in same), strict=True))
+
+    return same[0]._replace(
+        ground="function",
+        poses=sum(p.poses for p in same),
+        torque=worst("torque"),
+        contact=worst("contact"),
+        wrong=sum(p.wrong for p in same),
+    )
+
+
+def costs_of(rows: list[dict[str, Any]]) -> Callable[[Promise], dict[int, float]]:
+    """A function from a promise to its processor seconds for each measured batch."""
+    table: dict[tuple, dict[int, float]] = {}
+    for row in rows:
+        key = (row["ground"], row["solver"], row["dtype"])
+        table.setdefault(key, {})[row["batch"]] = row["cost"]
+
+    def costs(point: Promise) -> dict[int, float]:
+        ground = "spline" if point.pieces_per_wave else point.ground
+        return table.get((ground, point.solver, point.dtype), {})
+
+    return costs
+
+
+def recommended(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]]]:
+    """What may be recommended, with its cost for each batch."""
+    costs = costs_of(content["costs"])
+    able = [p for p in promises_of(content["promise"]) if p.wrong == 0 and costs(p)]
+    best = set()
+    for batch in dict.fromkeys(batch for p in able for batch in costs(p)):
+        priced = [p._replace(cost=costs(p)[batch]) for p in able if batch in costs(p)]
+        best |= {
+            p._replace(cost=0.0)
+            for p in unbeaten(
+                priced,
+                lambda p: (p.torque[1], p.contact[1]),
+                lambda p: (p.ground, p.place, p.dtype, p.checked),
+            )
+        }
+    return [(p, costs(p)) for p in able if p in best]
+
+
+def source(content: dict[str, Any]) -> str:
+    """Text of stickslip.dynamics.ugv.trade.measured; the same content gives the same text."""
+    settings: dict[tuple, int] = {}
+    promises, costs = [], {}
+    for point, priced in recommended(content):
+        setting = (point.solver, point.dtype, point.pieces_per_wave)
+        index = settings.setdefault(setting, len(settings))
+        errors = ", ".join(_numbers(three) for three in (point.torque, point.contact))
+        promises.append(
+            f'    ("{point.ground}", "{point.place}", {index}, {point.poses}, {errors}),'
+        )
+        costs |= {(point.ground, index, batch): cost for batch, cost in priced.items()}
+    lines = [
+        HEAD,
+        f'MEASURED_ON = "{where(content, "promise")}"',
+        '"""Processor, versions, commit and day."""',
+        "",
+        f"QUANTILE, CONFIDENCE = {QUANTILE}, {CONFIDENCE}",
+        '"""Of the promised errors."""',
+        "",
+        "GROUNDS = {",
+        *(f'    "{ground}": "{words}",' for ground, words in WORDS.items()),
+        "}",
+        "PLACES = {",
+        *(f'    "{place}": "{words}",' for place, words in WHERE.items()),
+        "}",
+        f'EVERYWHERE = "{GROUND}"',
+        f'VEHICLES = "{VEHICLES}"',
+        '"""The population."""',
+        "",
+        "SETTINGS = (",
+        *(f'    ({solver}, "{dtype}", {pieces}),' for solver, dtype, pieces in settings),
+        ")",
+        '"""Solver, dtype, pieces of a table for the shortest wave."""',
+        "",
+        "PROMISES = (",
+        *promises,
+        ")",
+        '"""Ground, place, index of the setting, poses in the sample; typical, promised, worst',
+        'error of the torque over weight times radius [-], of the rear contact in radii."""',
+        "",
+        "COSTS = (",
+        *(
+            f'    ("{g}", {i}, {batch}, {cost:.3g}),'
+            for (g, i, batch), cost in sorted(costs.items())
+        ),
+        ")",
+        '"""Ground, index of the setting, poses at once, processor seconds for each pose."""',
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _numbers(three: tuple[float, float, float]) -> str:
+    """To three digits, but for the median rounded up."""
+    typical, *others = three
+    return f"({typical:.3g}, {', '.join(f'{1.005 * number:.3g}' for number in others)})"
+
+
+def table(content: dict[str, Any]) -> str:
+    """What each setting that is recommended promises, with its cost in the largest batch."""
+    lines: dict[tuple, dict[str, Any]] = {}
+    for point, priced in recommended(content):
+        key = point.ground, point.solver, point.dtype, point.pieces_per_wave
+        line = lines.setdefault(
+            key,
+            {
+                "ground": point.ground,
+                "solver": point.solver,
+                "pieces a wave": point.pieces_per_wave or "-",
+                "type": point.dtype,
+                **dict.fromkeys(("torque, near", "torque, far", "contact, near"), "-"),
+                **dict.fromkeys(("contact, far", "cost [s]"), "-"),
+            },
+        )
+        for name in ("torque", "contact"):
+            line[f"{name}, {point.place}"] = f"{getattr(point, name)[1]:.1e}"
+        line["cost [s]"] = f"{priced[max(priced)]:.1e}"
+    said = (
+        f"Measured on {where(content, 'promise')}; costs: {where(content, 'costs')}. Torque in "
+        "weight times wheel radius, contact in wheel radii; processor seconds for each of 16384 "
+        "poses."
+    )
+    return f"{said}\n\n{markdown(list(lines.values()))}"
