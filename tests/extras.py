@@ -22,7 +22,6 @@ IMPORT_NAMES = {
     "mkdocs-material": "material",
     "mkdocstrings-python": "mkdocstrings_handlers",
     "pillow": "PIL",
-    "pin": "pinocchio",
     "pygame-ce": "pygame",
     "sbx-rl": "sbx",
     "stable-baselines3": "stable_baselines3",

@@ -28,8 +28,7 @@ _SWING += (("12p", "5p", "knee_bar"),)
 _BARS = (("11", "1", "ankle_bar"), ("5", "11", "knee_bar"), ("12", "5", "knee_bar"))
 
 TREE: tuple[tuple[str, str, str], ...] = (*_THIGH, *_HIP, *_SWING, *_BARS)
-"""(body, the body it hangs on, the pin between them); the root is body 1. Depth first: Pinocchio's
-mass matrix is silently wrong in any other order."""
+"""(body, the body it hangs on, the pin between them), depth first; the root is body 1."""
 
 _OPEN = (("2", "5", "K"), ("10", "12", "C_bar"), ("7", "10", "C"), ("3", "6", "F"))
 _OPEN += (("7", "8", "crank_pin"), ("7", "9", "rod_pin"))

@@ -76,7 +76,6 @@ def mjcf(machine: Mechanism, settings: Settings, friction: float | None = None) 
 def _options(
     root: ElementTree.Element, machine: Mechanism, settings: Settings, contacts: bool
 ) -> None:
-    """`contacts`: MJX 3.17 fails on elliptic cones in a model that has none."""
     option = ElementTree.SubElement(
         root,
         "option",

@@ -44,7 +44,7 @@ BENCHMARKS = {
     "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
     "operations": Benchmark("benchmarks.operations", "what each feature of a scene costs"),
     "optimum": Benchmark("benchmarks.optimum", "the best that can be earned on the biped's tasks"),
-    "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo, MJX, Pinocchio and C"),
+    "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo"),
     "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
     "size": Benchmark("benchmarks.size", "lines, flags, and files that a call enters"),
     "suite": Benchmark("benchmarks.optimisers", "what is known of the suite for optimisers"),

@@ -1,28 +1,27 @@
 """What other programs are given is the mechanism of our own equations."""
 
-import re
+import json
+from pathlib import Path
 from xml.etree import ElementTree
 
 import jax
 import numpy as np
 import pytest
 
-from benchmarks.peers import c_loop, summary
-from benchmarks.peers.cases import CASES, Measured, error_of, fastest
+from benchmarks.peers import __main__ as command
+from benchmarks.peers.cases import CASES, error_of
 from benchmarks.peers.mechanism import LOOPS, SLOT, TREE, mechanism
 from benchmarks.peers.mjcf import RADIUS, Settings, mjcf
-from stickslip.dynamics.biped import BODIES, BipedParams, Table, kinematics, reduced_inertia
+from benchmarks.report import MARKS
+from stickslip.dynamics.biped import BODIES, BipedParams, kinematics
 
 pytestmark = pytest.mark.long
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
 def machine(float64):
     return mechanism(BipedParams.from_bars(payload=2.0))
-
-
-def measured(error: float, rate: float, program: str = "MuJoCo") -> Measured:
-    return Measured(program, "stick", "RK4, 1 ms", 1, 1, error, rate, rate, rate, 0.0)
 
 
 def test_the_tree_and_the_loops_have_every_pin_of_the_mechanism():
@@ -110,53 +109,16 @@ def test_mjcf_foot_is_fixed_on_grip_and_touches_the_floor_with_friction(machine)
     assert all(geom.get("friction") == "0.4 0 0" for geom in rough.findall(".//geom"))
 
 
-def table_of(text: str) -> np.ndarray:
-    """The numbers of TABLE in a C program."""
-    body = text[text.index("TABLE[3]") : text.index("};")]
-    values = [float.fromhex(word) for word in re.findall(r"-?0x[0-9a-fp.+-]+", body)]
-    pieces, powers = (int(re.search(rf"{name} (\d+)", text)[1]) for name in ("PIECES", "POWERS"))
-    return np.array(values).reshape(3, powers, pieces)
-
-
-def test_c_source_holds_the_table_to_the_last_bit(float64):
-    model = c_loop.table_model(Table(8, 5))
-    table = table_of(c_loop.source(model, slides=False))
-    np.testing.assert_array_equal(table.transpose(2, 0, 1), np.asarray(model.inertia.momenta))
-
-
-def test_c_source_table_gives_the_inertia_functions(float64):
-    model = c_loop.table_model(Table(8, 5))
-    table = table_of(c_loop.source(model, slides=True))
-    exact = jax.jit(reduced_inertia)(model.params, 2.5)
-    place = (2.5 - np.pi / 2) * 8 / np.pi
-    u = 2 * (place - int(place)) - 1
-    values = [np.polynomial.polynomial.polyval(u, row) for row in table[:, :, int(place)]]
-    np.testing.assert_allclose(values, [exact.M, exact.P, exact.Y], atol=1e-4)
-
-
-@pytest.mark.skipif(c_loop.compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize("name", ["stick", "slip"])
-def test_c_loop_walks_as_we_do(float64, name):
-    model = c_loop.table_model(Table(8, 5))
-    loop = c_loop.Loop(model, name == "slip", c_loop.compiler())
-    steps = 20
-    torque = np.linspace(0.985, 1.005, c_loop.BLOCK)
-    angles = loop.run(torque, c_loop.START[name], steps, c_loop.LENGTH[name] / steps)[0]
-    assert np.all(np.diff(angles) > 0)
-    assert angles[0] == pytest.approx(c_loop._own(model, name, steps), abs=1e-11)
-    with pytest.raises(ValueError, match="multiple of"):
-        loop.run(torque[:-1], c_loop.START[name], steps, 1e-3)
-
-
-def test_the_fastest_setting_is_among_those_that_meet_the_bound():
-    rows = [measured(1e-1, 90.0), measured(5e-3, 9.0), measured(9e-3, 11.0), measured(1e-5, 1.0)]
-    assert fastest(rows, 1e-2) is rows[2]
-    assert fastest(rows, 1e-6) is None
-    (line,) = summary.at_bounds(rows, (1e-2, 1e-6))
-    assert line["0.01 rad"].startswith("11; 11 (")
+def test_the_page_has_the_fastest_settings_that_meet_each_bound():
+    content = json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    page = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
+    assert f"{MARKS[0]}\n{command.body(content)}\n{MARKS[1]}" in page
+    row = {"program": "MuJoCo", "case": "stick", "setting": "RK4, 1 ms", "batch": 1}
+    pairs = [(1e-1, 90.0), (5e-3, 9.0), (9e-3, 11.0), (1e-5, 1.0)]
+    (line,) = command.at_bounds([row | {"error": e, "core_rate": rate} for e, rate in pairs])
+    assert line["0.01 rad"] == "11 (RK4, 1 ms)"
     assert line["1e-06 rad"] == "not reached (1.0e-05)"
     assert error_of([1.0, np.nan], [1.0, 1.0]) == np.inf
-    assert {case.name for case in CASES} == {"stick", "stick-slip"}
 
 
 def test_mujoco_walks_as_we_do(float64):
