@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from stickslip.agents.reports.show import View, show
     from stickslip.agents.shipped.names import shipped_names
     from stickslip.agents.standard import StandardMachine
-    from stickslip.agents.sweeps.axis import Axis
-    from stickslip.agents.sweeps.reading import SweepArrays, read_sweep, sweep_arrays
+    from stickslip.agents.sweeps.axes import Axis
+    from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
     from stickslip.agents.training.train import Trained, train
     from stickslip.agents.ugv.config import UGVTrainConfig
@@ -75,8 +75,8 @@ else:
             "shipped.names": ("shipped_names",),
             "standard": ("StandardMachine",),
             "sweeps.sweep": ("sweep",),
-            "sweeps.axis": ("Axis",),
-            "sweeps.reading": ("SweepArrays", "read_sweep", "sweep_arrays"),
+            "sweeps.axes": ("Axis",),
+            "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
             "training.train": (
                 "Trained",
                 "train",

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from stickslip.agents.sweeps.swept import Swept
-from stickslip.agents.sweeps.telling.told import Told
 from stickslip.dynamics.biped.params import LENGTHS
 from stickslip.dynamics.scene import Grip, Smoothed, Uniform
 from stickslip.envs.biped.params import NUMBERS
@@ -60,7 +59,7 @@ class BipedSwept(Swept):
         "energy": "J",
         "weight": "N",
     }
-    told: ClassVar[Told] = Told(slip=("slid", "walked"), fails="falls", failures="falls")
+    slip: ClassVar[tuple[str, str] | None] = ("slid", "walked")
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {"mu": FRICTION}
     structure: ClassVar[Mapping[str, str]] = {
         "scene": f"--scene NAME, {ANOTHER}",

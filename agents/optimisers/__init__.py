@@ -1,4 +1,4 @@
-"""Optimisers on the suite: races of methods by name, results that others can add to, reports.
+"""Optimisers on the suite: races of methods, a table of results that others can add to, reports.
 
 from stickslip.agents.optimisers import race
 
@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimisers.measures import ert, gaps, hits
     from stickslip.agents.optimisers.method import METHODS, Method
     from stickslip.agents.optimisers.racing import race
-    from stickslip.agents.optimisers.reading import read_results
-    from stickslip.agents.optimisers.results import Run, write_results
+    from stickslip.agents.optimisers.results import Run, read_results, write_results
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -22,8 +21,7 @@ else:
             "measures": ("ert", "gaps", "hits"),
             "method": ("METHODS", "Method"),
             "racing": ("race",),
-            "reading": ("read_results",),
-            "results": ("Run", "write_results"),
+            "results": ("Run", "read_results", "write_results"),
         },
     )
 

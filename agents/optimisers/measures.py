@@ -1,4 +1,4 @@
-"""What runs come to: hits of targets, expected running times, distributions, profiles."""
+"""Gaps, first hits of targets, expected running times and their distributions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.optimisers.merit import Target
 from stickslip.dynamics.plain_checks import require_choice
 from stickslip.optim.instances.catalogue import suite
 
@@ -16,18 +15,59 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.agents.optimisers.results import Run
-
+    from stickslip.optim.instances.instance import Instance
 
 Cost: TypeAlias = Literal["evaluations", "seconds"]
-COSTS = ("evaluations", "seconds")
+COSTS: tuple[Cost, Cost] = ("evaluations", "seconds")
 TARGETS = 10.0 ** np.linspace(2, -4, 31)
-"""Gaps to the best known value, in parts of its size: five in each power of ten."""
-LEVEL, DRAWS = 0.95, 1000
+"""Relative gaps to the best known value: five in each power of ten."""
+LEVEL, RESAMPLES = 0.95, 1000
+LEAST, REFERENCE = 1e-12, 1.1
+
+
+class Target(NamedTuple):
+    """The best known value, and the size that gaps are relative to."""
+
+    best: float
+    scale: float
+
+    @classmethod
+    def of(cls, instance: Instance) -> Target:
+        """The target of an instance; with several goals 0 and 1, see `front_merit`."""
+        if len(instance.goals) > 1:
+            return cls(0.0, 1.0)
+        return cls(instance.best_known, max(abs(instance.best_known), LEAST))
+
+    def gap(self, value: float | np.ndarray) -> np.ndarray:
+        """(value - best) / scale: 0 for the best known, negative for what is better."""
+        return (np.asarray(value, float) - self.best) / self.scale
+
+
+def front_merit(instance: Instance, values: Float[np.ndarray, "B 2"]) -> float:
+    """Share of the known front's hypervolume that points miss; goals are scaled to 0 and 1 on the
+    front, and the reference point is (1.1, 1.1)."""
+    front = None if instance.known is None else instance.known.front
+    if front is None or front.shape[1] != 2:
+        raise ValueError(f"{instance.id}: no front of two goals is known")
+    low, high = front.min(axis=0), front.max(axis=0)
+    found, known = (hypervolume((one - low) / (high - low), REFERENCE) for one in (values, front))
+    return 1.0 - found / known
+
+
+def hypervolume(values: Float[np.ndarray, "B 2"], reference: float) -> float:
+    """The area that points of two goals, both minimised, dominate up to (reference, reference)."""
+    inside = values[np.all(values < reference, axis=1)]
+    area, least = 0.0, reference
+    for first, second in inside[np.lexsort((inside[:, 1], inside[:, 0]))]:
+        if second < least:
+            area += (reference - first) * (least - second)
+            least = second
+    return float(area)
 
 
 class Expected(NamedTuple):
-    """Expected running time, with the interval of LEVEL from a bootstrap over runs; infinite where
-    no run hit. successes, runs: how many did, of how many."""
+    """Expected running time with a bootstrap interval of LEVEL over runs; infinite where no run
+    hit. successes, runs: how many did, of how many."""
 
     value: float
     low: float
@@ -43,34 +83,26 @@ def gaps(run: Run) -> Float[np.ndarray, "rows"]:
     return np.where(np.isfinite(found), found, np.inf)
 
 
-def costs(run: Run, of: Cost) -> Float[np.ndarray, "rows"]:
-    """Evaluations or seconds by row."""
-    require_choice("of", of, COSTS)
-    return np.asarray(getattr(run, of), float)
-
-
 def hits(run: Run, targets: Float[np.ndarray, "T"], of: Cost) -> Float[np.ndarray, "T"]:
-    """What had been spent when each gap was first reached; infinite where it was not. NaN where the
-    table does not tell."""
-    reached, spent = gaps(run), costs(run, of)
-    met = reached[:, None] <= np.asarray(targets, float)[None, :]
-    first = np.argmax(met, axis=0)
-    return np.where(met.any(axis=0), spent[first], np.inf)
+    """Cost at which each gap was first reached; infinite where it was not."""
+    require_choice("of", of, COSTS)
+    met = gaps(run)[:, None] <= np.asarray(targets, float)[None, :]
+    spent = np.asarray(getattr(run, of), float)
+    return np.where(met.any(axis=0), spent[np.argmax(met, axis=0)], np.inf)
 
 
 def ert(runs: Sequence[Run], target: float, of: Cost = "evaluations", seed: int = 0) -> Expected:
-    """Expected running time to a gap: what all runs spent until they hit it or ended, over how many
-    hit it (Auger and Hansen 2005), for runs of one method on one instance. A run that ended by
-    itself is taken to be begun again. Its interval: percentiles over runs drawn with replacement;
-    wide for few runs, and infinite above where draws have no success."""
+    """Expected running time to a gap: what all runs spent until they hit it or ended, over the
+    number of hits (Auger and Hansen 2005), for runs of one method on one instance. Wide for few
+    runs, and infinite above where resamples have no success."""
     found = np.array([hits(run, np.array([target]), of)[0] for run in runs])
-    hit, ends = np.isfinite(found), np.array([costs(run, of)[-1] for run in runs])
+    hit, ends = np.isfinite(found), np.array([float(getattr(run, of)[-1]) for run in runs])
     spent = np.where(hit, found, ends)
-    value = _ratio(spent.sum(), hit.sum())
-    which = np.random.default_rng(seed).integers(len(runs), size=(DRAWS, len(runs)))
+    which = np.random.default_rng(seed).integers(len(runs), size=(RESAMPLES, len(runs)))
     drawn = np.sort(_ratio(spent[which].sum(axis=1), hit[which].sum(axis=1)))
     tail = (1 - LEVEL) / 2
-    low, high = (drawn[round(share * (DRAWS - 1))] for share in (tail, 1 - tail))
+    low, high = (drawn[round(share * (RESAMPLES - 1))] for share in (tail, 1 - tail))
+    value = _ratio(spent.sum(), hit.sum())
     return Expected(float(value), float(low), float(high), int(hit.sum()), len(runs))
 
 
@@ -81,51 +113,18 @@ def _ratio(spent: np.ndarray, hit: np.ndarray) -> np.ndarray:
 def ecdf(
     runs: Iterable[Run], of: Cost, targets: Float[np.ndarray, "T"] = TARGETS
 ) -> tuple[Float[np.ndarray, "P"], Float[np.ndarray, "P"]]:
-    """Of all pairs of run and target, the share hit by then: where it rises, and to what.
+    """Share of all pairs of run and target hit by a cost: where it rises, and to what.
 
     Evaluations are divided by the instance's free numbers, as is usual; seconds are not.
     """
-    each = []
-    for run in runs:
-        size = suite()[run.instance].n if of == "evaluations" else 1
-        each.append(hits(run, targets, of) / size)
+    each = [hits(run, targets, of) / scale_of(run, of) for run in runs]
     if not each:
         return np.zeros(0), np.zeros(0)
-    all_hits = np.sort(np.concatenate(each))
-    known = np.isfinite(all_hits)
-    return all_hits[known], (np.flatnonzero(known) + 1) / len(all_hits)
+    ordered = np.sort(np.concatenate(each))
+    known = np.isfinite(ordered)
+    return ordered[known], (np.flatnonzero(known) + 1) / len(ordered)
 
 
-def profile(
-    runs: Iterable[Run], target: float, of: Cost
-) -> dict[str, tuple[Float[np.ndarray, "P"], Float[np.ndarray, "P"]]]:
-    """Performance profiles (Dolan and More 2002) by method: within which factor of the best method,
-    on how many of the instances that any method solved or not, its expected running time lies."""
-    by: dict[str, dict[str, list[Run]]] = {}
-    for run in runs:
-        by.setdefault(run.method, {}).setdefault(run.instance, []).append(run)
-    names = sorted({name for own in by.values() for name in own})
-    times = {
-        method: np.array([
-            ert(own[name], target, of).value if name in own else np.inf for name in names
-        ])
-        for method, own in by.items()
-    }  # fmt: skip
-    best = np.min(np.array(list(times.values())), axis=0)
-    found = {}
-    for method, own in times.items():
-        with np.errstate(invalid="ignore"):
-            ratios = np.sort(np.where(np.isfinite(own), own / np.maximum(best, 1e-12), np.inf))
-        known = np.isfinite(ratios)
-        found[method] = ratios[known], (np.flatnonzero(known) + 1) / len(names)
-    return found
-
-
-def share_feasible(runs: Sequence[Run], at: Float[np.ndarray, "P"]) -> Float[np.ndarray, "P"]:
-    """Of runs, the share that had a feasible point after so many evaluations per free number."""
-    first = []
-    for run in runs:
-        known = np.flatnonzero(np.isfinite(run.values))
-        size = suite()[run.instance].n
-        first.append(run.evaluations[known[0]] / size if len(known) else np.inf)
-    return np.mean(np.array(first)[:, None] <= at[None, :], axis=0)
+def scale_of(run: Run, of: Cost) -> int:
+    """What an ECDF divides costs by."""
+    return suite()[run.instance].n if of == "evaluations" else 1

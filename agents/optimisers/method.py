@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from stickslip.optim.instances.instance import Instance
     from stickslip.optim.instances.objective import Objective
+    from stickslip.records.table import Table
 
     Optimiser = Callable[[Objective, int], object]
 
@@ -103,10 +104,8 @@ METHODS = {
                f"{HERE}.evolution:evosax_snes", "evosax", "penalty", batch=32),
         Method("pymoo-isres", "evolution with stochastic ranking, 64 offspring",
                f"{HERE}.evolution:pymoo_isres", "pymoo", "native", batch=64),
-        Method("pymoo-nsga2", "NSGA-II, 40 points", f"{HERE}.goals:pymoo_nsga2",
+        Method("pymoo-nsga2", "NSGA-II, 40 points", f"{HERE}.evolution:pymoo_nsga2",
                "pymoo", "native", batch=64, goals=(2, 9)),
-        Method("slsqp-weights", "SLSQP on weighted sums of goals, from one to the next",
-               f"{HERE}.goals:slsqp_weights", "scipy", "native", slopes=True, goals=(2, 2)),
         Method("nevergrad-de", "two-point differential evolution, 30 points",
                f"{HERE}.evolution:nevergrad_de", "nevergrad", "penalty"),
         Method("optuna-tpe", "tree-structured Parzen estimators", f"{HERE}.evolution:optuna_tpe",
@@ -115,7 +114,24 @@ METHODS = {
                "stickslip.agents", "native", batch=64, goals=(1, 9)),
     )
 }  # fmt: skip
-"""All that are raced by name."""
+
+
+def methods_table() -> Table:
+    """A row for each method."""
+    from stickslip.records.table import Column, Table
+
+    rows = []
+    for one in METHODS.values():
+        takes = "several goals" if one.goals[0] > 1 else "one goal or several"
+        rest = [takes] if one.goals != (1, 1) else []
+        rest += [", ".join(one.families)] if one.families else []
+        rest += ["convex"] if one.convex else []
+        rest += [f"{one.most} numbers at most"] if one.most < 10**9 else []
+        asks = "gradients" if one.slopes else (f"batches of {one.batch}" if one.batch > 1 else "")
+        row = [f"`{one.name}`", one.library, one.what, asks, one.constraints, "; ".join(rest)]
+        rows.append(row)
+    heads = ("method", "library", "what", "asks for", "constraints", "takes only")
+    return Table([Column(head, words=True) for head in heads], rows)
 
 
 def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str | Method]) -> list[Method]:

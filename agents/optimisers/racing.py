@@ -1,27 +1,35 @@
-"""Races: methods on instances of the suite with seeds, in processes that can be killed."""
+"""Races: methods x instances of the suite x seeds, in processes that can be killed."""
 
 from __future__ import annotations
 
+import json
 import tempfile
-from functools import partial
+from dataclasses import asdict, dataclass
+from functools import cached_property, partial
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
-from stickslip.agents.optimisers.directory import LIBRARIES, missing_runs, open_race, run_path
-from stickslip.agents.optimisers.names import FAILED
-from stickslip.agents.optimisers.plan import RacePlan
-from stickslip.agents.optimisers.reading import read_runs
-from stickslip.agents.optimisers.results import Run, table_of
-from stickslip.agents.optimisers.seat import Seats
-from stickslip.agents.sweeps.files.directory import versions
-from stickslip.agents.sweeps.files.parquet import write_chunk
-from stickslip.agents.sweeps.playing.engine import Watch, run_here
-from stickslip.agents.sweeps.playing.progress import Progress
+from stickslip.agents.optimisers.method import METHODS, methods_of
+from stickslip.agents.optimisers.results import Run, read_runs, table_of
+from stickslip.agents.optimisers.task import Task
+from stickslip.agents.optimisers.worker import Workers
+from stickslip.agents.sweeps.engine import run_dask, run_threads
+from stickslip.agents.sweeps.store import (
+    cell_path,
+    digest_of_text,
+    missing_cells,
+    open_store,
+    write_cell,
+)
 from stickslip.agents.training.directory import only_writer
-from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.envs.collecting import cores_here
 from stickslip.envs.rendering.extras import require
-from stickslip.optim.progress import say_stage
+from stickslip.optim.instances.catalogue import suite
+from stickslip.optim.instances.objective import OUTSIDE
+from stickslip.optim.options import require_scalar
+from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -29,9 +37,93 @@ if TYPE_CHECKING:
     from jaxtyping import PyTree
 
     from stickslip.agents.optimisers.method import Method, Optimiser
-    from stickslip.agents.optimisers.task import Task
 
 LIMIT = 120.0
+MOST, LAST_SEED = 10**6, 2**31 - 1
+"""Runs of one race; the greatest seed."""
+
+
+@dataclass(frozen=True)
+class RacePlan:
+    """All runs of a race; `of` checks it. left_out: pairs that do not suit each other, and why."""
+
+    tasks: tuple[Task, ...]
+    left_out: tuple[str, ...]
+    limit: float
+
+    @classmethod
+    def of(
+        cls,
+        methods: Iterable[str] | Mapping[str, Optimiser | str | Method],
+        instances: str | Iterable[str],
+        *,
+        budget: int | None = None,
+        seconds: float | None = None,
+        seeds: int | Sequence[int] = 3,
+        outside: Literal["clip", "refuse"] = "clip",
+        limit: float = LIMIT,
+    ) -> RacePlan:
+        """See `race`."""
+        names = [instances] if isinstance(instances, str) else list(instances)
+        for name in names:
+            require_choice("instance", name, tuple(suite()))
+        chosen = methods_of(methods)
+        if budget is not None:
+            require_integer("budget", budget, high=2**53)
+        if seconds is not None:
+            require_scalar("seconds", seconds, low=0.0, strict=True, accepted="a time > 0 [s]")
+        if budget is None and seconds is None:
+            raise ValueError("neither budget nor seconds; accepted: one of them at least")
+        require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
+        require_choice("outside", outside, OUTSIDE)
+        numbers = _seeds(seeds)
+        for what, given in (("instance", names), ("method", [one.name for one in chosen])):
+            if not given:
+                raise ValueError(f"no {what}s; accepted: one at least")
+            if twice := next((one for one in given if given.count(one) > 1), None):
+                raise ValueError(f"{what} {twice} is given twice; accepted: once")
+        tasks, left_out = [], []
+        for name in names:
+            for one in chosen:
+                if why := one.unsuited(suite()[name]):
+                    left_out.append(f"{one.name} on {name}: {why}")
+                    continue
+                own = numbers if one.seeded else numbers[:1]
+                tasks += [Task(name, one, seed, budget, seconds, outside) for seed in own]
+        if not 0 < len(tasks) <= MOST:
+            raise ValueError(
+                f"{len(tasks)} runs ({', '.join(left_out[:1]) or 'too many'}); accepted: methods "
+                f"that take an instance, up to {MOST:,} runs"
+            )
+        return cls(tuple(tasks), tuple(left_out), float(limit))
+
+    @cached_property
+    def definition(self) -> dict[str, object]:
+        """What decides the results, as JSON values; of the user's functions only their names."""
+        methods = {one.method.name: one.method for one in self.tasks}
+        first = self.tasks[0]
+        found = {
+            "instances": list(dict.fromkeys(one.instance for one in self.tasks)),
+            "methods": {
+                name: asdict(one) | {"function": one.function if name in METHODS else "yours"}
+                for name, one in methods.items()
+            },
+            "seeds": sorted({one.seed for one in self.tasks}),
+            "runs": len(self.tasks),
+            "budget": first.budget,
+            "seconds": first.seconds,
+            "outside": first.outside,
+        }
+        return json.loads(json.dumps(found, allow_nan=False))
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the definition."""
+        return digest_of_text(json.dumps(self.definition, sort_keys=True))
+
+    def missing(self, path: Path) -> list[int]:
+        """Numbers of the runs that a directory lacks."""
+        return missing_cells(path, "race", self.digest, len(self.tasks))
 
 
 def race(
@@ -45,14 +137,12 @@ def race(
     limit: float = LIMIT,
     out: str | Path | None = None,
     resume: bool = False,
-    again: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
-    report: bool = True,
 ) -> list[Run]:
-    """Run every method on every instance that suits it, with every seed; all runs there are.
+    """Run every method on every instance that suits it, with every seed; return all runs.
 
     methods: names of METHODS, or functions by names of one's own. A function takes an Objective
     and, if it has two arguments, the seed; it minimises until the budget ends it or it returns.
@@ -63,12 +153,9 @@ def race(
     code, and recorded with what it had found ("timed out"), as are those that raise or whose
     process ends; the others go on. What is compiled counts in neither.
 
-    out: a directory that keeps each run as it is made; resume: go on with what is missing there,
-    and, with again, with those that failed. workers: processes here, one for each core if None;
-    scheduler: the address of a Dask scheduler, whose workers do it. progress: a bar, or lines.
-    stop: asked now and then; StoppedError where it says so. report: with out, report.html is
-    written there at the end, of all its runs: tables, curves, and the best point of up to six
-    instances played. Where that fails, a RuntimeWarning says so.
+    out: a directory that keeps each run as it is made; resume: continue with what is missing there.
+    workers: processes here, one for each core if None; scheduler: the address of a Dask scheduler.
+    progress: show a bar. stop: polled; StoppedError where it says so.
 
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
     """
@@ -81,18 +168,13 @@ def race(
         outside=outside,
         limit=limit,
     )
-    how = {"resume": resume, "again": again, "workers": workers, "scheduler": scheduler}
+    how = {"workers": workers, "scheduler": scheduler, "progress": progress, "stop": stop}
     if out is not None:
-        runs = run_race(plan, Path(out), progress=progress, stop=stop, **how)
-        if report:
-            from stickslip.agents.reports.raced import report_race
-
-            report_race(runs, Path(out), say_stage if progress else lambda stage: None)
-        return runs
-    if resume or again:
+        return run_race(plan, Path(out), resume=resume, **how)
+    if resume:
         raise ValueError("resume without out; accepted: with the directory of the race")
     with tempfile.TemporaryDirectory() as folder:
-        return run_race(plan, Path(folder) / "race", progress=progress, stop=stop, **how)
+        return run_race(plan, Path(folder) / "race", **how)
 
 
 def run_race(
@@ -100,88 +182,53 @@ def run_race(
     path: Path,
     *,
     resume: bool = False,
-    again: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Run]:
     """`race`, of a plan."""
-    if workers is not None:
-        require_integer("workers", workers, high=256)
     if scheduler is not None and workers is not None:
         raise ValueError("workers and scheduler; accepted: one of them")
-    require("cloudpickle", "a race", "sweep")
+    threads = cores_here() if workers is None else require_integer("workers", workers, high=256)
+    pickler, count = require("cloudpickle", "a race", "sweep"), len(plan.tasks)
     with only_writer(path, "racing"):
-        open_race(path, plan, resume=resume)
-        every, todo = range(len(plan.tasks)), missing_runs(path, plan)
-        kept: dict[int, Run] = {}
-        if again:
-            held = _read(path, {*every} - {*todo})
-            kept = {index: run for index, run in held.items() if run.outcome not in FAILED}
-            todo = [index for index in every if index not in kept]
-        done = len(plan.tasks) - len(todo)
-        work = Runs(plan, path)
-        with Progress(len(plan.tasks), done, progress, name="race", unit="run") as told:
-            watch = Watch(told.advance, stop)
+        definition = plan.definition
+        open_store(path, "race", definition=definition, digest=plan.digest, cells=count, about={},
+                   resume=resume)  # fmt: skip
+        todo, processes, lock = plan.missing(path), Workers(plan.limit), Lock()
+        with Bar("race", count, "run", progress, at=count - len(todo)) as bar:
+
+            def play(number: int, device: PyTree, stop: Callable[[], bool]) -> Run:
+                return processes.run(plan.tasks[number], stop)
+
+            def keep(number: int, run: Run) -> None:
+                write_cell(path, number, plan.digest, table_of([run]))
+                with lock:
+                    bar.advance()
+
             try:
                 if scheduler is None:
-                    run_here(work, todo, workers or cores_here(), watch)
+                    run_threads(play, keep, todo, threads=threads, stop=stop)
                 else:
-                    from stickslip.agents.sweeps.playing.cluster import run_beyond
-
-                    run_beyond(work, todo, watch, scheduler=scheduler)
+                    content = pickler.dumps(partial(_worker, plan))
+                    run_dask(content, keep, todo, stop=stop, scheduler=scheduler)
             finally:
-                work.close()
-        found = kept | _read(path, {*every} - {*kept})
-        return [found[index] for index in every]
+                processes.close()
+        return [read_runs(cell_path(path, number))[0] for number in range(count)]
 
 
-def _read(path: Path, indices: Iterable[int]) -> dict[int, Run]:
-    """Runs of a directory by their numbers."""
-    return {index: read_runs(run_path(path, index))[0] for index in indices}
+def _worker(plan: RacePlan) -> Callable[[int], Run]:
+    """What makes runs by their numbers in a worker of Dask."""
+    processes = Workers(plan.limit)
+    return lambda number: processes.run(plan.tasks[number])
 
 
-class Runs:
-    """A plan's runs as pieces of work; see `sweeps.engine.Work`. Every thread has a Seat."""
-
-    def __init__(self, plan: RacePlan, path: Path):
-        self._plan, self._path = plan, path
-        self.digest, self.count = plan.digest, len(plan.tasks)
-        self._seats, self._versions = Seats(plan.limit), versions(LIBRARIES)
-
-    def size(self, index: int) -> int:
-        """One."""
-        return 1
-
-    def play(
-        self,
-        index: int,
-        device: PyTree,
-        advance: Callable[[int], None],
-        stop: Callable[[], bool],
-    ) -> Run:
-        """Make a run."""
-        found = self._seats.here().run(self._plan.tasks[index], stop)
-        advance(1)
-        return found
-
-    def keep(self, index: int, found: Run) -> None:
-        """Write it."""
-        own = {"digest": self.digest, "chunk": index, "race": self._versions}
-        write_chunk(run_path(self._path, index), table_of([found], own))
-
-    def sent(self) -> bytes:
-        """The tasks, with what makes the runs."""
-        parts = partial(_running, self._plan.tasks, self._plan.limit)
-        return require("cloudpickle", "a race", "sweep").dumps(parts)
-
-    def close(self) -> None:
-        """End the processes."""
-        self._seats.close()
-
-
-def _running(tasks: tuple[Task, ...], limit: float) -> Callable[[int], Run]:
-    """What makes runs by their numbers, in a worker: a Seat for each of its threads."""
-    seats = Seats(limit)
-    return lambda index: seats.here().run(tasks[index])
+def _seeds(given: int | Sequence[int]) -> list[int]:
+    """So many, from 0 on, or these."""
+    if isinstance(given, int):
+        return list(range(require_integer("seeds", given, high=MOST)))
+    require_kind("seeds", given, (list, tuple, range), "how many, or a list of them")
+    if not given or len(set(given)) < len(given):
+        raise ValueError(f"seeds = {list(given)}; accepted: one at least, each once")
+    return [require_integer("seed", one, low=0, high=LAST_SEED) for one in given]

@@ -1,9 +1,7 @@
-"""Runs, and the table they are kept in: a row for each event, Parquet or CSV."""
+"""Runs, and the table they are kept in, as Parquet or CSV: a row for each event."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -12,8 +10,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.files.parquet import ABOUT, write_chunk
-from stickslip.records.files import write_whole
+from stickslip.agents.foreign.reading import (
+    LARGEST_TABLE,
+    RefusedError,
+    parse_json,
+    read_bytes,
+    refusing,
+)
+from stickslip.agents.sweeps.store import KEY, cell_files
+from stickslip.dynamics.plain_checks import nearest, shown
+from stickslip.optim.instances.catalogue import suite
+from stickslip.records.files import writing
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -21,17 +28,24 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from jaxtyping import Float, Int
 
+    from stickslip.optim.instances.exports import Foreign
+
     Cell = str | int | float | bool | None
+    Row = Mapping[str, Foreign]
+
+OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
+"""The budget ended it, it ended by itself, it raised, it was killed, its process ended."""
+FAILED = OUTCOMES[2:]
+EVENTS = ("violation", "value", "end")
 
 
 class Column(NamedTuple):
-    """A column of the table: its kind ("words", "count", "number", "bool"), unit and meaning; what
-    stands for it in a table that lacks it, or REQUIRED."""
+    """A column of the table: kind ("words", "count", "number", "bool"), meaning, and what stands
+    for it in a table that lacks it."""
 
     kind: str
-    unit: str
     meaning: str
-    otherwise: Cell = None
+    default: Cell = None
     required: bool = False
 
 
@@ -43,32 +57,30 @@ COUNTED = {
     "refused": "points out of bounds that were refused",
     "not_numbers": "points that held no finite numbers",
 }
-COLUMNS: dict[str, Column] = {
-    "instance": Column("words", "-", "id of the suite", required=True),
-    "method": Column("words", "-", "name of the optimiser", required=True),
-    "seed": Column("count", "-", "of the run: its draws and where it begins", required=True),
-    "event": Column("words", "-", "what the row tells of: violation, value or end", "value"),
-    "evaluations": Column("count", "-", "values and gradients by then", required=True),
-    "seconds": Column("number", "s", "processor time by then", None),
-    "value": Column("number", "goal's", "best feasible value by then; none: empty. Noisy instances:"
-                    " its mean over other draws. Two goals: missing share of the known front's"
-                    " hypervolume", required=True),
-    "violation": Column("number", "-", "least summed violation of scaled constraints by then", 0.0),
-    "outcome": Column("words", "-", "of the run: spent, ended, raised, timed out, died", "ended"),
-    "message": Column("words", "-", "of the run, where it failed", ""),
-    "inside": Column("bool", "-", "whether it works on the problem itself, so that its evaluations"
-                     " say nothing", False),
-    "budget": Column("count", "-", "evaluations the run was allowed", None),
-    "limit_seconds": Column("number", "s", "processor time the run was allowed", None),
-    **{name: Column("count", "-", f"of the run: {words}", 0) for name, words in COUNTED.items()},
-    "wall_seconds": Column("number", "s", "time that the run took on the clock", None),
-    "digest": Column("words", "-", "of the instance, first 12 digits", ""),
-    "point": Column("words", "-", "at the end: the free numbers that the value is of, as a list of"
-                    " JSON; two goals: none", ""),
-}  # fmt: skip
-"""The table, in its order."""
+COLUMNS = {
+    "instance": Column("words", "id of the suite", required=True),
+    "method": Column("words", "name of the optimiser", required=True),
+    "seed": Column("count", "of the run", required=True),
+    "event": Column("words", "violation, value or end", "value"),
+    "evaluations": Column("count", "values and gradients so far", required=True),
+    "seconds": Column("number", "processor time so far [s]"),
+    "value": Column("number", "best feasible value so far", required=True),
+    "violation": Column("number", "least summed violation of scaled constraints so far", 0.0),
+    "outcome": Column("words", "spent, ended, raised, timed out, died", "ended"),
+    "message": Column("words", "why the run failed", ""),
+    "inside": Column("bool", "whether the method works on the problem itself", False),
+    "budget": Column("count", "evaluations allowed"),
+    "limit_seconds": Column("number", "processor time allowed [s]"),
+    **{name: Column("count", words, 0) for name, words in COUNTED.items()},
+    "wall_seconds": Column("number", "time of the run on the clock [s]"),
+    "digest": Column("words", "of the instance, 12 digits", ""),
+    "point": Column("words", "at the end: free numbers of the value, as JSON", ""),
+}
 DIGITS, SHORT = 6, 12
 """Of seconds after the point, and of digests."""
+MOST_ROWS, LARGEST = 5_000_000, 1e300
+BELOW_BOUND, CLOCK = 1e-6, 1e-5
+"""How far a value may lie below a proved bound, and seconds fall from row to row: roundings."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +88,6 @@ class Run:
     """One run of a method on an instance with a seed; COLUMNS say what its entries are.
 
     events, evaluations, seconds, values, violations [rows]: one for each row, the last of the end.
-    point: None where it is not known.
     """
 
     instance: str
@@ -107,119 +118,232 @@ class Run:
         """The best feasible value; NaN where there is none."""
         return float(self.values[-1])
 
-    def rows(self) -> list[dict[str, Cell]]:
+    def rows(self) -> list[Row]:
         """Its rows of the table."""
-        own: dict[str, Cell] = {
-            name: getattr(self, name)
-            for name in ("instance", "method", "seed", "outcome", "message", "inside", "budget")
-        }
-        own |= {name: _number(getattr(self, name)) for name in ("limit_seconds", "wall_seconds")}
+        own = {name: getattr(self, name) for name in COLUMNS if hasattr(self, name)}
         own |= {"digest": self.digest[:SHORT], **{name: self.counts[name] for name in COUNTED}}
         point = "" if self.point is None else json.dumps(self.point.tolist())
         found = []
-        for i, kind in enumerate(self.events):
-            at: dict[str, Cell] = {
-                "event": kind,
+        for i, event in enumerate(self.events):
+            at = own | {
+                "event": event,
                 "evaluations": int(self.evaluations[i]),
-                "seconds": _number(round(float(self.seconds[i]), DIGITS)),
-                "value": _number(float(self.values[i])),
-                "violation": _number(float(self.violations[i])),
-                "point": point if kind == "end" else "",
+                "seconds": round(float(self.seconds[i]), DIGITS),
+                "value": float(self.values[i]),
+                "violation": float(self.violations[i]),
+                "point": point if event == "end" else "",
             }
-            found.append({name: (own | at)[name] for name in COLUMNS})
+            found.append({name: _finite(at[name]) for name in COLUMNS})
         return found
 
 
-def _number(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(value)
+def _finite(cell: Cell) -> Cell:
+    return None if isinstance(cell, float) and not np.isfinite(cell) else cell
 
 
-def table_of(runs: Iterable[Run], about: Mapping[str, object]) -> pa.Table:
-    """The runs as an Arrow table, columns with unit and meaning; about: for its metadata."""
+def _schema() -> dict[str, pa.DataType]:
     import pyarrow as pa
 
-    kinds = {
-        "words": pa.dictionary(pa.int32(), pa.string()),
-        "count": pa.int64(),
-        "number": pa.float64(),
-        "bool": pa.bool_(),
-    }
-    rows = [row for run in runs for row in run.rows()]
+    kinds = {"words": pa.string(), "count": pa.int64(), "number": pa.float64(), "bool": pa.bool_()}
+    return {name: kinds[one.kind] for name, one in COLUMNS.items()}
+
+
+def table_of(runs: Iterable[Run], about: Mapping[str, object] | None = None) -> pa.Table:
+    """The runs as an Arrow table, columns with their meaning. about: for its metadata."""
+    import pyarrow as pa
+
     fields = [
-        pa.field(name, kinds[one.kind], metadata={"unit": one.unit, "meaning": one.meaning})
-        for name, one in COLUMNS.items()
+        pa.field(name, kind, metadata={"meaning": COLUMNS[name].meaning})
+        for name, kind in _schema().items()
     ]
-    schema = pa.schema(fields, metadata={ABOUT: json.dumps(dict(about)).encode()})
-    arrays = []
-    for name, one in COLUMNS.items():
-        cells = [row[name] for row in rows]
-        array = pa.array(cells, pa.string() if one.kind == "words" else kinds[one.kind])
-        arrays.append(array.dictionary_encode() if one.kind == "words" else array)
-    return pa.Table.from_arrays(arrays, schema=schema)
+    schema = pa.schema(fields, metadata={KEY: json.dumps(dict(about or {})).encode()})
+    return pa.Table.from_pylist([dict(row) for run in runs for row in run.rows()], schema=schema)
 
 
 def write_results(
     runs: Sequence[Run], path: str | Path, about: Mapping[str, object] | None = None
 ) -> Path:
     """Write a table, as .parquet or .csv; ValueError for another ending or a file that is there."""
-    path = Path(path)
+    from pyarrow import csv, parquet
+
+    path, table = Path(path), table_of(runs, about)
     if path.suffix not in (".parquet", ".csv"):
         raise ValueError(f"{path}; accepted: a file that ends in .parquet or .csv")
-    if path.exists():
-        raise ValueError(f"{path} exists; accepted: a new path")
-    if path.suffix == ".parquet":
-        write_chunk(path, table_of(runs, about or {}))
-        return path
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(COLUMNS), lineterminator="\n")
-    writer.writeheader()
-    for run in runs:
-        writer.writerows(
-            {name: "" if cell is None else cell for name, cell in row.items()} for row in run.rows()
-        )
-    return write_whole(path, text.getvalue(), overwrite=False)
+    with writing(path, overwrite=False) as to:
+        if path.suffix == ".parquet":
+            parquet.write_table(table, to, compression="zstd")
+        else:
+            csv.write_csv(table, to)
+    return path
 
 
-def runs_of_rows(rows: Sequence[Mapping[str, Cell]]) -> list[Run]:
-    """Runs from rows that were checked, in the order of the table."""
-    by_run = sorted(enumerate(rows), key=lambda one: (*_key(one[1]), one[0]))
-    found = []
-    for _, group in groupby(by_run, key=lambda one: _key(one[1])):
-        own = [row for _, row in group]
-        last, events = own[-1], [str(row["event"]) for row in own]
-        if events[-1] != "end":
-            own, events = [*own, last], [*events, "end"]
-        limit, wall = (_float(last[name]) for name in ("limit_seconds", "wall_seconds"))
-        found.append(
-            Run(
-                *_key(last),
-                str(last["outcome"]),
-                str(last["message"]),
-                bool(last["inside"]),
-                None if last["budget"] is None else int(last["budget"]),
-                None if np.isnan(limit) else limit,
-                {name: int(last[name] or 0) for name in COUNTED},
-                wall,
-                str(last["digest"]),
-                tuple(events),
-                np.array([int(row["evaluations"] or 0) for row in own], np.int64),
-                *(
-                    np.array([_float(row[name]) for row in own])
-                    for name in ("seconds", "value", "violation")
-                ),
-                point=_point(str(last["point"])),
-            )
-        )
-    return found
+def read_results(*paths: str | Path) -> list[Run]:
+    """Runs of tables (.parquet, .csv) and of races' directories, together.
+
+    ValueError naming the file, the row and what is accepted: for damage, missing and unknown
+    columns, unknown ids, instances with other numbers, evaluations that fall, values that rise or
+    lie below what is proved; and for runs that two files hold.
+    """
+    if not paths:
+        raise ValueError("no file; accepted: one at least")
+    found: dict[tuple[str, str, int], tuple[Path, Run]] = {}
+    for path in map(Path, paths):
+        for run in read_runs(path):
+            if run.key in found:
+                name, method, seed = run.key
+                raise ValueError(
+                    f"{path}: {method} on {name} with seed {seed} is also in {found[run.key][0]}; "
+                    "accepted: each run once; give yours another method's name"
+                )
+            found[run.key] = path, run
+    return [run for _, run in found.values()]
 
 
-def _key(row: Mapping[str, Cell]) -> tuple[str, str, int]:
-    return str(row["instance"]), str(row["method"]), int(row["seed"] or 0)
+def read_runs(path: Path) -> list[Run]:
+    """Runs of one table or directory, see `read_results`."""
+    if path.is_dir():
+        return [run for one in cell_files(path, "race", partial=True) for run in read_runs(one)]
+    try:
+        with refusing("it"):
+            rows = _rows(path)
+            for number, row in enumerate(rows, start=1):
+                try:
+                    _require_row(row)
+                except RefusedError as error:
+                    raise RefusedError(f"row {number}: {error}") from error
+            by_run = sorted(enumerate(rows), key=lambda one: (*_key(one[1]), one[0]))
+            groups = groupby((row for _, row in by_run), key=_key)
+            runs = [_run_of_rows(list(group)) for _, group in groups]
+            for run in runs:
+                _require_run(run)
+            return runs
+    except ValueError as error:
+        raise ValueError(
+            f"{path}: {error}; accepted: a table as docs/optimisers.md has it, in .parquet or .csv"
+        ) from error
 
 
-def _point(text: str) -> np.ndarray | None:
-    return np.array(json.loads(text), float) if text else None
+def _rows(path: Path) -> list[Row]:
+    """Rows with all columns, defaults filled in."""
+    import pyarrow as pa
+
+    raw = read_bytes(path, LARGEST_TABLE)
+    table = _table(raw, path.suffix)
+    if table.num_rows > MOST_ROWS:
+        raise RefusedError(f"{table.num_rows} rows, at most {MOST_ROWS} are read")
+    names, columns = table.column_names, dict[str, list[object]]()
+    for name in (one for one, column in COLUMNS.items() if column.required):
+        if name not in names:
+            raise RefusedError(f"no column {name!r}; its columns are {', '.join(names)[:300]}")
+    for name in names:
+        if name not in COLUMNS or names.count(name) > 1:
+            raise RefusedError(f"column {shown(name)} is unknown or twice{nearest(name, COLUMNS)}")
+    for (name, column), kind in zip(COLUMNS.items(), _schema().values(), strict=True):
+        if name not in names:
+            columns[name] = [column.default] * table.num_rows
+            continue
+        try:
+            cells = table[name].cast(kind).to_pylist()
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
+            raise RefusedError(f"column {name} does not hold {column.kind}s: {error}") from error
+        empty = column.default if column.kind in ("words", "bool") else None
+        columns[name] = [empty if cell is None else cell for cell in cells]
+    return [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
 
 
-def _float(cell: Cell) -> float:
+def _table(raw: bytes, suffix: str) -> pa.Table:
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    if suffix == ".parquet":
+        file = parquet.ParquetFile(pa.BufferReader(raw))
+        if file.metadata.num_rows > MOST_ROWS:
+            raise RefusedError(f"{file.metadata.num_rows} rows, at most {MOST_ROWS} are read")
+        return file.read(use_threads=False)
+    if suffix != ".csv":
+        raise RefusedError(f"its name ends in {suffix!r}")
+    words = {name: pa.string() for name, one in COLUMNS.items() if one.kind == "words"}
+    options = csv.ConvertOptions(
+        column_types=words, null_values=["", "nan", "NaN"], strings_can_be_null=True
+    )
+    reading = csv.ReadOptions(use_threads=False)
+    return csv.read_csv(pa.BufferReader(raw), read_options=reading, convert_options=options)
+
+
+def _require_row(row: Row) -> None:
+    """Refuse a row by itself."""
+    name = row["instance"]
+    if name not in suite():
+        raise RefusedError(f"instance {shown(name)} is unknown{nearest(name, suite())}")
+    if not row["method"] or len(row["method"]) > 80:
+        raise RefusedError(f"method = {shown(row['method'])}, of 1 to 80 characters")
+    for entry, known in (("event", EVENTS), ("outcome", OUTCOMES)):
+        if row[entry] not in known:
+            raise RefusedError(f"{entry} = {shown(row[entry])} is none of {', '.join(known)}")
+    if row["point"]:
+        n, found = suite()[name].n, parse_json(row["point"], "point")
+        if not isinstance(found, list) or len(found) != n or not all(map(_is_number, found)):
+            raise RefusedError(f"point = {shown(row['point'])}, a list of {n} numbers")
+    for entry, column in COLUMNS.items():
+        cell = row[entry]
+        if column.kind == "count" and cell is None and column.required:
+            raise RefusedError(f"{entry} is empty")
+        if column.kind in ("count", "number") and cell is not None:
+            if cell < 0 and entry != "value":
+                raise RefusedError(f"{entry} = {cell}, at least 0")
+            if np.isinf(cell):
+                raise RefusedError(f"{entry} = {cell}, a finite number or empty")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
+
+
+def _require_run(run: Run) -> None:
+    """Refuse rows that contradict each other or what is known of the instance."""
+    what, one = f"{run.method} on {run.instance} with seed {run.seed}", suite()[run.instance]
+    if run.events.count("end") > 1:
+        raise RefusedError(f"{what} ends twice, or is there twice")
+    if np.any(np.diff(run.evaluations) < 0) or np.any(np.diff(run.seconds) < -CLOCK):
+        raise RefusedError(f"{what}: evaluations or seconds fall from row to row")
+    known, bound = run.values[np.isfinite(run.values)], one.lower_bound
+    if np.any(np.diff(known) > 0):
+        raise RefusedError(f"{what}: the best value rises from row to row")
+    if bound is not None and len(known) and known[-1] < bound - BELOW_BOUND * (1 + abs(bound)):
+        raise RefusedError(f"{what}: value {known[-1]:g} is below the proved bound {bound:g}")
+    if run.digest and one.known and not one.known.digest.startswith(run.digest[:SHORT]):
+        raise RefusedError(f"{what}: digest {run.digest} is not that of the instance here")
+
+
+def _run_of_rows(rows: list[Row]) -> Run:
+    """A run from its checked rows, in their order."""
+    last = rows[-1]
+    rows = rows if last["event"] == "end" else [*rows, {**last, "event": "end"}]
+    instance, method, seed = _key(last)
+    return Run(
+        instance=instance,
+        method=method,
+        seed=seed,
+        outcome=last["outcome"],
+        message=last["message"],
+        inside=last["inside"],
+        budget=last["budget"],
+        limit_seconds=last["limit_seconds"],
+        counts={name: int(last[name] or 0) for name in COUNTED},
+        wall_seconds=_number(last["wall_seconds"]),
+        digest=last["digest"],
+        events=tuple(row["event"] for row in rows),
+        evaluations=np.array([row["evaluations"] for row in rows], np.int64),
+        seconds=np.array([_number(row["seconds"]) for row in rows]),
+        values=np.array([_number(row["value"]) for row in rows]),
+        violations=np.array([_number(row["violation"]) for row in rows]),
+        point=np.array(json.loads(last["point"]), float) if last["point"] else None,
+    )
+
+
+def _key(row: Row) -> tuple[str, str, int]:
+    return row["instance"], row["method"], int(row["seed"])
+
+
+def _number(cell: float | None) -> float:
     return np.nan if cell is None else float(cell)

@@ -1,9 +1,9 @@
-"""What a sweep is: its cases and points, which episodes, in which tiles and chunks."""
+"""The plan of a sweep: cases, points and episodes, cut into cells that are played one by one."""
 
 from __future__ import annotations
 
-import hashlib
 import json
+import os
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,47 +13,45 @@ import numpy as np
 
 from stickslip.agents.evaluation.run import A_STEP
 from stickslip.agents.optimum.checkpoint import digest_of
-from stickslip.agents.sweeps.playing.case import Case, case_of, marks_of
-from stickslip.agents.sweeps.playing.program import Tile, memory_at_hand
+from stickslip.agents.sweeps.cases import Case
+from stickslip.agents.sweeps.store import digest_of_text
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.sweeps.definition import Definition
-    from stickslip.agents.sweeps.design import Design
-    from stickslip.agents.sweeps.playing.case import Played
+    from stickslip.agents.sweeps.axes import Design
+    from stickslip.agents.sweeps.cases import Given
+    from stickslip.agents.sweeps.store import Head
 
 MOST_EPISODES = 2**20
-"""At a point."""
-A_TILE = {"cpu": 1024}
-"""Episodes side by side in a program; on a processor more are no quicker."""
-OTHER_TILE = 65536
-A_CHUNK = 65536
-"""Episodes of a chunk, or as many tiles as hold them: some ten seconds of a core."""
+"""Of a point."""
+CPU_TILE, GPU_TILE = 1024, 65536
+"""Episodes vmapped together; on a CPU more are no faster."""
+CELL = 65536
+"""Episodes of a cell: some ten seconds of a core."""
 A_ROW = 400
-"""Bytes that an episode's row takes while a chunk is put together, in all its copies."""
-CHUNKS_A_THREAD = 4
-"""At least, so that no thread is idle for long at the end."""
+"""Bytes of an episode's row while a cell is assembled, all copies counted."""
+CELLS_A_THREAD = 4
+"""At least, so that no thread idles for long at the end."""
 
 
 class Layout(NamedTuple):
-    """How a sweep is cut. No result depends on chunks; tiles decide which episodes are neighbours.
-
-    tile_points, tile_seeds: of a tile. chunk_points: a multiple of tile_points.
-    """
+    """Sizes of tiles and cells. Results do not depend on cells; tiles decide which episodes are
+    neighbours in a program. cell_points: a multiple of tile_points."""
 
     tile_points: int
     tile_seeds: int
-    chunk_points: int
+    cell_points: int
 
 
 UNCUT = Layout(1, 1, 1)
 
 
-class Chunk(NamedTuple):
-    """Points first to last - 1 of a case, all their episodes. number: its place among all."""
+class Cell(NamedTuple):
+    """All episodes of points first to last - 1 of a case. number: its place among all cells."""
 
     number: int
     case: int
@@ -61,76 +59,85 @@ class Chunk(NamedTuple):
     last: int
 
 
+class Tile(NamedTuple):
+    """Episodes that are vmapped together. values: of the fields that axes set, by dotted names,
+    each [points]; place: the point of each episode [episodes]; seeds: [episodes]."""
+
+    values: dict[str, np.ndarray]
+    place: np.ndarray
+    seeds: np.ndarray
+
+
 @dataclass(frozen=True)
 class Plan:
-    """All of a sweep. episodes: of each point, seeds 0, 1, ... independent: whether points draw
-    apart. summaries: whether a point is written as one row. `stickslip.agents.sweep` makes it."""
+    """A whole sweep. episodes: of each point, of seeds 0, 1, ..."""
 
     machine: AnyMachine
     cases: tuple[Case, ...]
     design: Design
     episodes: int
-    independent: bool
-    summaries: bool
     layout: Layout = UNCUT
 
     @classmethod
-    def of(
-        cls,
-        machine: AnyMachine,
-        played: Sequence[Played],
-        design: Design,
-        *,
-        episodes: int,
-        independent: bool,
-        summaries: bool,
-    ) -> Plan:
-        """A plan that is not cut yet. ValueError for what cannot be played."""
+    def of(cls, machine: AnyMachine, given: Sequence[Given], design: Design, episodes: int) -> Plan:
+        """Check a plan, not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
-        cases = tuple(case_of(machine, one, design) for one in played)
-        if not any(one.draws for one in cases):
-            episodes = 1  # all would be the same
+        cases = tuple(Case.of(machine, one, design) for one in given)
         pairs = [(one.task, one.policy) for one in cases]
         if not pairs:
             raise ValueError("no policy, or no task; accepted: at least one of each")
         if twice := next((one for one in pairs if pairs.count(one) > 1), None):
             raise ValueError(f"{twice[1]} on {twice[0]} is given twice; accepted: once")
-        return cls(machine, cases, design, episodes, independent, summaries)
+        if not any(one.random for one in cases):
+            episodes = 1  # all would be the same
+        return cls(machine, cases, design, episodes)
 
-    def cut(self, chunk: int | None, threads: int, tile: int | None = None) -> Plan:
-        """With tiles and chunks for the memory at hand. chunk: episodes, rounded up to tiles; tile:
-        the most episodes of one."""
-        memory = memory_at_hand(memory_limit()) / (2 * threads)
-        each = A_STEP * max(one.steps for one in self.cases)
-        require_memory(f"steps = {each // A_STEP}", "steps of an episode", each // A_STEP, A_STEP)
-        most = A_TILE.get(jax.default_backend(), OTHER_TILE)
+    def cut(self, cell: int | None, threads: int, tile: int | None = None) -> Plan:
+        """Choose tiles and cells for the memory at hand. cell, tile: their episodes at most."""
+        steps = max(one.steps for one in self.cases)
+        require_memory(f"steps = {steps}", "steps of an episode", steps, A_STEP)
+        memory = _free_memory(memory_limit()) / (2 * threads)
+        most = CPU_TILE if jax.default_backend() == "cpu" else GPU_TILE
         most = most if tile is None else require_integer("tile", tile, high=2**24)
-        tile = max(1, min(most, int(memory // each)))
+        tile = max(1, min(most, int(memory // (A_STEP * steps))))
         if self.episodes <= tile:
             points, seeds = min(tile // self.episodes, self.design.points), self.episodes
         else:
             points, seeds = 1, -(-self.episodes // -(-self.episodes // tile))
-        if chunk is None:
+        if cell is None:
             tiles = -(-self.design.points // points) * len(self.cases)
-            wanted = -(-tiles // (CHUNKS_A_THREAD * threads)) * points * self.episodes
-            wanted = min(wanted, max(A_CHUNK, tile), memory // A_ROW)
+            wanted = -(-tiles // (CELLS_A_THREAD * threads)) * points * self.episodes
+            wanted = int(min(wanted, max(CELL, tile), memory // A_ROW))
         else:
-            wanted = require_integer("chunk", chunk, high=2**31)
-            given = f"chunk = {chunk}"
-            require_memory(given, "episodes in memory", wanted, threads * A_ROW)
-        count = max(1, -(-int(wanted) // (points * self.episodes)))
+            wanted = require_integer("cell", cell, high=2**31)
+            require_memory(f"cell = {cell}", "episodes in memory", wanted, threads * A_ROW)
+        count = max(1, -(-wanted // (points * self.episodes)))
         return replace(self, layout=Layout(points, seeds, count * points))
 
+    def layout_from(self, head: Head, path: Path) -> Layout:
+        """The layout that a sweep was begun with. ValueError where it does not fit the plan."""
+        try:
+            layout = Layout(*(int(head["layout"][name]) for name in Layout._fields))
+            points, seeds = self.design.points, self.episodes
+            cells = len(self.cases) * -(-points // max(1, layout.cell_points))
+            fits = 0 < layout.tile_points <= points and 0 < layout.tile_seeds <= seeds
+            if not fits or layout.cell_points < 1 or cells != head["cells"]:
+                raise ValueError(f"{layout} with {head['cells']} cells")
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(
+                f"{path / 'sweep.json'}: its layout is damaged ({error}); accepted: the file as it "
+                "was written"
+            ) from error
+        return layout
+
     @cached_property
-    def chunks(self) -> tuple[Chunk, ...]:
-        """All chunks in their order: case by case, point after point."""
-        size, points = self.layout.chunk_points, self.design.points
-        places = [
-            (case, first) for case in range(len(self.cases)) for first in range(0, points, size)
-        ]
+    def cells(self) -> tuple[Cell, ...]:
+        """All cells in their order: case by case, point after point."""
+        size, points = self.layout.cell_points, self.design.points
+        places = [(case, at) for case in range(len(self.cases)) for at in range(0, points, size)]
         return tuple(
-            Chunk(index, case, first, min(first + size, points))
-            for index, (case, first) in enumerate(places)
+            Cell(number, case, first, min(first + size, points))
+            for number, (case, first) in enumerate(places)
         )
 
     @property
@@ -138,77 +145,76 @@ class Plan:
         """Episodes of all cases."""
         return len(self.cases) * self.design.points * self.episodes
 
-    def tiles(self, chunk: Chunk) -> Iterator[tuple[Tile, int]]:
-        """A chunk's tiles, all of one size, and how many episodes of each are its own."""
-        case, (points, seeds, _) = self.cases[chunk.case], self.layout
-        for first in range(chunk.first, chunk.last, points):
-            last = min(first + points, chunk.last)
+    def size(self, number: int) -> int:
+        """Episodes of a cell."""
+        cell = self.cells[number]
+        return (cell.last - cell.first) * self.episodes
+
+    def tiles(self, cell: Cell) -> Iterator[tuple[Tile, int]]:
+        """A cell's tiles, all padded to one size, and how many episodes of each are real."""
+        case, (points, seeds, _) = self.cases[cell.case], self.layout
+        for first in range(cell.first, cell.last, points):
+            last = min(first + points, cell.last)
             here = self.design.at(first, last)
-            marks = marks_of(here, last - first) if self.independent else np.zeros(last - first)
             values = {
-                one: _filled(here[name], points) for name in here for one in case.fields[name]
+                field: _padded(here[name], points) for name in here for field in case.fields[name]
             }
             for begin in range(0, self.episodes, seeds):
                 which = np.arange(begin, min(begin + seeds, self.episodes), dtype=np.uint32)
-                tile = Tile(
-                    {name: one.astype(np.float64) for name, one in values.items()},
-                    _filled(marks, points).astype(np.uint32),
-                    np.repeat(np.arange(last - first, dtype=np.int32), len(which)),
-                    np.tile(which, last - first),
-                )
-                yield tile.filled(points * seeds), len(tile.seeds)
+                place = np.repeat(np.arange(last - first, dtype=np.int32), len(which))
+                own, size = np.tile(which, last - first), points * seeds
+                yield Tile(values, _padded(place, size), _padded(own, size)), len(own)
 
     @cached_property
-    def definition(self) -> Definition:
+    def definition(self) -> dict[str, object]:
         """What decides the results, as JSON values."""
-        swept = self.machine.swept()
-        tasks: dict[str, str] = {}
-        policies: dict[str, str] = {}
-        for one in self.cases:
-            tasks.setdefault(one.task, digest_of(one.params, one.steps))
-            policies[one.policy] = digest_of(one.player, one.env)
-        design = self.design.describe()
-        for name, entry in design["axes"].items():
-            entry["sets"] = list(self.cases[0].fields[name])
-            entry["unit"] = swept.unit(self.cases[0].fields[name][0])
+        axes = self.cases[0].fields
         return {
             "machine": self.machine.name,
-            "tasks": tasks,
-            "policies": policies,
+            "tasks": {one.task: digest_of(one.params, one.steps) for one in self.cases},
+            "policies": {one.policy: digest_of(one.player, one.env) for one in self.cases},
             "cases": [[one.task, one.policy] for one in self.cases],
-            **design,
+            **self.design.describe(),
+            "sets": {name: list(fields) for name, fields in axes.items()},
             "episodes": self.episodes,
-            "draws": "independent" if self.independent else "common",
-            "rows": "summaries" if self.summaries else "episodes",
         }
 
     @cached_property
     def digest(self) -> str:
-        """Of the definition."""
-        text = json.dumps(self.definition, sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Of the axes, by name."""
-        return {name: one.get("unit", "-") for name, one in self.definition["axes"].items()}
+        """Digest of the definition."""
+        return digest_of_text(json.dumps(self.definition, sort_keys=True, allow_nan=False))
 
     @cached_property
-    def kept_units(self) -> dict[str, str]:
-        """Of what is written of an episode."""
-        return dict(self.machine.swept().kept_units(self.cases[0].env))
+    def units(self) -> dict[str, str]:
+        """Units of the axes and of the columns kept of an episode."""
+        swept = self.machine.swept()
+        axes = {name: swept.unit(one[0]) for name, one in self.cases[0].fields.items()}
+        return axes | dict(swept.kept_units(self.cases[0].env))
 
-    @property
-    def drawn(self) -> tuple[str, ...]:
-        """The tasks whose resets draw."""
-        return tuple(dict.fromkeys(one.task for one in self.cases if one.draws))
+    def about(self) -> dict[str, object]:
+        """What sweep.json says beside the definition."""
+        random = [one.task for one in self.cases if one.random]
+        return {
+            "layout": self.layout._asdict(),
+            "episodes": self.total,
+            "units": self.units,
+            "random": list(dict.fromkeys(random)),
+        }
 
-    @property
-    def finished(self) -> tuple[str, ...]:
-        """What summaries have of the episodes alone that did not fall."""
-        return self.machine.swept().finished
 
-
-def _filled(values: np.ndarray, count: int) -> np.ndarray:
-    """With the last one repeated until there are so many."""
+def _padded(values: np.ndarray, count: int) -> np.ndarray:
+    """Repeat the last entry until there are `count`."""
     return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
+
+
+def _free_memory(limit: float) -> float:
+    """Bytes that may be used now: half of what the device or machine has free, at most `limit`."""
+    stats = jax.devices()[0].memory_stats() if jax.default_backend() != "cpu" else None
+    if stats and "bytes_limit" in stats:
+        free = float(stats["bytes_limit"] - stats.get("bytes_in_use", 0))
+    else:
+        try:
+            free = float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+        except (ValueError, OSError, AttributeError):
+            free = limit
+    return min(limit, max(free / 2, 2.0**26))

@@ -1,44 +1,47 @@
-"""Evaluation in bulk: policies on tasks at every point of a grid, into a directory."""
+"""Sweeps: policies on tasks at every point of a grid, into a directory."""
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.given import require_named
-from stickslip.agents.reports.writing import written_or_told
-from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.files.chunks import Chunks
-from stickslip.agents.sweeps.files.directory import missing_chunks, open_sweep
-from stickslip.agents.sweeps.named import played_on
+from stickslip.agents.sweeps.axes import Design
+from stickslip.agents.sweeps.cases import cases_on
+from stickslip.agents.sweeps.data import cell_table
+from stickslip.agents.sweeps.engine import run_dask, run_threads, threads_of
 from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.playing.engine import Watch, run_here, threads_of
-from stickslip.agents.sweeps.playing.progress import Progress
+from stickslip.agents.sweeps.play import Player
+from stickslip.agents.sweeps.store import missing_cells, open_store, write_cell
 from stickslip.agents.training.directory import only_writer
-from stickslip.optim.progress import say_stage
+from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stickslip.agents.sweeps.axis import AxisLike
-    from stickslip.agents.sweeps.named import Policies, Tasks
+    import numpy as np
+
+    from stickslip.agents.sweeps.axes import AxisLike
+    from stickslip.agents.sweeps.cases import Policies, Tasks
 
 
 @dataclass(frozen=True)
-class Swept:
-    """What a sweep has done. programs: compiled in this process, None where workers did.
+class SweepResult:
+    """What a call of `sweep` did.
 
-    chunks: all there are; played: how many of them this call played. report: the page about it,
-    None where none was asked for or could be written.
+    episodes, cells: of the whole sweep; played: cells that this call played. programs: compiled in
+    this process, None where workers did.
     """
 
     path: Path
     episodes: int
-    chunks: int
+    cells: int
     played: int
     programs: int | None
-    report: Path | None = None
 
 
 def sweep(
@@ -50,115 +53,116 @@ def sweep(
     *,
     samples: int | None = None,
     design_seed: int = 0,
-    independent: bool = False,
-    summaries: bool = False,
-    chunk: int | None = None,
+    cell: int | None = None,
     tile: int | None = None,
     cores: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     resume: bool = False,
-    overwrite: bool = False,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
-    report: bool = True,
-) -> Swept:
+) -> SweepResult:
     """Play episodes of every policy on every task at every point of the axes, and write them.
 
-    task: the name of a task of the ladder, (env, params), or several of either, a list of names or
-    a dict by labels of one's own. policies: names (baselines, files), or controllers by name. axes:
-    by names of fields, dotted or in short (see docs/sweeps.md), each an `Axis`, its text
-    ("0.02:0.3:64", "1:100:5:log", "0.1,0.2", "0.02:0.3:sobol") or values. samples: points that
-    random axes draw together, from design_seed.
+    task: a named task, (env, params), or several: a list of names or a dict by labels. policies:
+    names (baselines, files), or controllers by name. axes: by names of parameters, dotted or short
+    (see docs/sweeps.md), each an `Axis`, its text ("0.02:0.3:64", "1:100:5:log", "0.1,0.2",
+    "0.02:0.3:sobol") or values. samples: points of the random axes, from design_seed.
 
-    Each point gets the episodes of seeds 0, 1, ..., as `evaluate` does: the same draws at every
-    point, or with independent=True draws that the axes' values decide, too. No result depends on
-    chunks, cores, workers or their order.
+    Each point gets the episodes of seeds 0, 1, ..., as `evaluate` plays them: the same draws at
+    every point. No result depends on cells, cores, workers or their order.
 
-    out: a directory of its own, which `read_sweep` reads: a row an episode or, with summaries=True,
-    a row a point. chunk: episodes of a chunk, and tile: of a program's call, by default what suits
-    memory and cores. cores: chunks played at once, by default one for each core or device.
-    workers: so many processes of this machine instead; scheduler: those of a Dask scheduler at
-    that address.
+    out: a directory of its own, which `read_sweep` reads. cell: episodes of a file, and tile: of
+    one call of the vmapped program, by default what suits memory and cores. cores: cells at once,
+    by default one for each core or device. workers: processes of this machine instead; scheduler:
+    the address of a Dask scheduler.
 
-    resume: go on with the same sweep in `out`. overwrite: begin it anew. progress: a bar, or lines
-    where there is no terminal. stop: asked now and then; StoppedError where it says so, and what is
-    written can be resumed.
+    resume: continue the sweep in `out`. progress: show a bar. stop: polled; StoppedError where it
+    says so, and the sweep can be resumed.
 
-    report: at the end summary.txt, pictures (where matplotlib is installed) and report.html are
-    written beside the data, of the whole sweep, in place of those that are there. The page has a
-    few of the episodes, which are played again: a program for each policy that is shown. Where that
-    fails, a RuntimeWarning says so.
-
-    ValueError for unknown axes, values that a task does not take, policies of something else, a
-    directory of something else. MemoryError where not even one episode fits.
+    ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
+    of something else. MemoryError where a tile does not fit.
     """
     require_named("axes", axes, '{"mu": "0.02:0.3:64"} or such')
-    machine, played = played_on(task, policies)
+    machine, given = cases_on(task, policies)
     machine.swept().require_no_structure(axes)
-    design = design_of(dict(axes), samples, design_seed)
-    plan = Plan.of(
-        machine,
-        played,
-        design,
-        episodes=episodes,
-        independent=independent,
-        summaries=summaries,
-    )
-    done = run_plan(
+    plan = Plan.of(machine, given, Design.of(dict(axes), samples, design_seed), episodes)
+    return run_plan(
         plan,
         Path(out),
-        chunk=chunk,
+        cell=cell,
         tile=tile,
         cores=cores,
         workers=workers,
         scheduler=scheduler,
         resume=resume,
-        overwrite=overwrite,
         progress=progress,
         stop=stop,
     )
-    if not report:
-        return done
-    from stickslip.agents.reports.swept import report_sweep
-
-    say = say_stage if progress else lambda stage: None
-    told = written_or_told(done.path, lambda: report_sweep(plan, done.path, say=say))
-    return done if told is None else replace(done, report=told.report)
 
 
 def run_plan(
     plan: Plan,
     path: Path,
     *,
-    chunk: int | None = None,
+    cell: int | None = None,
     tile: int | None = None,
     cores: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     resume: bool = False,
-    overwrite: bool = False,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
-) -> Swept:
+) -> SweepResult:
     """`sweep`, of a plan."""
-    beyond = workers is not None or scheduler is not None
-    if beyond and cores is not None:
+    dask = workers is not None or scheduler is not None
+    if dask and cores is not None:
         raise ValueError("cores beside workers or a scheduler; accepted: one of them")
     threads = threads_of(cores if workers is None else workers)
-    plan = plan.cut(chunk, threads, tile)
+    plan = plan.cut(cell, threads, tile)
     with only_writer(path, "sweeping"):
-        plan = open_sweep(path, plan, resume=resume, overwrite=overwrite, chunk=chunk)
-        todo, work = missing_chunks(path, plan), Chunks(plan, path)
-        left = sum(map(work.size, todo))
-        with Progress(plan.total, plan.total - left, progress) as told:
-            watch = Watch(told.advance, stop)
-            if beyond:
-                from stickslip.agents.sweeps.playing.cluster import run_beyond
+        plan = _opened(plan, path, cell, resume)
+        todo = missing_cells(path, "sweep", plan.digest, len(plan.cells), plan.size)
+        left, lock = sum(map(plan.size, todo)), Lock()
+        with Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True) as bar:
 
-                run_beyond(work, todo, watch, workers=workers, scheduler=scheduler)
+            def keep(number: int, columns: dict[str, np.ndarray]) -> None:
+                write_cell(path, number, plan.digest, cell_table(plan, number, columns))
+                with lock:
+                    bar.advance(plan.size(number))
+
+            if dask:
+                content = pickle.dumps(partial(_worker, plan))
+                run_dask(content, keep, todo, stop=stop, workers=workers, scheduler=scheduler)
                 programs = None
             else:
-                run_here(work, todo, threads, watch)
-                programs = work.player.programs.count
-    return Swept(path, plan.total, len(plan.chunks), len(todo), programs)
+                player = Player(plan)
+                run_threads(player.play, keep, todo, threads=threads, stop=stop)
+                programs = player.programs
+    return SweepResult(path, plan.total, len(plan.cells), len(todo), programs)
+
+
+def _worker(plan: Plan) -> Callable[[int], dict[str, np.ndarray]]:
+    """What plays a plan's cells in a worker; its programs are kept for the next cell."""
+    return Player(plan).play
+
+
+def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:
+    """Open the directory; the plan, cut as it was when the sweep was begun."""
+    head = open_store(
+        path,
+        "sweep",
+        definition=plan.definition,
+        digest=plan.digest,
+        cells=len(plan.cells),
+        about=plan.about(),
+        resume=resume,
+    )
+    layout = plan.layout_from(head, path)
+    if cell is not None and plan.layout.cell_points != layout.cell_points:
+        size = layout.cell_points * plan.episodes
+        raise ValueError(
+            f"cell = {cell}, but {path} was begun with cells of {size}; accepted: to resume "
+            "without it"
+        )
+    return replace(plan, layout=layout)

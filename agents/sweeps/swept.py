@@ -1,12 +1,13 @@
-"""What a sweep may vary of a machine's task, and in which units."""
+"""What a sweep may vary of a machine's task: numbers by dotted names, and their units."""
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
-from stickslip.agents.sweeps.fields import Way, number_at, numbers_in, with_number
-from stickslip.agents.sweeps.telling.told import Told
+import numpy as np
+
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.numeric import float_type
 
@@ -17,49 +18,49 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Number
 
+Path: TypeAlias = tuple["str | int", ...]
+"""Names of fields and places in tuples and arrays, from the root of a tree to a number."""
+MOST_ENTRIES = 64
+"""Larger arrays are not set number by number."""
 LISTED = 24
 """Names in a message."""
 
 
 class Swept:
-    """What axes may set of the parameters of a machine's task; this one does for most machines.
+    """Parameters of a machine's task that axes may set; the default does for most machines.
 
-    A name is dotted, as "task.mass", or its end where that is told from others by the order of
-    `parts`. Pure but for the messages: `put` is called with traced values.
+    A name is dotted, as "task.mass", or its last part where the order of `parts` makes it unique.
     """
 
     units: ClassVar[Mapping[str, str]] = {}
-    """Of fields, by their dotted name without entries' places, or by its last word."""
+    """Of fields, by their dotted name without array indices, or by its last word."""
     kept: ClassVar[Mapping[str, str]] = {"reward": "-", "duration": "s"}
-    """What is written of an episode, of what the machine's measures keep, and its unit."""
-    finished: ClassVar[tuple[str, ...]] = ()
-    """Those of `kept` that are of a whole episode: summaries are over the episodes that did not
-    fail, NaN where all did."""
-    told: ClassVar[Told] = Told()
-    """How sweeps are told of; what slid and the way are two of `kept`."""
+    """Columns that are written of an episode, of those that the machine's measures keep; units."""
+    slip: ClassVar[tuple[str, str] | None] = None
+    """Columns of the distance slid and of the distance travelled, where slip is of interest."""
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Names that set several fields at once."""
     structure: ClassVar[Mapping[str, str]] = {}
     """Names of what is compiled into the program, and what to do instead of an axis."""
 
     def parts(self, params: PyTree) -> dict[str, PyTree]:
-        """Trees of numbers by the first word of their names; what matters most comes first."""
+        """Trees of numbers by the first word of their names, the most important first."""
         return {"task": {one.name: getattr(params, one.name) for one in fields(params) if one.init}}
 
     def with_parts(
         self, params: PyTree, parts: Mapping[str, PyTree], names: Iterable[str]
     ) -> PyTree:
-        """The parameters with these parts. names: dotted, of the fields that are not as before."""
+        """Replace the parts. names: dotted, of the fields that changed."""
         del names
         return replace(params, **parts["task"])
 
     def opened(self, params: PyTree, names: Iterable[str]) -> PyTree:
-        """Parameters in whose structure the named axes, as they are given, have a place."""
+        """Give the parameters a structure that has a place for every named axis."""
         del names
         return params
 
     def require_within(self, params: PyTree) -> None:
-        """Raise ValueError where the task would not take these parameters; they are concrete."""
+        """Raise ValueError where the task does not take these concrete parameters."""
 
     def kept_units(self, env: PyTree) -> Mapping[str, str]:
         """`kept` of an environment."""
@@ -67,7 +68,7 @@ class Swept:
         return self.kept
 
     def unit(self, name: str) -> str:
-        """Of a dotted name."""
+        """Unit of a dotted name."""
         words = [word for word in name.split(".") if not word.isdigit()]
         return self.units.get(".".join(words), self.units.get(words[-1], "-"))
 
@@ -75,13 +76,13 @@ class Swept:
         """The dotted fields that an axis sets. ValueError for an unknown name and a structure."""
         self.require_no_structure([name])
         known = self.known(params)
-        if name in self.short:
-            missing = [one for one in self.short[name] if one not in known]
-            if not missing:
-                return self.short[name]
-        elif name in known:
+        if name in self.short and all(one in known for one in self.short[name]):
+            return self.short[name]
+        if name in known:
             return (name,)
-        elif ends := [one for one in known if one.partition(".")[2] == name]:
+        if name not in self.short and (
+            ends := [one for one in known if one.partition(".")[2] == name]
+        ):
             return (ends[0],)
         shorter = dict.fromkeys(one.partition(".")[2] for one in known)
         near = nearest(name, [*known, *shorter, *self.short])
@@ -93,7 +94,7 @@ class Swept:
         )
 
     def require_no_structure(self, names: Iterable[str]) -> None:
-        """Raise ValueError for axes that would change what is compiled, whatever their values."""
+        """Raise ValueError for axes that would change the compiled program."""
         for name in names:
             if name in self.structure:
                 raise ValueError(
@@ -101,21 +102,65 @@ class Swept:
                     f"{self.structure[name]}"
                 )
 
-    def known(self, params: PyTree) -> dict[str, Way]:
-        """All fields that an axis may set, by their dotted names."""
-        return {name: way for name, way in numbers_in(self.parts(params)).items() if "." in name}
+    def known(self, params: PyTree) -> dict[str, Path]:
+        """Paths of all fields that an axis may set, by their dotted names."""
+        paths = _paths(self.parts(params), ())
+        return {".".join(map(str, path)): path for path in paths if len(path) > 1}
 
     def put(self, params: PyTree, values: Mapping[str, Number]) -> PyTree:
-        """The parameters with some fields, by dotted names, set to numbers, traced or not."""
+        """Set fields, by dotted names, to numbers that may be traced."""
         import jax.numpy as jnp
 
         if not values:
             return params
         kind, parts, known = float_type(params), self.parts(params), self.known(params)
         for name, value in values.items():
-            parts = with_number(parts, known[name], jnp.asarray(value, kind))
+            parts = _with_number(parts, known[name], jnp.asarray(value, kind))
         return self.with_parts(params, parts, values)
 
-    def before(self, params: PyTree, name: str) -> float:
-        """What a field is without an axis."""
-        return float(number_at(self.parts(params), self.known(params)[name]))
+
+def _paths(tree: PyTree, so_far: Path) -> Iterator[Path]:
+    """Paths of the numbers in dataclasses, tuples, dicts and arrays, without static fields."""
+    if isinstance(tree, bool | np.bool_ | str) or tree is None:
+        return
+    if isinstance(tree, int | float | np.number):
+        yield so_far
+    elif hasattr(tree, "dtype"):
+        if tree.dtype.kind == "f" and tree.size <= MOST_ENTRIES:
+            yield from ((*so_far, *map(int, place)) for place in np.ndindex(tree.shape))
+    else:
+        for name in _entries(tree):
+            yield from _paths(_entry(tree, name), (*so_far, name))
+
+
+def _entries(tree: PyTree) -> Iterable[str | int]:
+    """Names of the entries that hold numbers."""
+    if isinstance(tree, dict):
+        return tree
+    if isinstance(tree, tuple):
+        return getattr(tree, "_fields", range(len(tree)))
+    if is_dataclass(tree):
+        return [f.name for f in fields(tree) if f.init and not f.metadata.get("static")]
+    return ()
+
+
+def _entry(tree: PyTree, name: str | int) -> PyTree:
+    return tree[name] if isinstance(tree, dict) or isinstance(name, int) else getattr(tree, name)
+
+
+def _with_number(tree: PyTree, path: Path, value: Number) -> PyTree:
+    """Copy the tree with another number at the path's end."""
+    import jax.numpy as jnp
+
+    if not path:
+        return value
+    if hasattr(tree, "dtype"):
+        return jnp.asarray(tree).at[path].set(value)
+    name = path[0]
+    inner = _with_number(_entry(tree, name), path[1:], value)
+    if isinstance(tree, dict):
+        return tree | {name: inner}
+    if isinstance(tree, tuple):
+        values = [inner if one == name else _entry(tree, one) for one in _entries(tree)]
+        return type(tree)(*values) if hasattr(tree, "_fields") else tuple(values)
+    return replace(tree, **{str(name): inner})

@@ -68,7 +68,6 @@ class UGVSwept(Swept):
         "total_energy": "J",
         "demand": "-",
     }
-    finished: ClassVar[tuple[str, ...]] = ("cost", "wheel_energy", "total_energy", "demand")
     structure: ClassVar[Mapping[str, str]] = {
         "track": f"--scene NAME, {ANOTHER}",
         "scene": f"--scene NAME, {ANOTHER}",

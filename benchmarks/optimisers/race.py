@@ -9,13 +9,11 @@ from typing import Any
 from pyarrow import parquet
 
 from benchmarks.report import RESULTS, provenance, put_between, where
-from stickslip.agents.optimisers import METHODS, race, read_results
-from stickslip.agents.optimisers.directory import missing_runs
-from stickslip.agents.optimisers.pictures import draw_report
-from stickslip.agents.optimisers.plan import RacePlan
-from stickslip.agents.optimisers.results import table_of
-from stickslip.agents.optimisers.words import methods_table, report_text
-from stickslip.agents.sweeps.files.parquet import ABOUT, write_chunk
+from stickslip.agents.optimisers import METHODS, race, read_results, write_results
+from stickslip.agents.optimisers.method import methods_table
+from stickslip.agents.optimisers.racing import RacePlan
+from stickslip.agents.optimisers.report import draw_ecdfs, report_text
+from stickslip.agents.sweeps.store import KEY, read_head
 from stickslip.optim import suite
 
 INSTANCES = (
@@ -52,45 +50,46 @@ def run(folder: Path, workers: int | None) -> None:
         resume=folder.exists(),
         workers=workers,
         progress=True,
-        report=False,
     )
     store(folder)
 
 
 def store(folder: Path) -> None:
     """Keep the runs of a folder, those of instances that are whole, with where they were made."""
-    plan = RacePlan.of(
-        METHODS, INSTANCES, budget=BUDGET, seconds=SECONDS, seeds=SEEDS, outside="clip", limit=LIMIT
-    )
-    halves = {plan.tasks[index].instance for index in missing_runs(folder, plan)}
+    how = {"budget": BUDGET, "seconds": SECONDS, "seeds": SEEDS, "limit": LIMIT}
+    plan = RacePlan.of(METHODS, INSTANCES, **how)
+    halves = {plan.tasks[number].instance for number in plan.missing(folder)}
     runs = [run for run in read_results(folder) if run.instance not in halves]
     about = {
         **provenance(),
         "budget": BUDGET,
         "seconds": SECONDS,
         "seeds": SEEDS,
-        "race": json.loads((folder / "race.json").read_text("utf-8"))["versions"],
+        "race": read_head(folder, "race")["versions"],
     }
-    write_chunk(STORED, table_of(runs, about))
+    STORED.unlink(missing_ok=True)
+    write_results(runs, STORED, about)
     print(f"{STORED}: {len(runs)} runs, {STORED.stat().st_size} bytes")
 
 
 def stored_about() -> dict[str, Any]:
     """What the kept file says of itself."""
-    return json.loads((parquet.read_schema(STORED).metadata or {})[ABOUT])
+    return json.loads((parquet.read_schema(STORED).metadata or {})[KEY])
 
 
 def redraw() -> None:
     """The page's tables and pictures from what is kept."""
     runs, about = read_results(STORED), stored_about()
-    order = {name: place for place, name in enumerate(METHODS)}
-    places = {name: place for place, name in enumerate(suite())}
-    runs = sorted(runs, key=lambda one: (order[one.method], places[one.instance], one.seed))
+    order, places = list(METHODS), list(suite())
+    runs = sorted(
+        (run for run in runs if run.method in METHODS),
+        key=lambda one: (order.index(one.method), places.index(one.instance), one.seed),
+    )
     words = (
         f"{about['budget']} values and gradients or {about['seconds']:g} s of processor time, "
         f"seeds 0 to {about['seeds'] - 1}; {where(about)}.\n\n{report_text(runs)}"
     )
     put_between(PAGE, f"\n{methods_table().markdown(aligned=True)}", METHODS_MARKS)
     put_between(PAGE, f"\n{words}", RACE_MARKS)
-    for path in draw_report(runs, PAGE.parent, STEM):
+    for path in draw_ecdfs(runs, PAGE.parent, STEM):
         print(f"Written: {path}")

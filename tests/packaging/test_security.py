@@ -43,9 +43,8 @@ RUNS = {"eval", "exec", "pickle.load", "pickle.loads", "onnx.load", "torch.load"
 RUNS |= {"joblib.load", "cloudpickle.loads", "yaml.load", "os.system", "os.popen"}
 NUMPY = ("np.load", "numpy.load", "np.lib.format.read_array")
 TRUSTED = {
-    "agents/sweeps/playing/cluster.py": {"pickle.loads"},
-    "agents/optimisers/child.py": {"pickle.loads"},
-    "agents/optimisers/seat.py": {"pickle.loads"},
+    "agents/sweeps/engine.py": {"pickle.loads"},
+    "agents/optimisers/worker.py": {"pickle.load", "pickle.loads"},
 }
 """Dask's workers, and the processes of a race, as SECURITY.md says."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.optimisers.methods.starts import starts
+from stickslip.agents.optimisers.methods.local import starts
 from stickslip.envs.rendering.extras import require
 from stickslip.optim.instances.exports import (
     Foreign,
@@ -21,7 +21,7 @@ from stickslip.optim.instances.exports import (
 if TYPE_CHECKING:
     from stickslip.optim.instances.objective import Objective
 
-POPULATION, OFFSPRING, TOGETHER = 32, 64, 64
+POPULATION, OFFSPRING, TOGETHER, POINTS = 32, 64, 64, 40
 WIDTH = 0.2
 """First deviation of evolution strategies, in parts of the box."""
 MANY = 10**8
@@ -82,16 +82,18 @@ def _evosax(objective: Objective, seed: int, name: str) -> None:
 
 def pymoo_isres(objective: Objective, seed: int) -> None:
     """ISRES of pymoo."""
-    from_pymoo(objective, seed, "pymoo.algorithms.soo.nonconvex.isres", "ISRES", OFFSPRING)
+    algorithm = _library("pymoo.algorithms.soo.nonconvex.isres").ISRES(n_offsprings=OFFSPRING)
+    _pymoo(objective, seed, algorithm)
 
 
-def from_pymoo(objective: Objective, seed: int, module: str, name: str, offspring: int) -> None:
-    """An algorithm of pymoo, until the budget ends it."""
-    algorithm = getattr(_library(module), name)
-    size = {"n_offsprings": offspring} if name == "ISRES" else {"pop_size": offspring}
-    _library("pymoo.optimize").minimize(
-        as_pymoo(objective), algorithm(**size), ("n_gen", MANY), seed=seed + 1
-    )
+def pymoo_nsga2(objective: Objective, seed: int) -> None:
+    """NSGA-II of pymoo, for several goals."""
+    _pymoo(objective, seed, _library("pymoo.algorithms.moo.nsga2").NSGA2(pop_size=POINTS))
+
+
+def _pymoo(objective: Objective, seed: int, algorithm: Foreign) -> None:
+    minimize = _library("pymoo.optimize").minimize
+    minimize(as_pymoo(objective), algorithm, ("n_gen", MANY), seed=seed + 1)
 
 
 def nevergrad_de(objective: Objective, seed: int) -> None:

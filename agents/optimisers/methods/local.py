@@ -1,4 +1,4 @@
-"""Local searches: scipy's, and Adam."""
+"""Local searches with restarts: scipy's, and Adam."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import minimize
 
-from stickslip.agents.optimisers.methods.starts import restarted, starts
 from stickslip.optim.instances.exports import as_scipy
 from stickslip.optim.instances.objective import PENALTY
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from jaxtyping import Float
+
     from stickslip.optim.instances.objective import Objective
 
 RATE = 0.02
@@ -73,3 +76,24 @@ def adam(objective: Objective, seed: int) -> None:
         mean, square = 0.9 * mean + 0.1 * slope, 0.99 * square + 0.01 * slope**2
         step = (mean / (1 - 0.9 ** (k + 1))) / (np.sqrt(square / (1 - 0.99 ** (k + 1))) + 1e-12)
         u = np.clip(u - RATE * 0.5 * (1 + np.cos(np.pi * k / count)) * step, 0, 1)
+
+
+def starts(objective: Objective, seed: int) -> Iterator[Float[np.ndarray, "n"]]:
+    """The middle of the bounds first with seed 0, uniformly random points else, without end."""
+    rng = np.random.default_rng([seed, 7])
+    if seed == 0:
+        yield objective.middle
+    while True:
+        yield objective.from_unit(rng.random(objective.n))
+
+
+def restarted(
+    objective: Objective, seed: int, search: Callable[[Float[np.ndarray, "n"], int], object]
+) -> None:
+    """A local search from one start after the other, until the budget ends it; search: of a start
+    and the number of the restart. Ends where a search evaluates nothing."""
+    for number, start in enumerate(starts(objective, seed)):
+        before = objective.record.evaluations
+        search(start, number)
+        if objective.record.evaluations == before:
+            return

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.optimisers.methods.counted import CountedProblem
-from stickslip.agents.optimisers.methods.starts import restarted
+from stickslip.agents.optimisers.methods.local import restarted
 from stickslip.optim.cma import solve_cma
 from stickslip.optim.gradient import solve_gradient
+from stickslip.optim.problem import Problem, Structure, shortfall
+from stickslip.optim.result import Evaluation, Result
 from stickslip.optim.solving import solve
 
 if TYPE_CHECKING:
+    from jaxtyping import Float
+
     from stickslip.optim.instances.objective import Objective
 
 MANY = 10**9
@@ -59,3 +63,47 @@ def cma(objective: Objective, seed: int) -> None:
         solve_cma(problem, start=start, seed=own, evaluations=MANY, sigma=0.2)
 
     restarted(objective, seed, search)
+
+
+@dataclass(frozen=True, eq=False)
+class CountedProblem(Problem[Result]):
+    """The free numbers of an objective with one goal; every evaluation is the objective's."""
+
+    counted: Objective
+
+    @property
+    def structure(self) -> frozenset[Structure]:
+        """Slopes, where the objective has them."""
+        return frozenset({Structure.SMOOTH} if self.counted.has_slopes else ())
+
+    @property
+    def n(self) -> int:
+        """See Problem."""
+        return self.counted.n
+
+    @property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+        """See Problem."""
+        return self.counted.bounds
+
+    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+        """See Problem."""
+        value, margins = self.counted(x), self.counted.constraints(x)
+        missed = float(max(0.0, -np.min(margins, initial=0.0)))
+        feasible = self.meets(np.asarray(x, float), margins)
+        return Evaluation(value, margins, feasible, {"margins": missed})
+
+    def sample(
+        self, X: Float[np.ndarray, "B n"]
+    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """See Problem."""
+        values, margins = self.counted.batch_with_constraints(X)
+        return values, shortfall(margins)
+
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """See Problem."""
+        return self.counted.gradient(x)
+
+    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+        """See Problem."""
+        return self.counted.jacobian(x)

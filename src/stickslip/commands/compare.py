@@ -31,6 +31,6 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 def run(given: argparse.Namespace) -> Outcome:
     """Compare."""
-    from stickslip.agents.sweeps.telling.compare import compare_command
+    from stickslip.agents.sweeps.compare import compare_command
 
     return Outcome(OK, compare_command(vars(given)))

@@ -65,6 +65,15 @@ class Table:
         columns = [Column(name, words=word) for name, word in zip(head, words, strict=True)]
         return cls(columns, [[row[name] for name in head] for row in rows])
 
+    def rounded(self, digits: int) -> Table:
+        """Round floats to so many significant digits, as text; None becomes empty."""
+
+        def cell(value: object) -> object:
+            return f"{value:.{digits}g}" if isinstance(value, float) else value
+
+        rows = [["" if one is None else cell(one) for one in row] for row in self.rows]
+        return Table(self.columns, rows)
+
     def markdown(self, *, aligned: bool = False) -> str:
         """A GitHub table, numbers to the right. aligned: in the text, too."""
         head, *body = [[cell.replace("|", BAR) for cell in line] for line in self._shown()]

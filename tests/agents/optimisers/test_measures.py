@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.optimisers.measures import ecdf, ert, gaps, hits, profile, share_feasible
-from stickslip.agents.optimisers.merit import hypervolume
+from stickslip.agents.optimisers.measures import ecdf, ert, gaps, hits, hypervolume
 from tests.agents.optimisers.table import run
 
 
@@ -33,24 +32,6 @@ def test_a_distribution_rises_to_the_share_of_pairs_that_are_hit():
     assert at.tolist() == [1, 1, 10]  # by 16 free numbers
     assert share == pytest.approx([0.25, 0.5, 0.75])
     assert [len(part) for part in ecdf([], "seconds")] == [0, 0]
-
-
-def test_profiles_rank_by_ratios_to_the_best_method():
-    other = "gait-energy-d32-v2"
-    runs = [
-        run([(10, 0.0)], 100, method="a"),
-        run([(40, 0.0)], 100, method="b"),
-        run([], 100, method="a", name=other),
-        run([(70, 0.0)], 100, method="b", name=other),
-    ]
-    found = profile(runs, 0.01, "evaluations")
-    assert [part.tolist() for part in found["a"]] == [[1], [0.5]]
-    assert [part.tolist() for part in found["b"]] == [[1, 4], [0.5, 1]]
-
-
-def test_feasibility_is_counted_by_evaluations():
-    runs = [run([(16, 3.0)], 100), run([], 100, seed=1)]
-    assert share_feasible(runs, np.array([0.9, 1.0, 99.0])).tolist() == [0, 0.5, 0.5]
 
 
 def test_hypervolume_is_an_area():

@@ -33,15 +33,15 @@ def test_runs_come_back_as_they_were(tmp_path, kind):
         write_results(runs, tmp_path / "mine.txt")
 
 
-def test_columns_tell_their_units_and_the_page_has_them_all(tmp_path):
+def test_columns_have_a_meaning_and_the_page_names_them_all(tmp_path):
     from pyarrow import parquet
 
     schema = parquet.read_schema(write_results([run([(1, 1.0)], 2)], tmp_path / "a.parquet"))
     page = (Path(__file__).parents[3] / "docs/optimisers.md").read_text("utf-8")
     assert schema.names == list(COLUMNS)
     for name, column in COLUMNS.items():
-        assert schema.field(name).metadata[b"unit"].decode() == column.unit
-        assert f"| `{name}` " in page
+        assert schema.field(name).metadata[b"meaning"].decode() == column.meaning
+        assert f"`{name}`" in page
 
 
 def few(tmp_path: Path, rows: list[dict[str, object]], name: str = "few.csv") -> Path:

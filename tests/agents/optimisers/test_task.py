@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.optimisers.merit import Merit, Target
+from stickslip.agents.optimisers.measures import Target, front_merit
 from stickslip.agents.optimisers.method import methods_of
-from stickslip.agents.optimisers.task import Task, run_task
-from stickslip.agents.optimisers.watched import Watched
+from stickslip.agents.optimisers.task import EventRecord, Task, run_task
 from stickslip.optim import suite
 from tests.agents.optimisers.table import BEST, NAME
 
@@ -48,9 +47,8 @@ def test_time_is_the_processor_s_and_ends_a_run():
 def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monkeypatch):
     noisy = suite()["gains-rate3-d4-v1"]
     monkeypatch.setattr(type(noisy), "value", lambda self, x: (np.array([float(x[0])]), True))
-    merit = Merit(noisy)
     told = []
-    record = Watched(merit=merit, tell=told.append)
+    record = EventRecord(instance=noisy, send=told.append)
     best = noisy.best_known
     for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
         record.values = number
@@ -63,6 +61,6 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
 
 def test_the_known_front_misses_nothing_and_a_part_of_it_more():
     goals = suite()["goals-gait-time-energy-d32-v2"]
-    merit, front = Merit(goals), goals.known.front
-    assert merit.of_front(front) == pytest.approx(0.0)
-    assert 0 < merit.of_front(front[::2]) < merit.of_front(front[:1]) <= 1
+    front = goals.known.front
+    assert front_merit(goals, front) == pytest.approx(0.0)
+    assert 0 < front_merit(goals, front[::2]) < front_merit(goals, front[:1]) <= 1

@@ -14,4 +14,4 @@ AXES = {"mu": "0.02:0.3:5", "task.mass": "0.5:3:sobol", "mu_patch": "0.01:0.1:so
 def swept(out: Path, **changes: Any):
     """2 policies at 5 x 6 points with 7 episodes each: 420 episodes in 12 tiles."""
     how: dict[str, Any] = {"axes": AXES, "episodes": 7, "samples": 6, "tile": 40} | changes
-    return sweep(TASK, WHO, out=out, report=False, **how)
+    return sweep(TASK, WHO, out=out, **how)

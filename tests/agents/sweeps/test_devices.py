@@ -17,24 +17,24 @@ SCRIPT = """
 import json, sys
 import jax
 from stickslip.agents.registry import register
-from stickslip.agents.sweeps.playing import program
+from stickslip.agents.sweeps.play import Player
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 
 register(MassMachine())
-used, play = set(), program.Programs.play
-def noted(self, case, place, tile, device=None):
+used, play = set(), Player.play
+def noted(self, number, device=None, stop=None):
     used.add(str(device))
-    return play(self, case, place, tile, device)
-program.Programs.play = noted
-done = swept(sys.argv[1], chunk=1)
+    return play(self, number, device, stop)
+Player.play = noted
+done = swept(sys.argv[1], cell=1)
 print(json.dumps([jax.device_count(), done.programs, len(used)]))
 """
 
 
 @pytest.mark.parametrize("count", [2, pytest.param(4, marks=pytest.mark.long)])
 def test_devices_share_a_sweep_and_change_no_bit(tmp_path, count):
-    swept(tmp_path / "one", chunk=1)
+    swept(tmp_path / "one", cell=1)
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={count}"
     paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
     told = subprocess.run(

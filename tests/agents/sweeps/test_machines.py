@@ -12,8 +12,8 @@ from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.biped.swept import BipedSwept
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.playing.case import Played, case_of
+from stickslip.agents.sweeps.axes import Design
+from stickslip.agents.sweeps.cases import Case, Given
 from stickslip.agents.ugv.swept import UGVSwept
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
@@ -98,7 +98,6 @@ def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
     assert biped.unit("robot.mass.12") == "kg"
     assert biped.unit("scene.edges.0") == biped.unit("robot.centre.3.1") == "m"
     assert biped.unit("randomisation.payload.1") == "kg"
-    assert set(ugv.finished) <= set(ugv.kept)
     assert ugv.unit("track.height") == ugv.unit("randomisation.track.bump_height.1") == "m"
     for swept, params in ((biped, BipedEnv().make_params()), (ugv, UGVEnv().make_params())):
         missing = {name for name in swept.known(params) if swept.unit(name) == "-"}
@@ -118,7 +117,7 @@ def refused(params, axes: dict, env=None) -> str:
     machine = machine_by_name("biped" if isinstance(env, BipedEnv) else "ugv")
     player = CrankSpeedPI() if isinstance(env, BipedEnv) else machine.baseline("level-body", env)
     with pytest.raises(ValueError, match=r"axis|at ") as error:
-        case_of(machine, Played("own", "one", env, params, player), design_of(axes, None, 0))
+        Case.of(machine, Given("own", "one", env, params, player), Design.of(axes, None, 0))
     return str(error.value)
 
 
@@ -147,7 +146,6 @@ def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
         {"mu": [0.02, 0.4], "time_limit": [SHORT]},
         8,
         tmp_path,
-        report=False,
     )
     assert (done.episodes, done.programs) == (16, 1)
     found = sweep_arrays(tmp_path)
@@ -155,9 +153,9 @@ def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
     told = evaluate(env, {"push": player}, {"": params.replace(scene=scene)}, episodes=8)
     expected = told.row("", "push").episodes
     for name in ("reward", "duration", "slid", "energy", "weight"):
-        mine = found.at(name, mu=0.4)[0, 0, 0]
+        mine = found[name][0, 0, 1, 0]
         assert np.allclose(mine, getattr(expected, name), rtol=1e-3, atol=1e-5)
-    assert np.array_equal(found.at("ending", mu=0.4)[0, 0, 0], expected.status)
+    assert np.array_equal(found["ending"][0, 0, 1, 0], expected.status)
     endings = set(read_sweep(tmp_path)["ending"].to_pylist())
     assert "topple" in endings  # and those that went on stand beside them
     assert endings - {"topple", "lift_off", "runaway"}
@@ -166,17 +164,17 @@ def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
 
 @pytest.mark.long
 @pytest.mark.usefixtures("xla_defaults")
-def test_the_biped_is_the_same_to_the_bit_in_chunks_and_tiles_of_any_size(tmp_path: Path):
+def test_the_biped_is_the_same_to_the_bit_in_cells_and_tiles_of_any_size(tmp_path: Path):
     task, axes = "BipedPayload-v0", {"mu": "0.02:0.3:6", "payload": "0:10:5"}
     tables = []
     for name, how in {
-        "a": {"tile": 256, "chunk": 1, "cores": 2},
-        "b": {"tile": 256, "chunk": 10**6, "cores": 1},
+        "a": {"tile": 256, "cell": 1, "cores": 2},
+        "b": {"tile": 256, "cell": 10**6, "cores": 1},
         "c": {"tile": 96},
         "d": {"tile": 2048},
     }.items():
-        sweep(task, ["crank-speed-pi"], axes, 48, tmp_path / name, report=False, **how)
-        tables.append(read_sweep(tmp_path / name).combine_chunks())
+        sweep(task, ["crank-speed-pi"], axes, 48, tmp_path / name, **how)
+        tables.append(read_sweep(tmp_path / name).combine_cells())
     assert all(one.equals(tables[0]) for one in tables[1:])
 
 
@@ -184,9 +182,7 @@ def test_the_biped_is_the_same_to_the_bit_in_chunks_and_tiles_of_any_size(tmp_pa
 def test_the_ugv_is_swept_over_tracks(tmp_path: Path):
     axes = {"height": "0.05:0.3:4", "task.friction": [0.4, 0.8]}
     params = UGVEnv().make_params(track=Track.bump())
-    done = sweep(
-        (UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path, report=False
-    )
+    done = sweep((UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path)
     assert done.episodes == 16  # nothing is drawn
     found = sweep_arrays(tmp_path)
     cost = found["cost"][0, :, :, 1, 0]

@@ -15,7 +15,7 @@ QUICK = {"cma": "cma", "slsqp": "", "gradient": "", "cobyla": "", "de": "", "ada
          "random": "", "pymoo-isres": "pymoo"}  # fmt: skip
 DEAR = {"trust-constr": "", "nevergrad-de": "nevergrad", "optuna-tpe": "optuna",
         "evosax-cma-es": "evosax", "evosax-snes": "evosax"}  # fmt: skip
-SEVERAL = {"pymoo-nsga2": "pymoo", "slsqp-weights": "", "random": ""}
+SEVERAL = {"pymoo-nsga2": "pymoo", "random": ""}
 
 
 @pytest.mark.parametrize(

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from stickslip.agents import Axis
-from stickslip.agents.sweeps.design import design_of
+from stickslip.agents.sweeps.axes import Design
 
 
 def test_texts_are_the_axes_that_they_say():
-    assert Axis.parse("0:1:5").values == (0, 0.25, 0.5, 0.75, 1)
-    assert np.allclose(Axis.parse("1:100:3:log").values, [1, 10, 100])
-    assert Axis.parse("0.3,0.1").values == (0.3, 0.1)
-    assert Axis.parse("2:2:1").values == (2,)
-    assert Axis.parse("0:1:sobol") == Axis.sobol(0, 1)
-    assert Axis.parse("1:9:latin:log") == Axis.latin(1, 9, logarithmic=True)
+    assert Axis.of("0:1:5").values == (0, 0.25, 0.5, 0.75, 1)
+    assert np.allclose(Axis.of("1:100:3:log").values, [1, 10, 100])
+    assert Axis.of("0.3,0.1").values == (0.3, 0.1)
+    assert Axis.of("2").values == Axis.of(2).values == (2,)
+    assert (Axis.of("1:9:latin:log").ends, Axis.of("0:1:sobol").random) == ((1, 9), True)
 
 
 @pytest.mark.parametrize(
@@ -23,7 +22,7 @@ def test_texts_are_the_axes_that_they_say():
         ("0:1:x", "neither a number of values nor one of sobol, latin"),
         ("wet,firm", "'wet' in 'wet,firm' is no number"),
         ("1:0:5", "accepted: low < high"),
-        ("0:1:1", "at least 2, or one value"),
+        ("0:1:1", "at least 2 values"),
         ("0:1:0", "count = 0"),
         ("nan:1:5", "low = nan"),
         ("0:inf:5", "high = inf"),
@@ -37,12 +36,12 @@ def test_texts_are_the_axes_that_they_say():
 )
 def test_ranges_that_are_none_are_refused_by_name(text: str, said: str):
     with pytest.raises(ValueError, match="axis mu: ") as refused:
-        design_of({"mu": text}, None, 0)
+        Design.of({"mu": text}, None, 0)
     assert said in str(refused.value)
 
 
 def test_points_are_the_product_of_the_axes_with_the_samples_beside_it():
-    made = design_of({"a": "0:1:3", "x": "0:1:sobol", "b": [5, 7], "y": "2:4:latin"}, 8, 3)
+    made = Design.of({"a": "0:1:3", "x": "0:1:sobol", "b": [5, 7], "y": "2:4:latin"}, 8, 3)
     assert made.dims == {"a": 3, "b": 2, "sample": 8}
     points = made.at(0, made.points)
     assert {len(one) for one in points.values()} == {48}
@@ -54,11 +53,11 @@ def test_points_are_the_product_of_the_axes_with_the_samples_beside_it():
 
 
 def test_random_axes_fill_their_range_evenly_and_again_from_the_seed():
-    made = design_of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 1)
+    made = Design.of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 1)
     assert np.all(np.histogram(made.drawn["x"], 16, (0, 1))[0] == 4)
     assert np.all(np.histogram(np.log10(made.drawn["y"]), 64, (0, 2))[0] == 1)
-    again = design_of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 1)
-    other = design_of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 2)
+    again = Design.of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 1)
+    other = Design.of({"x": "0:1:sobol", "y": "1:100:latin:log"}, 64, 2)
     assert again.describe() == made.describe() != other.describe()
 
 
@@ -75,4 +74,4 @@ def test_random_axes_fill_their_range_evenly_and_again_from_the_seed():
 )
 def test_designs_that_are_none_are_refused(axes, samples, said: str):
     with pytest.raises(ValueError, match=said):
-        design_of(axes, samples, 0)
+        Design.of(axes, samples, 0)

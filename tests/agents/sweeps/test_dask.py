@@ -1,4 +1,4 @@
-"""Chunks on Dask's workers: the same rows, nothing lost, nothing twice."""
+"""Cells on Dask's workers: the same rows, nothing lost, nothing twice."""
 
 import os
 import signal
@@ -7,61 +7,44 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from stickslip.agents import read_sweep, sweep
-from stickslip.agents.sweeps.design import design_of
-from stickslip.agents.sweeps.files.chunks import Chunks
-from stickslip.agents.sweeps.files.directory import missing_chunks, open_sweep
-from stickslip.agents.sweeps.named import played_on
-from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.playing import cluster
-from stickslip.agents.sweeps.playing.engine import Watch
-from stickslip.agents.sweeps.playing.play import Player
-from tests.agents.sweeps.masses import AXES, TASK, WHO, swept
+from stickslip.agents.sweeps import engine
+from stickslip.agents.sweeps import sweep as sweeping
+from tests.agents.sweeps.masses import TASK, WHO, swept
 
 pytest.importorskip("distributed")
 ROOT = Path(__file__).parents[3]
 
 
-def plan_in(path: Path) -> Plan:
-    machine, played = played_on(TASK, WHO)
-    how = {"episodes": 7, "independent": False, "summaries": False}
-    plan = Plan.of(machine, played, design_of(AXES, 6, 0), **how).cut(1, 1, 40)
-    return open_sweep(path, plan, resume=False, overwrite=False, chunk=None)
+def keeps(*given: object) -> None:
+    raise AssertionError("nothing can come back")
 
 
-def test_a_worker_plays_from_what_it_was_sent(tmp_path):
-    plan = plan_in(tmp_path)
-    sent = cluster.play_there(Chunks(plan, tmp_path).sent(), plan.digest, 3)
-    here = Player(plan).play(plan.chunks[3])
-    assert sent.keys() == here.keys()
-    assert all((sent[name] == here[name]).all() for name in here)
+def test_one_of_workers_and_a_scheduler_and_one_that_answers(monkeypatch):
+    def run(**how) -> None:
+        engine.run_dask(b"", keeps, [0], stop=lambda: False, **how)
 
-
-def test_one_of_workers_and_a_scheduler_and_one_that_answers(tmp_path, monkeypatch):
-    work = Chunks(plan_in(tmp_path), tmp_path)
     for how in ({}, {"workers": 1, "scheduler": "tcp://127.0.0.1:1"}):
         with pytest.raises(ValueError, match="accepted: one of them"):
-            cluster.run_beyond(work, [0], Watch(), **how)
-    monkeypatch.setattr(cluster, "CONNECT", 0.2)
+            run(**how)
+    monkeypatch.setattr(engine, "CONNECT", 0.2)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         with pytest.raises(ValueError, match="no Dask scheduler answers at"):
-            cluster.run_beyond(work, [0], Watch(), scheduler=address)
+            run(scheduler=address)
     with pytest.raises(ValueError, match="workers = 0"):
-        cluster.run_beyond(work, [0], Watch(), workers=0)
+        run(workers=0)
 
 
-def test_threads_as_workers_write_the_same_rows(tmp_path):
-    swept(tmp_path / "here", chunk=1)
-    plan, told = plan_in(tmp_path / "there"), []
-    watch = Watch(told.append)
-    todo = missing_chunks(tmp_path / "there", plan)
-    work = Chunks(plan, tmp_path / "there")
-    cluster.run_beyond(work, todo, watch, workers=2, processes=False)
-    assert sum(told) == 420
+def test_threads_as_workers_write_the_same_rows(tmp_path, monkeypatch):
+    swept(tmp_path / "here", cell=1)
+    dask = partial(engine.run_dask, processes=False)
+    monkeypatch.setattr(sweeping, "run_dask", dask)
+    swept(tmp_path / "there", cell=1, workers=2)
     here, there = (read_sweep(tmp_path / one).combine_chunks() for one in ("here", "there"))
     assert there.equals(here)
 
@@ -122,11 +105,11 @@ def free_port() -> int:
 
 
 BIG = {"axes": {"mu": "0.02:0.3:20", "mass": "0.5:3:15"}, "samples": None, "episodes": 40}
-"""6000 episodes of 2 policies in 600 chunks: longer than what is done to it."""
+"""6000 episodes of 2 policies in 600 cells: longer than what is done to it."""
 
 
 def big(out: Path, **how):
-    return sweep(TASK, WHO, out=out, tile=40, chunk=1, report=False, **BIG, **how)
+    return sweep(TASK, WHO, out=out, tile=40, cell=1, **BIG, **how)
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +119,7 @@ def expected(tmp_path_factory):
 
     register(MassMachine())
     path = tmp_path_factory.mktemp("expected")
-    sweep(TASK, WHO, out=path, tile=40, chunk=2000, report=False, **BIG)
+    sweep(TASK, WHO, out=path, tile=40, cell=2000, **BIG)
     unregister("mass")
     return read_sweep(path).combine_chunks()
 
@@ -186,7 +169,7 @@ def test_a_scheduler_that_is_killed_and_comes_back_loses_nothing(tmp_path, expec
 def test_a_scheduler_that_stays_away_is_named_and_the_rest_is_played_here(
     tmp_path, expected, monkeypatch
 ):
-    monkeypatch.setattr(cluster, "PATIENCE", 2.0)
+    monkeypatch.setattr(engine, "PATIENCE", 2.0)
     port = free_port()
     with processes(a_scheduler(port), a_worker(port)) as running:
         written = tmp_path / "data"
@@ -196,7 +179,7 @@ def test_a_scheduler_that_stays_away_is_named_and_the_rest_is_played_here(
                 killed(running[0])
             return False
 
-        with pytest.raises(OSError, match="no worker of the Dask scheduler answers any more"):
+        with pytest.raises(OSError, match="no worker of the Dask scheduler answers"):
             big(tmp_path, scheduler=f"tcp://127.0.0.1:{port}", stop=stop)
     kept = len(list((tmp_path / "data").iterdir()))
     assert 30 < kept < 600
@@ -209,7 +192,7 @@ import sys
 from pathlib import Path
 from stickslip.agents import register
 from tests.agents.mass import MassMachine
-from tests.agents.sweeps.test_cluster import big
+from tests.agents.sweeps.test_dask import big
 if __name__ == "__main__":
     register(MassMachine())
     big(Path(sys.argv[1]), workers=1)
@@ -235,7 +218,7 @@ def test_a_client_that_is_killed_leaves_what_is_whole_and_is_resumed(tmp_path, e
             time.sleep(0.1)
     finally:
         killed(client)
-    kept = len(list((out / "data").glob("chunk-*.parquet")))
+    kept = len(list((out / "data").glob("cell-*.parquet")))
     assert 30 <= kept < 600
     assert big(out, resume=True).played == 600 - kept
     assert read_sweep(out).combine_chunks().equals(expected)

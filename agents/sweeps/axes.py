@@ -1,0 +1,203 @@
+"""The points of a sweep: a grid of its axes times samples of its random axes."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from stickslip.agents.sweeps.flags import FORMS, RANDOM
+from stickslip.dynamics.checks import require_integer, require_kind, require_number, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+MOST_VALUES, MOST_SAMPLES, MOST_POINTS = 10**5, 10**7, 10**9
+SAMPLE = "sample"
+"""The dimension that all random axes share."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values of one parameter.
+
+    kind: "grid" with `values`, or how they are sampled from low to high: "sobol" or "latin".
+    log: whether samples are even in the logarithm.
+    """
+
+    kind: str
+    values: tuple[float, ...] = ()
+    low: float = math.nan
+    high: float = math.nan
+    log: bool = False
+
+    @classmethod
+    def of(cls, given: AxisLike) -> Axis:
+        """Build an axis from a text (see FORMS), a number or several. ValueError otherwise."""
+        if isinstance(given, Axis):
+            return given
+        if isinstance(given, str):
+            return cls._parse(given)
+        if isinstance(given, int | float):
+            given = [given]
+        if not isinstance(given, Iterable):
+            raise ValueError(f"{shown(given)} is no axis; accepted: {FORMS}")
+        values = np.atleast_1d(np.asarray(list(given)))
+        require_number("values", values, accepted="finite numbers, at least one")
+        if len(set(values.tolist())) < values.size:
+            raise ValueError(f"values = {shown(values.tolist())}; accepted: each value once")
+        return cls("grid", tuple(map(float, values)))
+
+    @classmethod
+    def _parse(cls, text: str) -> Axis:
+        parts = text.split(":")
+        if len(parts) == 1:
+            return cls.of([_number(one, text) for one in text.split(",")])
+        log = parts[3:] == ["log"]
+        if len(parts) != 3 + log:
+            raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
+        low, high = (_number(one, text) for one in parts[:2])
+        for name, value in (("low", low), ("high", high)):
+            require_number(name, value, accepted="a finite number")
+        if log and low <= 0:
+            raise ValueError(f"low = {low:g} with logarithmic values; accepted: low > 0")
+        count = 2 if parts[2] in RANDOM else _count(parts[2], text)
+        if not low < high or count < 2:
+            raise ValueError(
+                f"{count} value{'s' if count > 1 else ''} from {low:g} to {high:g}; accepted: "
+                "low < high with at least 2 values"
+            )
+        if parts[2] in RANDOM:
+            return cls(parts[2], low=low, high=high, log=log)
+        return cls("grid", tuple((np.geomspace if log else np.linspace)(low, high, count).tolist()))
+
+    @property
+    def random(self) -> bool:
+        """Whether its values are sampled."""
+        return self.kind in RANDOM
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the greatest value, or the range that is sampled."""
+        return (self.low, self.high) if self.random else (min(self.values), max(self.values))
+
+    def scaled(self, unit: np.ndarray) -> np.ndarray:
+        """Map samples from [0, 1) to the axis' range."""
+        if self.log:
+            return np.exp(math.log(self.low) + math.log(self.high / self.low) * unit)
+        return self.low + (self.high - self.low) * unit
+
+
+AxisLike: TypeAlias = "Axis | str | float | Iterable[float]"
+"""What is taken for an axis: itself, its text, one value or several."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Points by a flat index: gridded axes in their order, the last one fastest, then the samples.
+
+    samples: 0 without random axes. seed: of the samples.
+    """
+
+    axes: dict[str, Axis]
+    samples: int = 0
+    seed: int = 0
+
+    @classmethod
+    def of(cls, axes: Mapping[str, AxisLike], samples: int | None, seed: int) -> Design:
+        """Check axes and samples. ValueError naming the axis."""
+        require_kind("axes", axes, dict, "a dict of axes by name")
+        found = {}
+        for name, given in axes.items():
+            try:
+                found[str(name)] = Axis.of(given)
+            except ValueError as error:
+                raise ValueError(f"axis {name}: {error}") from error
+        random = [name for name, one in found.items() if one.random]
+        if not random and samples is not None:
+            raise ValueError(f"samples = {samples} without a random axis; accepted: with one")
+        if random and samples is None:
+            raise ValueError(f"axis {random[0]} is random; accepted: with samples, their number")
+        count = 0 if samples is None else require_integer("samples", samples, high=MOST_SAMPLES)
+        made = cls(found, count, require_integer("design_seed", seed, low=0, high=2**32 - 1))
+        if made.points > MOST_POINTS:
+            lengths = " x ".join(map(str, made.dims.values()))
+            raise ValueError(
+                f"{lengths} makes {made.points:.3g} points; accepted: {MOST_POINTS:.0e}"
+            )
+        return made
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """Length of every dimension."""
+        found = {name: len(one.values) for name, one in self.axes.items() if not one.random}
+        return found | ({SAMPLE: self.samples} if self.samples else {})
+
+    @property
+    def points(self) -> int:
+        """Number of points; 1 without axes."""
+        return math.prod(self.dims.values())
+
+    def at(self, first: int, last: int) -> dict[str, np.ndarray]:
+        """The axes' values at points first to last - 1, each [last - first], in float64."""
+        places = np.unravel_index(np.arange(first, last), tuple(self.dims.values()) or (1,))
+        where = dict(zip(self.dims, places, strict=False))
+        return {
+            name: self.drawn[name][where[SAMPLE]]
+            if axis.random
+            else np.asarray(axis.values)[where[name]]
+            for name, axis in self.axes.items()
+        }
+
+    @cached_property
+    def drawn(self) -> dict[str, np.ndarray]:
+        """Samples of the random axes, each [samples]."""
+        from scipy.stats import qmc
+
+        found: dict[str, np.ndarray] = {}
+        for kind, sampler in (("sobol", qmc.Sobol), ("latin", qmc.LatinHypercube)):
+            names = [name for name, one in self.axes.items() if one.kind == kind]
+            if names:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # counts that are no power of two
+                    unit = sampler(len(names), rng=self.seed).random(self.samples)
+                found |= {name: self.axes[name].scaled(unit[:, i]) for i, name in enumerate(names)}
+        return found
+
+    def describe(self) -> dict[str, object]:
+        """Everything as JSON values; samples by a digest, since the seed makes them again."""
+        axes: dict[str, object] = {}
+        for name, one in self.axes.items():
+            if one.random:
+                digest = hashlib.sha256(self.drawn[name].tobytes()).hexdigest()
+                axes[name] = {**vars(one), "digest": digest, "values": None}
+            else:
+                axes[name] = {"kind": one.kind, "values": list(one.values)}
+        return {"axes": axes, "samples": self.samples, "design_seed": self.seed}
+
+
+def _number(text: str, whole: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{shown(text)} in {shown(whole)} is no number; accepted: {FORMS}"
+        ) from None
+
+
+def _count(text: str, whole: str) -> int:
+    try:
+        return require_integer("count", int(text), high=MOST_VALUES)
+    except ValueError as error:
+        if text.lstrip("-").isdigit():
+            raise
+        raise ValueError(
+            f"{shown(text)} in {shown(whole)} is neither a number of values nor one of "
+            f"{', '.join(RANDOM)}; accepted: {FORMS}"
+        ) from error

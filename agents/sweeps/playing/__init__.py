@@ -1,1 +1,0 @@
-"""How episodes are played in bulk: programs, threads, workers."""

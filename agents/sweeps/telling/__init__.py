@@ -1,1 +1,0 @@
-"""What a sweep says: words, pictures, comparisons, episodes to show."""

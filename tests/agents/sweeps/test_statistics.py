@@ -1,0 +1,113 @@
+"""Differences, summaries and plots of a sweep against what can be worked out by hand."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.agents import SweepArrays
+from stickslip.agents.sweeps.compare import common, differences, point_table
+from stickslip.agents.sweeps.pictures import view_of, write_pictures
+from stickslip.agents.sweeps.play import ENDINGS
+from stickslip.agents.sweeps.statistics import half_width, summary_table
+
+MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
+
+
+def example(random: bool = True) -> SweepArrays:
+    """Policy a fails at low mu with a load and earns more from mu = 0.16 on, b below 0.08; both
+    have the same luck, which is greater than their difference."""
+    luck = 100 * np.random.default_rng(0).normal(size=EPISODES)
+    noise = 0.01 * np.random.default_rng(1).normal(size=(2, 5, 3, EPISODES))
+    returns = luck + noise
+    returns[0, 3:] += 3.0
+    returns[1, :2] += 8.0
+    fell = np.zeros(returns.shape, bool)
+    fell[0, :2, 1:] = True
+    ending = np.where(fell, ENDINGS.index("topple"), 0)
+    arrays = {"reward": returns, "fell": fell, "ending": ending, "slid": fell + 0.5}
+    arrays["walked"] = np.full(returns.shape, 2.0)
+    labels = {"task": np.array(["ice"]), "policy": np.array(["a", "b"]), "mu": MU, "payload": LOAD}
+    labels["seed"] = np.arange(EPISODES)
+    arrays = {name: one[None] for name, one in arrays.items()}
+    drawn = ("ice",) if random else ()
+    return SweepArrays(("task", "policy", "mu", "payload", "seed"), labels, arrays, {}, drawn)
+
+
+def test_policies_are_told_apart_by_differences_of_paired_episodes():
+    table = summary_table(example(), ("slid", "walked"))
+    rows = [dict(zip([one.name for one in table.columns], row, strict=True)) for row in table.rows]
+    assert [row["best"] for row in rows] == pytest.approx([0.4, 0.4], abs=0.07)
+    assert [row["failures"] for row in rows] == pytest.approx([4 / 15, 0])
+    assert [row["slip_worst"] for row in rows] == pytest.approx([0.75, 0.25])
+    assert rows[0]["points"] * EPISODES == rows[0]["episodes"] == 120
+
+
+def test_intervals_of_differences_cover_the_truth_as_often_as_they_say():
+    rng = np.random.default_rng(2)
+    one = rng.normal(size=(4000, 50))
+    other = one + 0.3 + 0.2 * rng.normal(size=one.shape)
+    error = np.abs((other - one).mean(axis=-1) - 0.3)
+    assert np.mean(error < half_width(one, other, True)) == pytest.approx(0.95, abs=0.02)
+    assert np.all(np.isinf(half_width(one[:, :1], other[:, :1], True)))
+    assert np.all(half_width(one, other, False) == 0)
+
+
+def test_sweeps_are_compared_at_their_common_points():
+    a, b = example(), example()
+    labels = b.coordinates | {"mu": MU * [1, 1, 3, 1, 1 + 1e-12]}
+    b = replace(b, coordinates=labels, arrays=b.arrays | {"reward": b["reward"] + 1.0})
+    both = common(a, b)
+    assert both.a.coordinates["mu"].tolist() == MU[[0, 1, 3, 4]].tolist()
+    table = differences(both)
+    rows = [dict(zip([one.name for one in table.columns], row, strict=True)) for row in table.rows]
+    for row in rows:
+        assert row["difference"] == pytest.approx(1.0)
+        assert row["low"] - 1e-9 <= row["difference"] <= row["high"] + 1e-9
+        assert (row["points"], row["B_earns_more"], row["A_earns_more"]) == (12, 1, 0)
+    points = point_table(both)
+    assert len(points.rows) == 24
+    assert [one.name for one in points.columns][:4] == ["task", "policy", "mu", "payload"]
+
+
+def test_sweeps_that_share_no_point_are_refused():
+    a = example()
+    for change, said in (({"mu": MU + 1}, "no common mu"), ({"seed": np.arange(9, 17)}, "no comm")):
+        with pytest.raises(ValueError, match=said):
+            common(a, replace(a, coordinates=a.coordinates | change))
+    with pytest.raises(ValueError, match="accepted: two sweeps with the same axes"):
+        common(a, replace(a, dims=("task", "policy", "mu", "seed")))
+
+
+def test_single_tasks_and_policies_are_compared_whatever_they_are_called():
+    a = example()
+    b = replace(a, coordinates=a.coordinates | {"task": np.array(["rest"])})
+    assert common(a, b).renamed == {"task": ("ice", "rest")}
+
+
+@pytest.mark.parametrize("axes", [2, 1])
+def test_two_plots_are_drawn_of_what_varies(tmp_path: Path, axes: int):
+    found = example()
+    if axes == 1:
+        keep = {name: one[:, :, :, :1] for name, one in found.arrays.items()}
+        keep["fell"] = np.array(keep["fell"])
+        keep["fell"][0, 0, 0] = True
+        keep["ending"] = np.where(keep["fell"], ENDINGS.index("topple"), 0)
+        found = replace(found, arrays=keep, coordinates=found.coordinates | {"payload": LOAD[:1]})
+    assert view_of(found).names == ("mu", "payload")[:axes]
+    names = [one.name for one in write_pictures(found, tmp_path, ("slid", "walked"))]
+    assert names == ["sweep.png", "endings.png"]
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+
+
+def test_samples_are_drawn_as_dots(tmp_path: Path):
+    rng = np.random.default_rng(0)
+    labels = {"task": np.array(["ice"]), "policy": np.array(["a"]), "sample": np.arange(16)}
+    labels |= {"seed": np.arange(2), "mu": rng.random(16), "payload": rng.random(16)}
+    shape = (1, 1, 16, 2)
+    arrays = {"reward": rng.random(shape), "fell": rng.random(shape) < 0.7}
+    arrays["ending"] = np.where(arrays["fell"], 2, 0)
+    found = SweepArrays(("task", "policy", "sample", "seed"), labels, arrays, {}, ("ice",))
+    assert view_of(found) == (("mu", "payload"), True)
+    assert len(write_pictures(found, tmp_path)) == 2
