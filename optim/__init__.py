@@ -1,4 +1,4 @@
-"""Optimisation problems apart from the methods that solve them.
+"""Optimisation problems, and the methods that solve them.
 
 What a problem is, whatever it is about (`Problem`), and one door to all methods (`solve`). The
 UGV's: which leg angles to drive over a track with (`PostureProblem`), by which of several criteria.

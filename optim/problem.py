@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound=Result)
 
 FEASIBLE = 1e-6
-"""By how much a scaled constraint, or a bound, may be missed."""
+"""Tolerated violation of a scaled constraint, or of a bound."""
 
 
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
@@ -134,7 +134,7 @@ class Problem(ABC, Generic[R]):
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """Values and margins of a batch, each point looked at once."""
+        """Values and margins of a batch, each point evaluated once."""
         found = [self.evaluate(x) for x in self.batch(X)]
         return np.array([at.value for at in found]), np.array([at.margins for at in found])
 
@@ -164,16 +164,16 @@ class Problem(ABC, Generic[R]):
         return self.objectives(X), np.array(short, dtype=float)
 
     def residuals(self, x: Float[np.ndarray, "n"]) -> Mapping[str, float]:
-        """By how much each kind of constraint is missed at worst: see Evaluation."""
+        """Largest violation of each kind of constraint: see Evaluation."""
         return self.evaluate(x).residuals
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
-        """True if no scaled constraint and no bound is missed by more than `tolerance`."""
+        """True if no scaled constraint and no bound is violated by more than `tolerance`."""
         x = self.batch([x])[0]
         return self.meets(x, self.constraints(x), tolerance)
 
     def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
-        """True if a point with these margins misses none of them and no bound by more."""
+        """True if a point with these margins violates none of them and no bound by more."""
         low, high = self.bounds
         within = np.all((x >= low - tolerance) & (x <= high + tolerance))
         return bool(within and np.all(margins >= -tolerance))

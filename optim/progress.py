@@ -17,7 +17,7 @@ EVERY = 10.0
 
 
 def say_stage(what: str, to: TextIO | None = None) -> None:
-    """A line for what goes on now and is not counted: "drawing ...". to: standard error if None."""
+    """Print a line about work without a count: "drawing ...". to: standard error if None."""
     print(f"{what} ...", file=_told(to), flush=True)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OptimStatus(Enum):
-    """Outcome of a method; each value says what it means."""
+    """Outcome of a method; each value describes itself."""
 
     OPTIMAL = "proved optimal to the method's tolerance"
     FEASIBLE = "meets every constraint; not proved optimal"
@@ -40,7 +40,7 @@ HOPELESS = (OptimStatus.INFEASIBLE, OptimStatus.FAILED)
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A point, looked at once.
+    """Evaluation of a point.
 
     value: the objective's, infinite where there is none, never NaN. margins: `constraints` there
     [m], scaled to about 1. feasible: within FEASIBLE. residuals: by how much each kind of

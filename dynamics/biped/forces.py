@@ -231,7 +231,7 @@ def _status(
     onset: Bool[Array, ""],
     numbers: tuple[object, ...],
 ) -> Int[Array, ""]:
-    """The Status of one instant, the gravest word last. zmp None: topple is not looked at.
+    """The Status of one instant, the gravest status last. zmp None: toppling is not checked.
 
     numbers: all that was given and all that came out.
     """

@@ -231,7 +231,7 @@ def _dtype(params: Linkage):
 
 
 def _legs(params: Linkage, theta: Number) -> tuple[_Leg, _Leg]:
-    """Supporting and swinging leg in the hip frame: the same leg, half a turn apart (eq. 10)."""
+    """Supporting and swinging leg in the hip frame: one leg, shifted by half a turn (eq. 10)."""
     both = jax.vmap(lambda angle: _leg(params, angle))(jnp.stack([theta, theta + np.pi]))
     return tuple(jax.tree.map(lambda leaf, i=i: leaf[i], both) for i in range(2))
 

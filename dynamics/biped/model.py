@@ -164,7 +164,7 @@ class BipedModel:
         return _derive(self.fidelity, _unit_mass(self.bare))[0]
 
     def replace(self, **changes: Any) -> BipedModel:
-        """The model of a robot with some fields of BipedParams changed, prepared anew."""
+        """The model of a robot with some fields of BipedParams changed, prepared for stepping."""
         return replace(self, bare=self.bare.replace(**changes))
 
 

@@ -213,7 +213,7 @@ class PackedEnvs:
         return np.array(obs)
 
     def _leave(self, mask: np.ndarray) -> None:
-        """The episodes apart are over where the mask is true."""
+        """End the separate episodes where the mask is true."""
         self._apart &= ~mask
         self._ended &= ~mask
         for group in self._groups.values():

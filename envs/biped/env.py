@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 MAX_FOOT_VELOCITY = 10.0
 """Beyond this the observation is clipped [m/s]."""
 MAX_SIGHT = 10.0
-"""Farthest distance to the next patch, or to a mark, that is told apart [m]."""
+"""Clip of the observed distance to the next patch, or to a mark [m]."""
 MAX_FRICTION = 10.0
-"""Greatest friction coefficient that is told apart [-]."""
+"""Clip of the observed friction coefficient [-]."""
 
 
 @dataclass(frozen=True)

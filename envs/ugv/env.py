@@ -46,7 +46,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
-    """A UGV drives along a track and moves its legs so that a criterion comes out small.
+    """A UGV drives along a track and moves its legs to minimise a criterion.
 
     One step of the environment takes the front wheel `spacing` (0.1 m) further, measured along x;
     time plays no part, the vehicle is in equilibrium everywhere (`stickslip.dynamics.ugv`: no

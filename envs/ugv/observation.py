@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.stations.station import Station
 
 MAX_SLOPE = 1.6
-"""Greatest slope angle and pitch that are told apart [rad]."""
+"""Clip of slope angle and pitch [rad]."""
 MAX_TORQUE = 2.0
-"""Greatest torque on a wheel that is told apart, in weight x wheel radius."""
+"""Clip of the torque on a wheel, in weight x wheel radius."""
 MAX_GRIP = 4.0
-"""Greatest margin of grip that is told apart, in weights."""
+"""Clip of the grip margin, in weights."""
 MAX_HEIGHT = 5.0
-"""Greatest height or depth of the ground ahead that is told apart, in wheel radii."""
+"""Clip of height or depth of the ground ahead, in wheel radii."""
 MAX_COST = 10.0
-"""Greatest worst value so far that is told apart, in what `penalty_for` gives."""
+"""Clip of the worst value so far, in units of `penalty_for`."""
 MAX_FRICTION = 10.0
-"""Greatest friction coefficient ahead that is told apart [-]."""
+"""Clip of the friction coefficient ahead [-]."""
 MOST_PREVIEW = 256
 
 

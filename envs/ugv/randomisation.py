@@ -47,7 +47,7 @@ BYTES = 256
 @register_pytree
 @dataclass(frozen=True)
 class RandomTrack:
-    """Ground drawn anew for every episode: a bump, roughness, or both.
+    """Ground drawn for every episode: a bump, roughness, or both.
 
     bump_height, bump_width, bump_centre: of `Bump`, each uniform in (low, high) [m]; no bump where
     bump_height is None. roughness: G(n0) of `rough_waves` [m^3], uniform in its logarithm; class C

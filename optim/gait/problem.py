@@ -40,7 +40,7 @@ NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
 LEAST_CELLS, MOST_STEPS = 8, 1000
 CAP = 20.0
-"""Crank rates up to this many times the lift-off rate are looked at, where none is given."""
+"""Crank rates up to this many times the lift-off rate are searched, where no limit is given."""
 TORQUES = 30.0
 """Torques up to this many times the robot's own size, where none is given."""
 POSITIVE, NOT_NEGATIVE = "None, or a finite number > 0", "a finite number >= 0"
@@ -127,7 +127,7 @@ class GaitProblem(Problem[GaitResult]):
         copper_loss: float = 0.5,
         steps: int = 200,
     ) -> GaitProblem:
-        """A walk of `steps_taken` steps, from rest unless start_rate says otherwise.
+        """A walk of `steps_taken` steps, from rest unless start_rate is given.
 
         end_rate: 0 for a stop, the crank rate at which a steady gait begins its step to go on with
         it, None for any. steps: cells of the grid in each step; else see the class.

@@ -75,7 +75,7 @@ class Robot:
 
 @dataclass(frozen=True)
 class Closely:
-    """The profile at a grid's samples, worked out when it is first asked for."""
+    """The profile at a grid's samples, computed when it is first used."""
 
     params: BipedParams
     robot: Robot

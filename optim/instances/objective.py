@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 OUTSIDE = ("clip", "refuse")
 PENALTY = 1e3
-"""For each scaled constraint missed, in the objective's unit."""
+"""Penalty of a violated scaled constraint, in the objective's unit."""
 A_DRAW = 1_000_003
 """Draws of one seed begin so far from those of the next."""
 
 
 class _Last(NamedTuple):
-    """The point looked at last: its values [k], margins [m], and the number of its draw."""
+    """The last evaluated point: its values [k], margins [m], and the number of its draw."""
 
     x: np.ndarray
     values: np.ndarray
@@ -204,7 +204,7 @@ class Objective:
 
     @reported
     def penalised(self, x: Float[np.ndarray, "n"], weight: float = PENALTY) -> float:
-        """The value, with `weight` for each scaled constraint missed: for optimisers that take no
+        """The value plus `weight` times scaled violations, for optimisers that take no
         constraints. A feasible point's value is its own."""
         x, sound = self._inside(x)
         if not sound:

@@ -1,4 +1,4 @@
-"""The same drive looked at between its waypoints, the legs moving evenly from one to the next.
+"""Evaluation of a drive between its waypoints, the legs moving evenly from one to the next.
 
 A posture problem knows its waypoints alone: what a drive costs between them, and whether it meets
 the constraints there, is no part of it. This measures both.

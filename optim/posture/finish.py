@@ -1,4 +1,4 @@
-"""The result of a method at a drive, looked at between its waypoints, too."""
+"""The result of a method at a drive, evaluated between its waypoints, too."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def missed_by(
     problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
 ) -> dict[str, float]:
-    """By how much each constraint is missed at worst, 0 where it is met: see
+    """Largest violation of each constraint, 0 where it is met: see
     PostureProblem.residuals. at: the stations [K] at these angles."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}

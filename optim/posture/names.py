@@ -17,7 +17,7 @@ CRITERIA_IN_WORDS: dict[str, str] = {
     "normal_force": "minus the least normal force",
     "friction_demand": "largest |F| / N of both wheels",
 }
-"""The names of stickslip.optim.CRITERIA, in its order, and what each says about itself."""
+"""The names of stickslip.optim.CRITERIA, in its order, with their descriptions."""
 
 METHODS: dict[str, str] = {
     "grid": "every pair of angles at each waypoint, the best one chosen point by point",

@@ -252,7 +252,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
-        """The groups of `constraints`, in their order; Posture.margins says what they are."""
+        """The groups of `constraints`, in their order; see Posture.margins."""
         return tuple(self._sizes)
 
     @cached_property
@@ -275,7 +275,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
 
     def residuals(self, x: Vector) -> dict[str, float]:
-        """By how much each constraint is missed at worst, 0 where it is met, in its own unit.
+        """Largest violation of each constraint, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
         and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers

@@ -1,4 +1,4 @@
-"""A convex program in one free number, parametrised once and solved again for each posture.
+"""A convex program in one free number, parametrised once and solved for each posture.
 
     minimise outer(alpha + beta d)   subject to   a + b d <= 0
 

@@ -31,7 +31,7 @@ from stickslip.dynamics.ugv.trade import measured
 from stickslip.dynamics.ugv.trade.settings import DTYPES, FAR, NEAR, Setting
 
 GROUNDS = ("closed", "waves", "spline", "function")
-"""Kinds of ground that are told apart: a closed form, a sum of waves, a spline or table, a function
+"""Kinds of ground: a closed form, a sum of waves, a spline or table, a function
 of the user's."""
 PLACES = ("near", "far")
 

@@ -75,7 +75,7 @@ def answered(instance: Instance, solves: int = 1, *, every: bool = True) -> Answ
 def conditions(
     instance: Instance, gait: Gait, solved: Solved, value: float, bound: float
 ) -> Certificate:
-    """The certificate of a value and a bound: violation, sign and complementarity looked at."""
+    """The certificate of a value and a bound: with violation, sign and complementarity."""
     rows = instance.rows[0]
     excess = rows.excess(gait.a, gait.b) / rows.size[:, None, None]
     missed = max(float(np.max(excess)), 0.0)

@@ -1,4 +1,4 @@
-"""Solve a gait problem as a cone program, and prove what came out of it apart from the solver."""
+"""Solve a gait problem as a cone program, and prove its result independently of the solver."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def _with(instance: Instance, demand: float) -> Instance:
 
 
 def _bound(demand: float, proved: Callable[[float], bool]) -> float:
-    """The greatest demand for which `proved` says that it does not do, nearly."""
+    """About the greatest demand that is proved to be too low."""
     before = 0.0
     for shortfall in SHORTFALLS:
         if proved(demand * (1 - shortfall)):

@@ -21,7 +21,7 @@ TORQUE, FRICTION, NORMAL, ZMP = "torque", "friction", "normal force", "foot edge
 RATE, STANDING = "greatest rate", "squared rate >= 0"
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
 UNITS |= {STANDING: "rad^2/s^2"}
-"""Of what a row may be missed by."""
+"""Unit of a row's violation."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Rows(NamedTuple):
     def excess(
         self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
     ) -> Float[np.ndarray, "m n ..."]:
-        """By how much each is missed, > 0, in its own unit."""
+        """Violation of each limit, > 0, in its own unit."""
         return self.A * a + self.B * b - self.C
 
     def flat(self) -> Rows:

@@ -1,4 +1,4 @@
-"""The cone program of a gait in cvxpy, built once for each structure and solved again with numbers.
+"""The cone program of a gait in cvxpy, built once for each structure, with numbers as parameters.
 
     minimise  weights . (time, torque, work, torque over phase)   or the least relaxation r
     subject to  b[k+1] = b[k] + h (a[k] + a[k+1]),   A a + B b <= C + R r,   time <= longest

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 ROUNDS = 9
 HELD = 1e-8
-"""By how much a limit may be missed, in its unit of size."""
+"""Tolerated violation of a limit, in its unit of size."""
 LAST = 1e-7
 """The same after the last round."""
 MOVING, QUARTER = 0.005, 0.25

@@ -22,7 +22,7 @@ SIGNS = (1.0, -1.0)
 
 
 def relaxed(instance: Instance, limit: str) -> tuple[Numbers, Solved]:
-    """The least r by which a limit must be missed, in its unit of size, and the numbers solved."""
+    """Least necessary violation r of a limit, in its unit of size, and the solution."""
     numbers = instance.numbers(relaxed=limit)
     numbers.weights.clear()
     structure = instance.structure._replace(terms=())

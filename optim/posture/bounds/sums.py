@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 CAP = 0.05
-"""Of the best known: by how much more costs to go are looked at."""
+"""Margin above the best known cost up to which costs to go are kept."""
 
 
 class Sums:

@@ -1,4 +1,4 @@
-"""The vehicle's forces and turns over intervals of leg angles: statics.py and rolling.py again.
+"""Interval version of statics.py and rolling.py: forces and turns over intervals of leg angles.
 
 Written once for numbers that know +, -, *, /, sin, cos, sqrt and arctan: Interval for a posture,
 Jet for a box of postures with derivatives.

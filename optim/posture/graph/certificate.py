@@ -1,4 +1,4 @@
-"""Costs of arriving as potentials: what they prove of all paths over a grid, looked up anew.
+"""Costs of arriving as potentials, which bound all paths over a grid, verified edge by edge.
 
 Take any number y for every node. Where y_head - y_tail <= cost for every edge, no path costs less
 than y at its end less y where it began: the dual of the shortest path, without a linear program.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     """Nodes before and after each."""
 
 EDGES = 1 << 18
-"""Edges whose costs are looked up in one call, about."""
+"""About the number of edges whose costs are computed in one call."""
 
 
 class Certificate(NamedTuple):

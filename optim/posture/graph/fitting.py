@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 LEAST = 31
-"""Angles of each leg that a grid has at least where nothing else is said."""
+"""Default least number of angles of each leg in a grid."""
 FINEST = 96
 """Angles of each leg that a fitting grid has at most."""
 USED = 0.95

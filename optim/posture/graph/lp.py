@@ -150,7 +150,7 @@ def _result(
     flow: Flow,
     common: dict[str, Any],
 ) -> PostureResult:
-    """The path that the flow takes, and what the grid's bound says of it."""
+    """The path of the flow, and the grid's bound."""
     bound = common["details"]["grid_bound"]
     chosen, spread = (None, 0.0) if flow.edges is None else graph.path(flow.edges)
     if chosen is None:

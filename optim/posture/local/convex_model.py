@@ -16,7 +16,7 @@ from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.posture.local.linearise import Linear, Near
 
 PRICE = 100.0
-"""Of a missed margin of one weight, in parts of the objective's scale, where none is given."""
+"""Default penalty of a violated margin of one weight, in parts of the objective's scale."""
 
 
 class _Block:

@@ -136,7 +136,7 @@ class _Run(NamedTuple):
 def _last_run(
     near: Near, x: np.ndarray, scipy_method: str, iterations: int, tolerance: float, bar: Bar
 ) -> _Run:
-    """Run scipy, again where the model is not content with a solution of scipy's."""
+    """Run scipy, repeatedly where the convex model does not confirm its solution."""
     form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
     minimised, statuses = RUNS[scipy_method]
     steps = runs = 0

@@ -1,4 +1,4 @@
-"""Sequential convex programming: the problem made convex about a point, solved, and again.
+"""Sequential convex programming: convexify about a point, solve, repeat.
 
 The objective is a convex outer function of smooth terms (a prox-linear problem): replacing terms
 and margins by their linear models leaves a convex program, here a cvxpy one that is built once
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 PENALTIES = (10.0, 1e3, 1e5)
-"""Price of a missed margin, tried in this order: of the objective's scale for a whole weight."""
+"""Penalties of violated margins, in this order: of the objective's scale for a whole weight."""
 MISSED = 1e-7
-"""Largest scaled margin missed that needs no higher price."""
+"""Largest scaled violation that needs no higher penalty."""
 GOOD, BAD, TAKEN = 0.75, 0.25, 0.01
 """Parts of the predicted decrease: above GOOD the box grows, below BAD it shrinks, below TAKEN the
 step is refused."""
@@ -124,7 +124,7 @@ class _Search:
         self.history: list[Step] = []
 
     def price(self, penalty: float, radius: float) -> None:
-        """Begin anew from here with this price of missed margins and this box [rad]."""
+        """Restart from here with this penalty of violated margins and this box [rad]."""
         self.penalty, self.radius, self.predicted = penalty, radius, np.inf
         self.failed = False
 
@@ -143,7 +143,7 @@ class _Search:
         return status, "no step in the smallest box helped"
 
     def missed(self) -> float:
-        """The largest scaled margin missed."""
+        """The largest scaled violation."""
         return max(0.0, *(float(-np.min(of)) for of in self.near(self.x).margins.values()))
 
     def merit(self, at: Linear) -> float:

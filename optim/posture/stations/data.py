@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PostureData:
-    """The fields of PostureProblem, which says what they mean."""
+    """The fields of PostureProblem; see there."""
 
     params: UGVParams
     track: Track

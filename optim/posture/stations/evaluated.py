@@ -1,4 +1,4 @@
-"""Stations of numbers at hand: any number of them by a few compiled programs.
+"""Evaluation of any number of stations by a few compiled programs.
 
 Compiling takes seconds and a thousand stations take half a millisecond. So stations go through in
 rows, filled up to SIZES, whatever problem, grid or batch of drives they come from: problems with

@@ -7,7 +7,7 @@ import numpy as np
 from stickslip.dynamics.ugv import UGVParams
 
 FINE = 181
-"""Angles of a leg that are looked at."""
+"""Sampled angles of a leg."""
 ALLOWED = 1.05
 """Times what `nearer_between` finds to second order, for the rest."""
 
