@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     Kind: TypeAlias = type[envs.BipedEnv] | type[envs.UGVEnv]
 
 Options: TypeAlias = dict[str, Any]
-"""Of the environment and of its `make_params`, by name."""
+"""Arguments of the environment and of its `make_params`, by name."""
 
 LIMIT = "an integer >= 1, None or -1 (the parameters' own time limit)"
 """Accepted values of max_episode_steps."""

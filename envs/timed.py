@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number
 
 MOST_STEPS = 10**7
-"""Of one episode."""
+"""Greatest number of steps of an episode."""
 
 
 class Timed(Protocol):
@@ -18,12 +18,12 @@ class Timed(Protocol):
 
     @property
     def control_period(self) -> Number:
-        """Of a step [s]."""
+        """Duration of a step [s]."""
         ...
 
     @property
     def time_limit(self) -> Number:
-        """Of an episode [s]."""
+        """Duration of an episode [s]."""
         ...
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MOST_IN_A_LINE = 10_000
 """Characters."""
 BYTES = 20
-"""Of memory for each byte of a file, about, while it is read."""
+"""Memory for each byte of a file while it is read, about [bytes]."""
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "s": {"s": (1, 1), "ms": (1, 1000), "min": (60, 1), "h": (3600, 1)},
     "m": {"m": (1, 1), "mm": (1, 1000), "cm": (1, 100), "km": (1000, 1)},

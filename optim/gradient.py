@@ -111,7 +111,7 @@ class _Run:
         return at.value / self.scale
 
     def slope(self, x: np.ndarray) -> np.ndarray:
-        """Of `value`."""
+        """Gradient of `value`."""
         return self.free.gradient(np.clip(x, *self.free.bounds)) / self.scale
 
     def chosen(self, x: np.ndarray) -> tuple[np.ndarray, str]:

@@ -42,7 +42,7 @@ class Motion(NamedTuple):
     solvability: Float[Array, ""]
     """> 0 where the motion has one solution; else (Painleve) the numbers are of sticking."""
     torque: Float[Array, ""]
-    """Of the motor, given or needed."""
+    """Torque of the motor, given or needed [N m]."""
 
 
 def ground_force(

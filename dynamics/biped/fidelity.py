@@ -57,7 +57,7 @@ FIDELITIES: dict[str, Fidelity] = {
     "chebyshev": Chebyshev(),
     "paper": Paper(),
 }
-"""By name, with default settings."""
+"""Fidelities by name, with default settings."""
 
 
 def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev | Paper:

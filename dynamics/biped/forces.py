@@ -47,7 +47,7 @@ class InverseDynamics(NamedTuple, Generic[JointForces]):
     zmp: Float[Array, ""]
     """Zero-moment point from the ankle, forwards [m]."""
     joint_forces: JointForces
-    """With outputs="joints": [68] in the order of JOINT_FORCES [N]; else None."""
+    """Joint forces [68] in the order of JOINT_FORCES [N] with outputs="joints"; else None."""
     status: Int[Array, ""]
     """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
 
@@ -60,9 +60,9 @@ class ForwardDynamics(NamedTuple):
     foot_acceleration: Float[Array, ""]
     """[m/s^2]"""
     friction_force: Float[Array, ""]
-    """Of the ground on the foot, forwards [N]."""
+    """Friction force on the foot, forwards [N]."""
     normal_force: Float[Array, ""]
-    """Of the ground on the foot, upwards [N]."""
+    """Normal force on the foot, upwards [N]."""
     zmp: Float[Array, ""] | None
     """Zero-moment point from the ankle, forwards [m]; None with outputs="state"."""
     mode: Int[Array, ""]
@@ -70,7 +70,7 @@ class ForwardDynamics(NamedTuple):
     status: Int[Array, ""]
     """A Status: ok, slip onset (at rest but outside the cone), topple, lift-off, ..."""
     joint_forces: Float[Array, " 68"] | None = None
-    """With outputs="joints": in the order of JOINT_FORCES [N]."""
+    """Joint forces in the order of JOINT_FORCES [N] with outputs="joints"."""
 
 
 @overload

@@ -48,7 +48,7 @@ class Equilibrium(NamedTuple):
     """Friction left at the rear wheel, mu N - |F|; negative: it slips."""
     grip_front: Float[Array, "..."]
     leg_torques: Float[Array, "... 2"]
-    """Of the leg actuators, rear and front; positive drives the leg outwards."""
+    """Torque of the leg actuators, rear and front [N m]; positive drives the leg outwards."""
     clearance: Float[Array, "..."]
     """The pose's, of body and legs above the ground [m]."""
     wheel_clearance: Float[Array, "..."]

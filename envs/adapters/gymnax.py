@@ -48,7 +48,7 @@ class GymnaxEnv(Generic[State, Params]):
 
     @property
     def name(self) -> str:
-        """Of the functional environment's class."""
+        """Name of the functional environment's class."""
         return type(self.functional).__name__
 
     @property

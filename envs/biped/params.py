@@ -168,7 +168,7 @@ class BipedEnvParams:
         return replace(self, **_as_numbers(changes)).validate()
 
     def shortened(self, steps: int) -> BipedEnvParams:
-        """With a time limit of so many control steps."""
+        """The parameters with a time limit of so many control steps."""
         return self.replace(time_limit=steps * self.control_period)
 
     def _other_robot(

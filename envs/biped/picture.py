@@ -1,4 +1,4 @@
-"""From a state of BipedEnv to what its renderer draws."""
+"""Conversion of BipedEnv's states into data for the renderer."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ class Outcome(NamedTuple):
     turned: Float[Array, ""]
     """Crank angle [rad]."""
     walked: Float[Array, ""]
-    """By the centre of mass [m]."""
+    """Distance of the centre of mass [m]."""
     slid: Float[Array, ""]
     """[m]"""
     positive_work: Float[Array, ""]

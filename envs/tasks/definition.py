@@ -60,12 +60,12 @@ class TaskDefinition:
 
     @property
     def name(self) -> str:
-        """As commands know it."""
+        """Name in commands."""
         return f"{self.stem}-v{self.version}"
 
     @property
     def id(self) -> str:
-        """As Gymnasium knows it."""
+        """Gymnasium's id."""
         return NAMESPACE + self.name
 
     @property
@@ -78,7 +78,7 @@ class TaskDefinition:
 
     @property
     def digest(self) -> str:
-        """Of what decides how an episode goes: SHA-256 of the canonical JSON, in hexadecimal."""
+        """SHA-256 of the definition's canonical JSON, in hexadecimal."""
         content = {
             "environment": self.environment,
             "choices": self.choices,

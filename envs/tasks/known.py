@@ -88,7 +88,7 @@ class Known:
 
     @property
     def scale(self) -> Scale:
-        """From returns to scores."""
+        """Scale from returns to scores."""
         return Scale(self.trivial.value, self.best.value)
 
     def score(self, returns: ArrayLike, seeds: Sequence[int] | None = None) -> Interval:

@@ -8,7 +8,7 @@ from stickslip.envs.tasks.definition import NAMESPACE, TaskDefinition
 from stickslip.envs.tasks.ugv import UGV_TASKS, UGV_WITHDRAWN
 
 TASKS: dict[str, TaskDefinition] = {one.name: one for one in (*BIPED_TASKS, *UGV_TASKS)}
-"""By name, the biped's first."""
+"""Task definitions by name, the biped's first."""
 WITHDRAWN: dict[str, str] = {**BIPED_WITHDRAWN, **UGV_WITHDRAWN}
 """Reasons of withdrawn versions, by name. They are listed and refused."""
 

@@ -1,4 +1,4 @@
-"""From returns to scores: 0 is a trivial policy, 1 the best that is known."""
+"""Normalised scores: 0 = zero action, 1 = best known."""
 
 from __future__ import annotations
 

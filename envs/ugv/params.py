@@ -167,7 +167,7 @@ class UGVEnvParams:
         return cast(replace(self, **changes).validate(), dtype)
 
     def shortened(self, steps: int) -> UGVEnvParams:
-        """With a drive of so many steps; a failure costs what it costs on the whole one."""
+        """The parameters of a drive of so many steps; the failure penalty stays the same."""
         end = self.start + steps * self.spacing
         return self.replace(end=end, failure_penalty=self.failure_penalty)
 

@@ -1,4 +1,4 @@
-"""From a state of UGVEnv to what its renderer draws."""
+"""Conversion of UGVEnv's states into data for the renderer."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ class Attitude(NamedTuple):
 
     pitch: Float[Array, ""]
     slope_rear: Float[Array, ""]
-    """Of the ground under the rear wheel."""
+    """Slope of the ground under the rear wheel."""
     slope_front: Float[Array, ""]
 
 

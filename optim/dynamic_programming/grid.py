@@ -160,7 +160,7 @@ class Sheet:
         return Sheet(self.name, tuple(axis.finer() for axis in self.axes))
 
     def coordinates(self) -> np.ndarray:
-        """Of every node [size, axes]."""
+        """Coordinates of every node [size, axes]."""
         along = np.meshgrid(*(np.asarray(axis.nodes) for axis in self.axes), indexing="ij")
         return np.stack([one.ravel() for one in along], 1)
 

@@ -28,7 +28,7 @@ STOPS = -1
 
 
 class Counts(NamedTuple):
-    """Of all transitions: how many end the process, and how many of the others leave the grid."""
+    """Numbers of transitions that end the process, and of others that leave the grid."""
 
     ended: int
     outside: int
@@ -60,7 +60,7 @@ class Blocks(Protocol):
 @register_pytree
 @dataclass(frozen=True)
 class Transitions:
-    """Of every node under every action, in blocks of nodes; the last block is filled up.
+    """Transitions of each node under each action, in blocks of nodes; the last block is filled up.
 
     base, share: the cell that is reached, see Cell; base is STOPS where nothing follows.
     reward: of the step; where it leaves the grid, with what leaving is worth.

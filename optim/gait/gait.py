@@ -56,17 +56,17 @@ class Gait:
 
     @property
     def torque(self) -> Float[np.ndarray, "n K+1"]:
-        """Of the motor at the nodes [N m]."""
+        """Motor torque at the nodes [N m]."""
         return torque_of(self.nodes, self.a, self.b)
 
     @property
     def friction_force(self) -> Float[np.ndarray, "n K+1"]:
-        """Of the ground on the foot at the nodes [N]."""
+        """Friction force on the foot at the nodes, forwards [N]."""
         return ground_of(self.nodes, self.a, self.b)[0]
 
     @property
     def normal_force(self) -> Float[np.ndarray, "n K+1"]:
-        """Of the ground on the foot at the nodes [N]."""
+        """Normal force on the foot at the nodes [N]."""
         return ground_of(self.nodes, self.a, self.b)[1]
 
     @property
@@ -114,7 +114,7 @@ class Gait:
 
     @cached_property
     def torque_between(self) -> Polynomials:
-        """Of the motor in each cell [N m]."""
+        """Motor torque in each cell [N m]."""
         return Polynomials(torque_of(self.closely.profile, *self.inner))
 
     @cached_property
@@ -150,7 +150,7 @@ class Gait:
 
     @cached_property
     def times(self) -> Float[np.ndarray, "n K"]:
-        """In each cell [s], in closed form; infinite where the crank stands still in it."""
+        """Time in each cell [s], in closed form; infinite where the crank stands still in it."""
         return read_only(between.times(self.grid, self.a, self.b))
 
     @property
@@ -163,7 +163,7 @@ class Gait:
 
     @cached_property
     def duration(self) -> float:
-        """Of all steps [s]; infinite where the crank stands still on the way."""
+        """Duration of all steps [s]; infinite where the crank stands still on the way."""
         return float(np.sum(self.times))
 
     @property

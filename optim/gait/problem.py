@@ -187,7 +187,7 @@ class GaitProblem(Problem[GaitResult]):
 
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Of b at the beginning, and for the accelerations what the greatest torque could do."""
+        """Bounds of b at the beginning, and of the accelerations by the greatest torque."""
         at, nodes = self.instance, self.instance.profiles[0]
         b = at.limits.cap**2
         needed = at.limits.torque + np.abs(nodes.fall) + np.abs(nodes.dM) / 2 * b
@@ -262,7 +262,7 @@ class GaitProblem(Problem[GaitResult]):
 
 
 RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2"}
-"""Of GaitProblem.residuals."""
+"""Units of GaitProblem.residuals."""
 
 
 def _squares(rate: float | None, cap: float) -> tuple[float, float]:

@@ -88,7 +88,7 @@ class GaitResult(Result):
 
     @property
     def torque(self) -> Float[np.ndarray, "n K+1"]:
-        """Of the motor at the nodes [N m]."""
+        """Motor torque at the nodes [N m]."""
         return self.best.torque
 
     @property

@@ -33,7 +33,7 @@ QUIET = 256
 SAME = 1e-6
 """Relative tolerance of a recorded value: roundings of another machine."""
 DIGITS = 7
-"""Of numbers that a digest is about."""
+"""Digits of the numbers in a digest."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Instance:
         return None if self.known is None else self.known.bound
 
     def digest(self) -> str:
-        """Of all that decides its values: the numbers of its problems, tracks included."""
+        """Digest of the numbers of its problems, tracks included."""
         found = hashlib.sha256(f"{self.id} {self.goals}".encode())
         for problem in self.problems:
             for part in parts_of(problem):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Other: TypeAlias = "Interval | Array | float"
 
 ULPS = 8
-"""By how many units in the last place an elementary function of NumPy may be off."""
+"""Error of NumPy's elementary functions, in units in the last place."""
 EPS = float(np.finfo(float).eps)
 TINY = float(np.finfo(float).tiny)
 _unbounded = np.errstate(over="ignore", invalid="ignore")

@@ -1,4 +1,4 @@
-"""By how much a drive misses its constraints, in their own units."""
+"""Constraint violations of a drive, in their own units."""
 
 from __future__ import annotations
 

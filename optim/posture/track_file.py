@@ -24,7 +24,7 @@ EARTH_RADIUS = 6_371_008.8
 """Mean radius [m]."""
 
 MOST_BYTES = 16 * 2**20
-"""Of a file; a point takes about 20 of them in a table and 80 in a GPX track."""
+"""Greatest size of a file [bytes]; a point takes about 20 in a table and 80 in a GPX track."""
 DEEPEST = 100
 """Elements of a GPX file inside one another."""
 BYTES_A_POINT = 400

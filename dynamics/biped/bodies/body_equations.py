@@ -32,11 +32,11 @@ class BodyEquations(NamedTuple):
     """
 
     forces: Float[Array, "24 3 68"]
-    """Of unit joint forces, in the order of JOINT_FORCES [-, -, m]."""
+    """Columns of unit joint forces, in the order of JOINT_FORCES [-, -, m]."""
     torque: Float[Array, "24 3"]
-    """Of a unit motor torque: +1 on the crank, -1 on the hip."""
+    """Column of a unit motor torque: +1 on the crank, -1 on the hip."""
     ground: Float[Array, "24 3 3"]
-    """Of unit friction, normal force and ground moment, the forces at the ankle."""
+    """Columns of unit friction, normal force and ground moment, the forces at the ankle."""
     loads: Float[Array, "24 3 columns"]
     """Mass times acceleration, I times turning acceleration, of unit crank acceleration, crank
     rate squared, foot acceleration; and minus the weight of unit gravity: 4 columns, or one of a

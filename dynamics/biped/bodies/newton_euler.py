@@ -80,17 +80,17 @@ class NewtonEuler(NamedTuple):
     """Forces and accelerations of one instant; what was given is passed through."""
 
     joint_forces: Float[Array, " 68"]
-    """In the order of JOINT_FORCES [N]."""
+    """Joint forces in the order of JOINT_FORCES [N]."""
     torque: Float[Array, ""]
     """Motor torque between hip and crank [N m]."""
     friction_force: Float[Array, ""] | None
-    """Of the ground on the foot, forwards [N]; None in "inverse", like the next three."""
+    """Friction force on the foot, forwards [N]; None in "inverse", like the next three."""
     normal_force: Float[Array, ""] | None
-    """Of the ground on the foot, upwards [N]."""
+    """Normal force on the foot, upwards [N]."""
     zmp: Float[Array, ""] | None
     """Zero-moment point from the ankle, forwards [m]."""
     ankle_moment: Float[Array, ""] | None
-    """Of the ground's force about the ankle, anticlockwise [N m] (eq. 30)."""
+    """Moment of the ground's force about the ankle, anticlockwise [N m] (eq. 30)."""
     crank_acceleration: Float[Array, ""]
     """[rad/s^2]"""
     foot_acceleration: Float[Array, ""]
@@ -195,7 +195,7 @@ def _by_matrix(
     rate: Float[Array, ""],
     known,
 ) -> NewtonEuler:
-    """By the system's whole matrix, as the chapter does."""
+    """Solve with the system's whole matrix, as the chapter does."""
     square = rate**2
     columns = all_columns(equations, system, known["direction"] * known["mu_kinetic"])
     loads = equations.loads[..., SQUARE] * square + equations.loads[..., GRAVITY] * params.gravity
@@ -232,7 +232,7 @@ def _by_units(
     rate: Float[Array, ""],
     known,
 ) -> NewtonEuler:
-    """By the legs: unit solutions close the accelerations that are unknown, if any are.
+    """Solve leg by leg: unit solutions close the accelerations that are unknown, if any are.
 
     All forces are then solved for the motion itself, with one right side.
     """

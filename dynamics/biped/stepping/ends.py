@@ -38,7 +38,7 @@ class Ground(NamedTuple):
     normal: Float[Array, ""]
     solvability: Float[Array, ""]
     moment: Float[Array, ""] | None
-    """Of the ground's force about the ankle [N m]; None where toppling is not judged."""
+    """Moment of the ground's force about the ankle [N m]; None where toppling is not judged."""
 
 
 class Ending(NamedTuple):

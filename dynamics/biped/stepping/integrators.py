@@ -159,7 +159,7 @@ INTEGRATORS: dict[str, Integrator] = {
     "rk4_split": RK4Split(),
     "event_exact": EventExact(),
 }
-"""By name, with default settings."""
+"""Integrators by name, with default settings."""
 
 
 def integrator_of(integrator: str | Integrator) -> Integrator:

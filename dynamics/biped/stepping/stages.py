@@ -34,7 +34,7 @@ class Taken(NamedTuple):
     """There."""
     middle: Midpoint
     work: Float[Array, ""] | None
-    """Of the motor [J], where its torque is not given."""
+    """Work of the motor [J], where its torque is not given."""
     errors: Float[Array, " 4"] | None
     """Estimated errors of theta, rate, slide and velocity, where there are estimates."""
 

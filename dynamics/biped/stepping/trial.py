@@ -61,7 +61,7 @@ class Trial(NamedTuple):
     alpha_middle: Float[Array, ""]
     foot_middle: Float[Array, ""]
     work: Float[Array, ""] | None
-    """Of the motor at the end [J], where its torque is not given; and its power there [W]."""
+    """Work of the motor at the end [J], where its torque is not given; and its power there [W]."""
     power: Float[Array, ""] | None
     size: Float[Array, ""] | None
     """Next step of the adaptive integrator; None for fixed steps."""

@@ -10,7 +10,7 @@ from stickslip.dynamics.biped.trade import measured
 from stickslip.dynamics.biped.trade.setting import Setting
 
 DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
-"""Of the default robot [m, m/s^2], in whose steps and seconds everything is kept."""
+"""Crank length and gravity of the default robot [m, m/s^2], whose scales all numbers have."""
 WALK_PER_RADIAN = 8 * DEFAULT_CRANK / math.pi
 """Distance that the default robot walks for each radian of its crank [m]: 8 l8 in half a turn."""
 
@@ -48,7 +48,7 @@ class Bound(NamedTuple):
     joint: float
     """The worse of both [rad/s]."""
     angle: float
-    """Of the crank [rad/s]."""
+    """Error of the crank angle [rad/s]."""
     slide: float
     """[m/s]"""
 

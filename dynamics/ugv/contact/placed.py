@@ -46,7 +46,7 @@ class Pose(NamedTuple):
     front wheel touches."""
 
     def potential_energy(self, params: UGVParams) -> Values:
-        """Of all five bodies above y = 0 [J]; far up, energy_above_origin keeps more digits."""
+        """Potential energy above y = 0 [J]; far up, energy_above_origin keeps more digits."""
         return self.energy_above_origin(params) + params.weight * self.origin[..., 1]
 
     def energy_above_origin(self, params: UGVParams) -> Values:

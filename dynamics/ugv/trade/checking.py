@@ -77,12 +77,12 @@ class SettingCheck:
 
 
 class Differences(NamedTuple):
-    """Of each pose [n]; errors are NaN where either has no numbers."""
+    """Errors of each pose [n], NaN where either has no numbers."""
 
     torque: np.ndarray
-    """Over weight times wheel radius [-]."""
+    """Error of the torque, over weight times wheel radius [-]."""
     contact: np.ndarray
-    """Of the rear contact, in wheel radii [-]."""
+    """Error of the rear contact, in wheel radii [-]."""
     wrong: np.ndarray
     """True if the status differs though the errors do not explain it."""
     unseen: np.ndarray

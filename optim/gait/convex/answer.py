@@ -41,8 +41,7 @@ again: the solver's accuracy is that of the largest numbers."""
 
 
 def answered(instance: Instance, solves: int = 1, *, every: bool = True) -> Answer | Solved:
-    """Solve, and look at what comes out; the bare outcome where there is no point. every: look for
-    a bound on every gait, too."""
+    """Solve and certify; the bare outcome without a point. every: bound every gait, too."""
     numbers = instance.numbers()
     solved = program_of(instance.structure).solve(numbers)
     if solved.a is None or solved.b is None or solved.duals is None:

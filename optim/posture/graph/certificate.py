@@ -36,7 +36,7 @@ class Certificate(NamedTuple):
     bound: float
     """No path over the grid costs less, but for the rounding of its stations."""
     missed: float
-    """By how much an edge misses its inequality at worst, in the criterion's unit."""
+    """Largest violation of an edge's inequality, in the criterion's unit."""
     edges: int
     """Number of edges verified: all that the rate and the constraints allow."""
 

@@ -39,7 +39,7 @@ class LayeredGraph:
     empty: bool = False
     """No path leads through."""
     rounding: Callable[[float], float] = lambda value: 0.0
-    """By how much a path's cost of about this value may be off by rounding of the stations."""
+    """Rounding error of a path's cost of about this value."""
 
     @property
     def source(self) -> int:

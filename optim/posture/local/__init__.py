@@ -1,1 +1,1 @@
-"""From one drive to a better one near by: convex models, slopes, evolution."""
+"""Local improvement of a drive: convex models, gradients, evolution."""

@@ -51,7 +51,7 @@ class Station(NamedTuple):
     per_metre: Float[Array, "..."]
     """Turn of both wheels on a metre of level ground, 2 / r [rad/m]."""
     leg_torques: Float[Array, "... 2"]
-    """Of the leg actuators [N m], positive outwards; times d(leg_angles) is their work."""
+    """Torque of the leg actuators [N m], positive outwards; times d(leg_angles) is their work."""
     F_rear: Float[Array, "..."]
     """Friction along the ground [N]; N: normal force; of each wheel."""
     N_rear: Float[Array, "..."]
@@ -62,9 +62,9 @@ class Station(NamedTuple):
     grip: Float[Array, "..."]
     """The lesser of both wheels' mu N - |F| [N]."""
     clearance: Float[Array, "..."]
-    """Of body and legs above the ground [m]; infinite where the solver leaves it out."""
+    """Clearance of body and legs above the ground [m]; infinite where the solver leaves it out."""
     wheel_clearance: Float[Array, "..."]
-    """Between the wheels [m], likewise."""
+    """Clearance between the wheels [m], likewise."""
     status: Int[Array, "..."]
     """Status of `balance`."""
 
