@@ -82,7 +82,7 @@ def require_number(
 
 
 def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
-    """The value of a field that `require_number` has checked, as what pytrees hold.
+    """The value of a field checked by `require_number`, as a pytree leaf.
 
     Python and NumPy scalars become floats (which take the type of the arrays they meet), lists and
     tuples NumPy arrays, whose digits do not depend on JAX's switches; arrays and traced values pass
@@ -109,7 +109,7 @@ def require_integer(
 
 
 def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
-    """The value in its own type or in float64, or ValueError for what is no real number."""
+    """The value in its own type or in float64; ValueError unless it is a real number."""
     if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{name} is a masked array; accepted: {accepted}")
     try:

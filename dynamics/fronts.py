@@ -1,4 +1,4 @@
-"""Fronts of measured points: what no other beats in cost and error, and where the front bends."""
+"""Pareto fronts of cost and error, and their knees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A function over a batch as one kernel: what makes many small steps fast on a processor.
+"""Fused functions: a function over a batch as one kernel, for many small steps on a CPU.
 
 XLA's CPU backend runs a step of a small model as hundreds of kernels, each started for about a
 microsecond, whose results go through memory in between. `fused` has it compile the whole function

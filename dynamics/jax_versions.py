@@ -88,7 +88,7 @@ def register(
     slope: Callable[..., tuple[object, object]] | None = None,
     back: Callable[..., Sequence[object]] | None = None,
 ) -> None:
-    """Tell JAX how vmap widens an operation, and what it computes, `on_cpu` where that differs.
+    """Register an operation's batching rule and lowering, `on_cpu` where that differs.
 
     slope, back: its rules for forward derivatives and for their transposition, where it has any.
     Where JAX does not take them, `refusal` says so.
@@ -114,7 +114,7 @@ def register_thinning(
     operation: Primitive,
     needed: Callable[[list[bool], JaxprEqn], tuple[list[bool], JaxprEqn | None]],
 ) -> None:
-    """Tell JAX what is left of an operation of which some results are not read.
+    """Register an operation's dead-code elimination.
 
     JAX 0.12 says in between whether arguments that are references are read later: none are.
     Where the rule cannot be given, all results are computed.

@@ -121,7 +121,7 @@ def all_finite(*trees: Any) -> jax.Array:
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """A copy that cannot be written to: for what is kept and given out."""
+    """A read-only copy."""
     kept = np.array(array)
     kept.setflags(write=False)
     return kept

@@ -1,4 +1,4 @@
-"""A call that XLA's CPU backend compiles as one kernel, and what such a kernel cannot hold."""
+"""A call that XLA's CPU backend compiles as one kernel, and the limits of such a kernel."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class SceneOptions(TypedDict, total=False):
 @register_pytree
 @dataclass(frozen=True)
 class Scene:
-    """A floor, how far to walk, what to carry and what to compute.
+    """A floor, the length of the walk, the payload and the outputs.
 
     floor: Grip, Uniform, Patches or Smoothed. payload: mass [kg] added at the hip's centre, or None
     for none (and nothing compiled for it). steps: "continuous" walking, or "one" step that ends at
@@ -185,7 +185,7 @@ class Scene:
         return cls.uniform(*FRICTIONS[name], **options)
 
     def validate(self) -> Scene:
-        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and the accepted range."""
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
         accepted = "Grip(), Uniform(...), Patches(...) or Smoothed(...)"
@@ -211,7 +211,7 @@ FRICTIONS = {"slippery": (0.06, 0.05), "wet": (0.2, 0.15), "firm": (0.5, 0.4)}
 
 
 def scene_of(scene: Any) -> Scene:
-    """The scene itself, or the one of that name; ValueError for what is neither."""
+    """The scene itself, or the one of that name; ValueError for anything else."""
     if isinstance(scene, str):
         require_choice("scene", scene, SCENES, also="a Scene")
         return Scene.named(scene)

@@ -26,7 +26,7 @@ def clock(time: Float[Array, ""], step: Float[Array, ""]) -> Float[Array, ""]:
 
 
 def compensated(sums: Terms, rests: Terms, terms: Terms) -> tuple[Terms, Terms]:
-    """sums + terms, and what rounding has left out of them so far; trees of floating arrays.
+    """sums + terms, and their rounding errors so far; trees of floating arrays.
 
     Begin with rests of 0. A sum of any length is good to a few roundings of its own: Knuth's exact
     error of an addition, fed back as Kahan does. A sum that overflows stays infinite.

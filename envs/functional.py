@@ -93,7 +93,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return ()
 
     def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
-        """The parameters of an episode: these, with what the options of a reset say instead.
+        """The parameters of an episode: these, changed by the options of a reset.
 
         ValueError for an unknown name and for a value that `make_params` would not take.
         """
@@ -222,7 +222,7 @@ def with_keywords_of(
 
 
 def keyword_names(make_params: Any) -> tuple[str, ...]:
-    """The names that a machine's `make_params` takes, beside what its environment gives."""
+    """Names of `make_params`'s arguments that the environment does not give itself."""
     kinds = inspect.signature(make_params).parameters.values()
     return tuple(one.name for one in kinds if one.kind is one.KEYWORD_ONLY)
 

@@ -1,4 +1,4 @@
-"""The Gymnasium ids and what their keyword arguments mean.
+"""The Gymnasium ids and their keyword arguments.
 
 Registering needs the ids only: the environments are imported when the first one is made.
 """

@@ -217,7 +217,7 @@ def _sound(values: np.ndarray, margins: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
-    """Values [k] and margins [m] as floats; ValueError for what is neither."""
+    """Values [k] and margins [m] as floats; ValueError for anything else."""
     found = function(data, x, draw)
     pair = found if isinstance(found, tuple | list) and len(found) == 2 else ()
     rows = [row for one in pair if (row := _row(one, x.dtype)) is not None]

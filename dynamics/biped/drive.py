@@ -29,7 +29,7 @@ class Torque(NamedTuple):
 
 
 class CrankMotion(NamedTuple):
-    """The crank's acceleration is given; the motor's torque is whatever that takes."""
+    """The crank's acceleration is given; the motor's torque follows from it."""
 
     crank_acceleration: Float[Array, ""]
 

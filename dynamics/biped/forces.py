@@ -197,7 +197,7 @@ def at_instant(
     foot_velocity: Float[Array, ""],
     outputs: str = "forces",
 ) -> Instant:
-    """Mode, motion and what `outputs` asks for; friction None: the foot cannot slip."""
+    """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
     model, floor = problem.model, problem.scene.floor
     inertia = model.inertia.at(theta)
     motion = problem.still(inertia, crank_rate)

@@ -111,7 +111,7 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
 def centres_and_angles(
     params: Linkage, theta: Real[Number, ""]
 ) -> tuple[Float[Array, "24 2"], Float[Array, " 24"]]:
-    """Of `kinematics` what the masses need: centres of mass [m] and link angles [rad]."""
+    """Centres of mass [m] and link angles [rad] alone of `kinematics`."""
     return _bodies(params, *_legs(params, theta))
 
 

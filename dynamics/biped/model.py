@@ -126,7 +126,7 @@ class BipedModel:
 
     @property
     def params(self) -> BipedParams:
-        """The robot with the payload, but without what `load` put on it."""
+        """The robot with the payload, but without the load of `load`."""
         return with_payload(self.bare, self.payload)
 
     @property
@@ -288,7 +288,7 @@ def with_payload(params: BipedParams, payload: Numeric | None) -> BipedParams:
 
 
 def loaded_params(model: BipedModel) -> BipedParams:
-    """The robot with all that it carries: the model's payload and what `load` gave it."""
+    """The robot with all that it carries: the model's payload and the load of `load`."""
     params = model.params
     if model.load is None:
         return params

@@ -220,7 +220,7 @@ class BipedParams:
         return replace(self, **changes)._checked_whole()
 
     def validate(self) -> BipedParams:
-        """Return self, or raise ValueError naming the field, what was given and what is accepted.
+        """Return self, or raise ValueError naming the field, the value and the accepted range.
 
         Checks shapes, signs, finiteness, and that the linkage closes at every crank angle (the
         message says where it does not). Traced values pass unchecked: inside a transformation a

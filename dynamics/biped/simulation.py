@@ -77,7 +77,7 @@ class Trajectory:
 
     @property
     def status(self) -> Status | Int[Array, ""]:
-        """The gravest Status met; an integer inside a trace."""
+        """The most severe Status of the walk; an integer inside a trace."""
         gravest = jnp.max(self.contacts.status)
         return Status(int(gravest)) if is_concrete(gravest) else gravest
 

@@ -1,4 +1,4 @@
-"""The biped's state and what a step reports beside it."""
+"""The biped's state and the contact report of a step."""
 
 from __future__ import annotations
 

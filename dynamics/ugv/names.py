@@ -1,4 +1,4 @@
-"""Names of the ground and of what a rough one takes: known without JAX."""
+"""Names of the ground and of a rough one's arguments, known without JAX."""
 
 TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
 """The named tracks: each is a constructor of Track, also reached by Track.named."""

@@ -82,7 +82,7 @@ class UGVParams:
         return (2 * self.wheel_mass + 2 * self.leg_mass + self.body_mass) * self.gravity
 
     def validate(self) -> UGVParams:
-        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and the accepted range."""
         for name in (field.name for field in fields(self)):  # a list passes as its numbers would
             require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
         for name in POSITIVE:

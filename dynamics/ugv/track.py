@@ -266,7 +266,7 @@ class Track:
 
 
 def track_of(track: Any) -> Track:
-    """The track itself, or the one of that name; ValueError for what is neither."""
+    """The track itself, or the one of that name; ValueError for anything else."""
     if isinstance(track, str):
         require_choice("track", track, TRACKS, also="a Track")
         return Track.named(track)

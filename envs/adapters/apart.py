@@ -93,7 +93,7 @@ class Apart(Generic[Params]):
         action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
         step = jax.eval_shape(partial(bare_step, self.env), key, state, action, other)
         self.signature = signature_of((obs, *step[2:]))
-        """Shapes and types of what a step returns."""
+        """Shapes and types of a step's results."""
         self.carry: Array | None = None
         self._own: Array | None = None
         self.members = np.zeros(num_envs, bool)

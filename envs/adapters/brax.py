@@ -100,7 +100,7 @@ class BraxEnv(base.Env):
         truncated: Array,
         info: dict[str, Array],
     ) -> BraxState:
-        """The state with what a step gave; what wrappers keep in its info stays."""
+        """The state with a step's results; entries of wrappers in its info stay."""
         kind = self._obs.dtype
         return state.replace(
             pipeline_state=after,

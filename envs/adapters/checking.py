@@ -1,4 +1,4 @@
-"""A check that a vector environment does what as many single ones do, step by step."""
+"""Check that a vector environment equals as many single ones, step by step."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ VALUES = (6, 5)
 
 
 class GymnaxEnv(Generic[State, Params]):
-    """An environment as gymnax, purejaxrl and what is built on them call theirs.
+    """An environment with gymnax's protocol, for gymnax, purejaxrl and their successors.
 
     values = 6, gymnax 1.0's: step(key, state, action, params) returns observation, state, reward,
     terminated, truncated, info. values = 5, those of gymnax 0.0.9 and purejaxrl: observation,

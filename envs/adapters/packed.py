@@ -1,4 +1,4 @@
-"""A batch of functional environments behind plain NumPy arrays: what every adapter stands on.
+"""A batch of functional environments behind plain NumPy arrays, the base of every adapter.
 
 One compiled call a step, of one array to one array: a call costs for each of them.
 """

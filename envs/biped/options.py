@@ -38,7 +38,7 @@ START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval", "mar
 
 
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
-    """The parameters with what the options say; what they set is not drawn."""
+    """The parameters changed by the options; what they set is not drawn."""
     require_known(options, OPTIONS, "option of reset")
     drawn, scene = params.randomisation, params.scene
     for name, rule in START.items():

@@ -1,4 +1,4 @@
-"""Numbers of the biped environment: robot, scene, task, reward and what is randomised."""
+"""Parameters of the biped environment: robot, scene, task, reward and randomisation."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ class BipedEnvParams:
             )
 
     def validate(self) -> BipedEnvParams:
-        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and the accepted range."""
         kind = jnp.result_type(self.robot.own_mass)
         numbers = {name: getattr(self, name) for name in NUMBERS} | self.given_mark
         require_numeric(**numbers)
@@ -233,7 +233,7 @@ MARK = {
     name: {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
     for name in ("mark", "mark_width")
 }
-"""The rules of what a mark is given by."""
+"""Rules of a mark's parameters."""
 
 
 def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def outcome_of(
 
 
 def fell(status: Int[Array, ""]) -> Bool[Array, ""]:
-    """True if an episode ends in what no task asks for."""
+    """True if an episode ends in a failure."""
     return (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
 
 

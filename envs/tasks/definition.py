@@ -24,7 +24,7 @@ ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 DRIVE_STEPS = 66
 """Of a UGV task: 8 m of ground, less what the vehicle stands on at first, at most 0.1 m a step."""
 DTYPE = "float32"
-"""Every task computes in it, whatever `jax_enable_x64` says: a score is the same everywhere."""
+"""Precision of every task, whatever jax_enable_x64 is: a score is the same everywhere."""
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ class Known:
         return self._of_means(lambda r, zero, one: one - r, returns, seeds)
 
     def score_of(self, earned: Earned) -> Interval:
-        """Score of what is known of a policy; no interval where its returns were not kept."""
+        """Score of a measured policy; no interval where its returns were not kept."""
         if len(earned.returns) == self.episodes:
             return self.score(earned.returns, range(self.episodes))
         return Interval(self.scale.score(earned.value))

@@ -25,7 +25,7 @@ rounded, and a track as long as the one before gets as many."""
 
 
 def episode_params(params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
-    """The parameters with what the options say; what they set is not drawn."""
+    """The parameters changed by the options; what they set is not drawn."""
     require_known(options, OPTIONS, "option of reset")
     drawn, changes = params.randomisation, {}
     if "friction" in options:

@@ -1,4 +1,4 @@
-"""Numbers of the UGV environment: vehicle, ground, task, reward and what is randomised."""
+"""Parameters of the UGV environment: vehicle, ground, task, reward and randomisation."""
 
 from __future__ import annotations
 
@@ -188,7 +188,7 @@ class UGVEnvParams:
             )
 
     def validate(self) -> UGVEnvParams:
-        """Return self, or raise ValueError naming the field, the value and what is accepted."""
+        """Return self, or raise ValueError naming the field, the value and the accepted range."""
         given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
         _require_kinds(**given)
         self.vehicle.validate()

@@ -49,7 +49,7 @@ class Axis:
     unit: str = field(default="-", metadata={"static": True})
 
     def validate(self) -> Axis:
-        """Return self, or raise ValueError naming the axis and what is wrong with it."""
+        """Return self, or raise ValueError naming the axis and its error."""
         require_kind("name", self.name, str, "a name")
         require_kind("periodic", self.periodic, bool, "True or False")
         accepted = "finite numbers in ascending order, at least two"

@@ -42,7 +42,7 @@ class Values(NamedTuple):
 
 
 Report: TypeAlias = Callable[[Values], None]
-"""Called every TOGETHER sweeps, to keep what is known."""
+"""Callback every TOGETHER sweeps, to store the values."""
 
 
 def finite_horizon(

@@ -54,7 +54,7 @@ def times(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1
 def over_time(
     grid: Grid, a: np.ndarray, b: np.ndarray, square: Callable[[np.ndarray], np.ndarray]
 ) -> float:
-    """The integral over time of what `square` gives at shares [n, K, Q] of the cells.
+    """The integral over time of `square` at shares [n, K, Q] of the cells.
 
     Points are placed in time, from where a cell or its half is slowest, with the crank's own
     motion: nothing is large there however slow the crank is.
@@ -89,7 +89,7 @@ class Polynomials:
 
 
 def peak(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """The largest value in each cell of what `function` gives at shares [Q] or [..., Q].
+    """The largest value of `function` in each cell at shares [Q] or [..., Q].
 
     The best of LOOKS places, then of CLOSER_LOOKS around it, then the vertex of the parabola
     through three.
@@ -127,7 +127,7 @@ def positive_and_squared(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> tu
 
 
 def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:
-    """b with what rounding leaves at rest taken away."""
+    """b without rounding errors at rest."""
     if not (grid.from_rest or grid.to_rest):
         return b
     b = b.copy()

@@ -1,4 +1,4 @@
-"""A gait walked in simulation: what it promised, and what came of it."""
+"""Replay of a gait in simulation, compared with its promised values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A gait problem's result: the gait, what is proved of it, and what the grid leaves out."""
+"""Result of a gait problem: the gait, its certificates, and the gap that the grid leaves."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class GaitResult(Result):
 
     @property
     def discretisation(self) -> float:
-        """(held_value - every_bound) / value: what the grid leaves open; infinite if unknown."""
+        """(held_value - every_bound) / value: the gap that the grid leaves; infinite if unknown."""
         if self.every_bound is None or not np.isfinite(self.held_value):
             return np.inf
         off = self.held_value - self.every_bound

@@ -194,7 +194,7 @@ def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Foreign
 
 
 def as_cvxpy(instance: Instance) -> tuple[Foreign, Callable[[], Float[np.ndarray, "n"]]]:
-    """A cvxpy Problem of a convex instance, and what gives its free numbers once it is solved.
+    """A cvxpy Problem of a convex instance, and a function for its free numbers once solved.
 
     Nothing is counted: cvxpy never asks for a value. ValueError for an instance that is not convex.
     """

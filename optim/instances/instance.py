@@ -1,4 +1,4 @@
-"""An instance: a problem that never changes under its name, and what is known of it."""
+"""Instance of the suite: a problem with a fixed id, and its known solution."""
 
 from __future__ import annotations
 

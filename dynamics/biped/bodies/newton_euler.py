@@ -77,7 +77,7 @@ SYSTEMS = tuple(GIVEN)
 
 
 class NewtonEuler(NamedTuple):
-    """Forces and accelerations of one instant; what was given is passed through."""
+    """Forces and accelerations of one instant; given ones are passed through."""
 
     joint_forces: Float[Array, " 68"]
     """Joint forces in the order of JOINT_FORCES [N]."""

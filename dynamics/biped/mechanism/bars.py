@@ -1,4 +1,4 @@
-"""The mass of a robot of uniform bars: what a length, a density, a hip and two feet make of it."""
+"""Masses of a robot of uniform bars, from a length, a density, a hip and two feet."""
 
 from __future__ import annotations
 

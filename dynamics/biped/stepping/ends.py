@@ -116,7 +116,7 @@ def _levers(
 
 
 def status_now(problem: Problem, at: Ground) -> Int[Array, ""]:
-    """OK, or the gravest end that has come at this instant."""
+    """OK, or the most severe end at this instant."""
     status = jnp.zeros_like(at.normal, jnp.int32)
     if at.moment is not None:
         model, moment = problem.model, at.moment

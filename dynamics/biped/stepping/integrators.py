@@ -20,7 +20,7 @@ MOST_STEPS = 10**6
 
 
 def _require(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None:
-    """Check whole numbers and record_events; what a record takes, before it exists."""
+    """Check whole numbers and record_events, and the memory of a record."""
     for name in counts:
         require_integer(name, getattr(spec, name), high=MOST_STEPS)
     require_kind("record_events", spec.record_events, bool, "True or False")

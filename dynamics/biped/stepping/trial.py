@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class Trial(NamedTuple):
-    """A Runge-Kutta step from where the walk is, and what is to become of it."""
+    """A Runge-Kutta step from the walk's state, and its acceptance."""
 
     step: Float[Array, ""]
     """Its length [s]."""
@@ -305,7 +305,7 @@ def _first_event(
     ending: Ending,
     taken: Taken,
 ):
-    """Kind and crossing of whatever comes first: exchange, end, stop or onset, edge."""
+    """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
     floor, mode, step = problem.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.rate, taken.end

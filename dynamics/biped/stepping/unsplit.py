@@ -47,7 +47,7 @@ class _Reached(NamedTuple):
 
 
 def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
-    """Run a call to its end in `substeps` equal steps; the same work whatever happens."""
+    """Run a call to its end in `substeps` equal steps, with the same work always."""
     size = problem.duration / spec.substeps
 
     def body(index: Int[Array, ""], walk: Walk) -> Walk:
@@ -69,7 +69,7 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
 def _part(
     spec: Unsplit, problem: Problem, walk: Walk, step: Float[Array, ""]
 ) -> tuple[Walk, Float[Array, ""]]:
-    """A step of length `step` up to where a slide stops; the walk there and what is left of it."""
+    """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
     friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
     inertia = problem.model.inertia.at(walk.theta)
     mode = mode_at(problem, friction, walk, inertia)

@@ -1,4 +1,4 @@
-"""The integrators' running state, and what is looked up and changed in it."""
+"""The integrators' running state, and its queries and updates."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def status_at(
 
 
 def entry_status(problem: Problem, walk: Walk, state: BipedState) -> Int[Array, ""]:
-    """The status of a call before anything moves: OK, or what is wrong about the input."""
+    """The status of a call before anything moves: OK, or the error of the input."""
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
     status = jnp.where(supports, walk.status, Status.NO_SOLUTION)

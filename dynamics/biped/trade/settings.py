@@ -41,12 +41,12 @@ CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
 """The measured kind of floor that stands for one."""
 
 PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
-"""The front that the presets are taken from: what training does most."""
+"""The front of the presets, for a training's usual batch."""
 
 
 @dataclass(frozen=True)
 class Recommendation:
-    """The cheapest measured setting that meets a tolerance, and what is promised of it.
+    """The cheapest measured setting that meets a tolerance, and its promise.
 
     setting: its dt is for the robot asked for. promised_error [rad/s]: the worse of the crank
     angle's and the slide's error for each simulated second (a slide counting as the turn that walks
@@ -273,7 +273,7 @@ def _presets() -> dict[str, Recommendation]:
 
 
 MEASURED_PRESETS = _presets()
-"""The presets with what was measured of them, for the default robot."""
+"""The presets with their measurements, for the default robot."""
 
 PRESETS: dict[str, Setting] = {name: found.setting for name, found in MEASURED_PRESETS.items()}
 """Settings by name: "fast", "balanced", "exact"."""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.numeric import Number, Numbers
 
 SENSITIVE = 1e3
-"""A walk that makes more than this of what it starts with is called sensitive."""
+"""Amplification above which a walk is called sensitive."""
 TIGHT = EventExact(rtol=1e-11, atol=1e-14, record_events=True)
 """The reference's integrator."""
 LOOSE = EventExact(rtol=1e-9, atol=1e-12)
@@ -79,7 +79,7 @@ class WalkCheck:
 
     @property
     def sensitive(self) -> Bool[np.ndarray, "*batch"]:
-        """True if the walk amplifies what it starts with by more than SENSITIVE."""
+        """True if the walk amplifies a difference of the start by more than SENSITIVE."""
         return ~(self.sensitivity <= SENSITIVE)
 
     @property

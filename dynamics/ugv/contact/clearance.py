@@ -35,7 +35,7 @@ def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Va
 
 
 def wheel_clearance(params: UGVParams, wheelbase: Values) -> Values:
-    """Distance of the wheels' rims less what it must be [m]; negative: the wheels overlap."""
+    """Distance of the wheels' rims less the required gap [m]; negative: the wheels overlap."""
     return wheelbase - (2 * params.wheel_radius + params.wheel_gap)
 
 

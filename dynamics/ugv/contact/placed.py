@@ -1,4 +1,4 @@
-"""A vehicle that has its place on the track: all its points, and what follows from them."""
+"""A vehicle placed on the track: all its points, and derived quantities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A program's answer with what is proved of it."""
+"""Answer of a program with its certificate."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Goal:
         return not self.weights
 
     def of(self, spent: Mapping[str, float]) -> float:
-        """The value of what a gait takes of each term."""
+        """Value of a gait from its terms."""
         return sum(weight * spent[term] for term, weight in self.weights.items())
 
 
