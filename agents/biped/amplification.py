@@ -1,4 +1,4 @@
-"""How much episodes of the biped make of a small difference at their start."""
+"""Amplification of a small difference at the start of the biped's episodes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Beside(BipedEnv):
 
 
 class Course(NamedTuple):
-    """Where an episode was after each step [n]."""
+    """States of an episode after each step [n]."""
 
     biped: BipedState
     inside: Bool[Array, " n"]
@@ -51,7 +51,7 @@ class Course(NamedTuple):
 
 
 def course_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Course:
-    """What is kept of an episode."""
+    """Kept data of an episode."""
     del params
     return Course(played.state.biped, played.info["status"] <= Status.SLIP_ONSET)
 
@@ -62,7 +62,7 @@ def amplifications(
     params: BipedEnvParams,
     seeds: Sequence[int],
 ) -> Float[np.ndarray, " episodes"]:
-    """How many times a small difference of the start grew in each seed's episode [-].
+    """Growth factor of a small difference of the start in each seed's episode [-].
 
     The largest distance of two episodes whose starts are NUDGE apart, while both are inside the
     model, over NUDGE; the controller acts in both, a planned path is played in both.

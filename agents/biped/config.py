@@ -36,7 +36,7 @@ SB3: dict[str, Json] = {
     "noise": 0.22,
     "final_noise": 0.03,
 }
-"""Where the defaults of PPO in Stable-Baselines3 differ from the fields' own."""
+"""Defaults of PPO in Stable-Baselines3 that differ from the fields' own."""
 DEFAULTS: dict[str, dict[str, Json]] = {
     "ppo": {},
     "sac": {
@@ -59,12 +59,12 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "checkpoint_interval": 65_536,
     },
 }
-"""Where an algorithm's do."""
+"""Defaults of an algorithm that differ."""
 
 
 @dataclass(frozen=True)
 class TrainConfig(LearningConfiguration):
-    """How a policy is trained. The defaults learn to walk the slippery floor with PPO.
+    """Training configuration of the biped. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
     made from them; those of one algorithm stand in a group, `config.ppo.epochs`, and `of` takes all

@@ -1,4 +1,4 @@
-"""What is measured of the biped's episodes."""
+"""Measures of the biped's episodes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MIN_DISTANCE = 0.1
 
 
 class Episodes(NamedTuple):
-    """What is kept of each episode; every entry [episodes]."""
+    """Kept data of each episode; every entry [episodes]."""
 
     reward: Array | np.ndarray
     """Sum of rewards."""
@@ -79,7 +79,7 @@ COLUMNS: Columns[Episodes] = {
 
 
 def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
-    """What is kept of an episode."""
+    """Kept data of an episode."""
     last = jax.tree.map(lambda leaf: leaf[-1], played.state)
     robot = drawn_robot(last.drawn, params)
     totals = last.totals

@@ -1,4 +1,4 @@
-"""What a sweep may vary of the biped's task."""
+"""Numbers of the biped's task that a sweep may vary."""
 
 from __future__ import annotations
 

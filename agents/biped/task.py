@@ -36,7 +36,7 @@ ANY_PHASE = (SUPPORT_START, SUPPORT_END)
 
 
 class BipedTask(NamedTuple):
-    """What `BipedEnv.make_params` makes an environment's parameters of."""
+    """Arguments of `BipedEnv.make_params`."""
 
     env: BipedEnv
     robot: BipedParams

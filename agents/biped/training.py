@@ -1,4 +1,4 @@
-"""What a training configuration asks of the environment."""
+"""Environment of a training configuration."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Task(NamedTuple):
 
     @property
     def tested(self) -> BipedEnvParams:
-        """What a policy's file tells of; the start aside."""
+        """Environment that a policy's file describes, without the start."""
         return self.rest
 
 

@@ -1,4 +1,4 @@
-"""How a metric is shown in an evaluation's table."""
+"""Columns of an evaluation's table."""
 
 from __future__ import annotations
 

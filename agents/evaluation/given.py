@@ -1,4 +1,4 @@
-"""What a user hands to an evaluation or a rollout, refused by name where it will not do."""
+"""Checks of the arguments of evaluations and rollouts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Validated(Protocol):
-    """What finds its own numbers right, or raises ValueError."""
+    """Protocol of objects that validate themselves, or raise ValueError."""
 
     def validate(self) -> Self:
         """Itself."""

@@ -53,7 +53,7 @@ class Rollout(NamedTuple, Generic[State_co]):
         return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: how long it was, what it earned and how it ended. `show` plays
+        """HTML for notebooks: length, return and ending. `show` plays
         it."""
         if np.ndim(self.length) or isinstance(self.length, Tracer):
             kept = f"a batch {np.shape(self.length)}" if np.ndim(self.length) else "traced"
@@ -122,7 +122,7 @@ def planned(
 
 
 class _Step(NamedTuple, Generic[State]):
-    """What a control step led to; see Rollout."""
+    """Result of a control step; see Rollout."""
 
     state: State
     obs: Float[Array, " obs"]

@@ -42,7 +42,7 @@ MOST_EPISODES = 65536
 
 
 class How(TypedDict, total=False):
-    """Which episodes are played, and whom to tell."""
+    """Episodes of an evaluation, and its progress callback."""
 
     episodes: int
     seeds: Sequence[int] | None
@@ -51,7 +51,7 @@ class How(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Measures(Generic[State_contra, Params_contra, Kept]):
-    """What is kept of an episode, and the metrics that are made of it.
+    """Kept data of an episode, and the metrics of it.
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
     [episodes]. It has `reward` and says which episodes ended outside the model, `fell`.
@@ -132,7 +132,7 @@ def play(
     seeds: Sequence[int],
     keep: Keep[State, Params, Kept],
 ) -> Kept:
-    """What is kept of the seeds' episodes, as NumPy arrays. A planner plans each of them."""
+    """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
     count = horizon(params)
     require_room(len(seeds), count)
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
@@ -151,7 +151,7 @@ def require_room(episodes: int, steps: int) -> None:
 
 
 def is_random(params: Timed) -> bool:
-    """Whether a reset draws anything; where nothing tells, it does."""
+    """True if a reset draws anything; where nothing tells, it does."""
     return bool(jax.tree.leaves(getattr(params, "randomisation", True)))
 
 

@@ -23,7 +23,7 @@ AnyMeasures: TypeAlias = "Measures[Any, Any, Any]"
 
 
 class _Played(Protocol):
-    """What every machine keeps of its episodes."""
+    """Kept data of every machine's episodes."""
 
     @property
     def reward(self) -> Array | np.ndarray: ...
@@ -56,7 +56,7 @@ def scored(
 
 
 def in_words(known: Known, unit: str) -> str:
-    """What 0 and 1 are, and what is proved, under assumptions and without."""
+    """Text of what 0 and 1 are, and of the proved bounds, under assumptions and without."""
     unit = "" if unit == "-" else f" {unit}"
     words = (
         f"score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; 1: the best known, "

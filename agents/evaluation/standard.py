@@ -1,4 +1,4 @@
-"""What is measured of any environment's episodes."""
+"""Measures of any environment's episodes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class StandardEpisodes(NamedTuple):
-    """What is kept of each episode; every entry [episodes]."""
+    """Kept data of each episode; every entry [episodes]."""
 
     reward: Array | np.ndarray
     """Sum of rewards."""
@@ -42,7 +42,7 @@ class StandardEpisodes(NamedTuple):
 
 
 def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
-    """What is kept of an episode."""
+    """Kept data of an episode."""
     real = jnp.arange(len(played.reward)) < played.length
     return StandardEpisodes(
         reward=jnp.sum(jnp.where(real, played.reward, 0.0)),

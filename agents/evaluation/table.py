@@ -32,7 +32,7 @@ class Row:
     controller: str
     metrics: dict[str, Interval]
     episodes: Any
-    """What the machine keeps of each episode; every entry [episodes]."""
+    """Kept data of each episode; every entry [episodes]."""
 
     @property
     def count(self) -> int:

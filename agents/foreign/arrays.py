@@ -28,7 +28,7 @@ HEADER = re.compile(
     rb"\{'descr': '([<|][a-zA-Z]\d{1,9})', 'fortran_order': (?:True|False), "
     rb"'shape': \((\d{0,18}(?:, ?\d{1,18}){0,7}),?\), ?\} *\n"
 )
-"""What NumPy writes before an array's data; nothing else is handed to it."""
+"""Accepted beginnings of an array file of NumPy."""
 LONGEST_HEADER = 512
 
 

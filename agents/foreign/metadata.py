@@ -1,4 +1,4 @@
-"""What a file says of itself, as a JSON text that reading it will accept."""
+"""Metadata of a file as JSON text that reading accepts."""
 
 from __future__ import annotations
 

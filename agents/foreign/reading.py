@@ -37,7 +37,7 @@ STRINGS = re.compile(rb'"(?:[^"\\]|\\.)*+(?:"|\\?\Z)', re.DOTALL)
 
 
 class RefusedError(ValueError):
-    """What was read will not do; the words say why."""
+    """Untrusted input was refused; the message says why."""
 
 
 @contextmanager
@@ -113,7 +113,7 @@ def parse_json(text: str, what: str) -> Json:
 
 
 def depth_of(raw: bytes) -> int:
-    """How deep lists and objects of a JSON text lie in one another, brackets in strings aside."""
+    """Nesting depth of a JSON text, ignoring brackets in strings."""
     import numpy as np  # help reads configurations without it
 
     marks = np.frombuffer(STRINGS.sub(b"", raw), np.uint8)

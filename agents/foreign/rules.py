@@ -1,4 +1,4 @@
-"""What an entry of a configuration or of a file accepts."""
+"""Rules of the entries of configurations and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Limits(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Rule:
-    """What a field accepts."""
+    """Rule of a field's accepted values."""
 
     kind: Kind
     about: str

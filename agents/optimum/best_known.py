@@ -1,4 +1,4 @@
-"""What is known of the best that can be earned on a task, and how well."""
+"""Bounds and estimate of a task's best return."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TOLERANCE = 0.02
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of the mean return that the best policy would have over the same episodes.
+    """Bounds and estimate of the best policy's mean return over the same episodes.
 
     earned: the policy's own mean return, replayed in the environment: a lower bound of the optimum
     over these episodes, since there is a policy that earns it; over all starts its interval holds.
@@ -62,7 +62,7 @@ class Known:
 
     @property
     def holds(self) -> bool:
-        """Whether the policy earns what the grid says, within `tolerance` of the ceiling, and
+        """True if the policy earns what the grid says, within `tolerance` of the ceiling, and
         stays where the grid knows something. Only then is the estimate worth a mention."""
         missed = abs(self.estimate - self.earned.value)
         return missed <= self.tolerance * abs(self.ceiling) and self.off_grid == 0
@@ -73,7 +73,7 @@ class Known:
         return Table([Column("Known", words=True)], rows).html()
 
     def in_words(self) -> str:
-        """What is proved, what is estimated, and what is not known."""
+        """Text of what is proved, estimated and not known."""
         low, high = self.earned.low, self.earned.high
         spread = f" ({low:.2f} to {high:.2f} for the mean over all starts)"
         words = [

@@ -45,12 +45,12 @@ def digest_of(*parts: object) -> str:
 
 
 def keeper(path: Path, definition: str) -> Report:
-    """What writes the values to a file whenever it is called: whole, or as they were before."""
+    """Callback that writes the values to a file atomically."""
     return partial(_write, path, definition)
 
 
 def kept_values(path: Path, definition: str, nodes: int) -> Values | None:
-    """What the file holds; None where there is none.
+    """Values of the file; None where there is none.
 
     ValueError, naming the file, for one that is damaged or of another definition.
     """

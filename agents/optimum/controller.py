@@ -61,7 +61,7 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         return self
 
     def process(self, env_params: Params) -> EnvProcess[State, Params]:
-        """What is searched."""
+        """Decision process of the search."""
         actions = jnp.asarray(self.actions)  # a file's may be NumPy's, with all their digits
         return EnvProcess(env_params, actions, self.grid, self.env, self.states)
 
@@ -82,7 +82,7 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         return self.grid.read(jnp.asarray(self.values), self.grid.cell(place))
 
     def covers(self, env_state: State, env_params: Params) -> Bool[Array, ""]:
-        """Whether the grid covers a state."""
+        """True if the grid covers a state."""
         return ~self.grid.cell(self.process(env_params).place(env_state)).outside
 
     def with_ahead(self, depth: int, beam: int) -> ValuePolicy[State, Params]:

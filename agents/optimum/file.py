@@ -101,7 +101,7 @@ def read_value_policy(
 
 
 def read_value_metadata(path: str | Path) -> dict[str, Json] | None:
-    """What a value policy's file says of itself; None for any other file."""
+    """Metadata of a value policy's file; None for any other file."""
     try:
         with refusing("its contents"):
             return _contents(path)[1]

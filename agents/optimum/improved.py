@@ -82,7 +82,7 @@ class Improved(Generic[Memory, State, Params]):
         state: State,
         params: Params,
     ) -> Float[Array, ""]:
-        """What is earned with a first action and the base after it."""
+        """Return of a first action, followed by the base policy."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
 
         def body(step: Array, now: _Way[Memory, State]) -> _Way[Memory, State]:
@@ -103,7 +103,7 @@ def _unless(over: Array, new: State, old: State) -> State:
 
 
 class _Way(NamedTuple, Generic[Memory, State]):
-    """What is followed."""
+    """State of one candidate."""
 
     obs: Float[Array, " obs"]
     state: State

@@ -1,4 +1,4 @@
-"""What a policy earns in the environment itself, and what its value function says it would."""
+"""Returns of a policy in the environment, beside its value function's estimates."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Replay(NamedTuple, Generic[State]):
     """Episodes under a controller, beside a value function; every entry [episodes]."""
 
     reward: Array | np.ndarray
-    """What the episode earned."""
+    """Return of the episode."""
     terminated: Array | np.ndarray
-    """Whether it ended otherwise than by the time limit."""
+    """True if it ended otherwise than by the time limit."""
     expected: Array | np.ndarray
-    """What the grid says of the episode's start."""
+    """Value of the episode's start on the grid."""
     off_grid: Array | np.ndarray
     """Share of the episode's states that the grid does not cover."""
     sheet: Array | np.ndarray
@@ -81,7 +81,7 @@ def replay(
 def values_at(
     policy: ValuePolicy[State, Params], states: State, params: Params
 ) -> Float[Array, " n"]:
-    """What the grid says of states [n] of the policy's environment."""
+    """Values on the grid of states [n] of the policy's environment."""
     return jax.vmap(lambda state: policy.value(state, params))(states)
 
 
@@ -107,7 +107,7 @@ def _replay(
 def _kept(
     policy: ValuePolicy[State, Params], played: Rollout[State], params: Params
 ) -> Replay[State]:
-    """What is kept of an episode."""
+    """Kept data of an episode."""
     standard = keep_of(played, params)
     places = jax.vmap(policy.process(params).place)(played.state)
     off = jax.vmap(lambda place: policy.grid.cell(place).outside)(places)

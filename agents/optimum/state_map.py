@@ -20,7 +20,7 @@ State_of_map = TypeVar("State_of_map")
 
 
 class StateMap(Protocol[State_of_map, Params_contra]):
-    """Which coordinates an environment's state has, as far as later rewards depend on it.
+    """Coordinates of an environment's state, as far as later rewards depend on it.
 
     Static and hashable. It leaves out what only counts or adds up (time, totals): the environment's
     step must not read it but for the time limit, which dynamic programming counts itself. The
@@ -33,7 +33,7 @@ class StateMap(Protocol[State_of_map, Params_contra]):
         ...
 
     def grid(self, params: Params_contra, fineness: float = 1.0) -> Grid:
-        """Where a policy is likely to go; fineness: factor on the cells along every axis."""
+        """Grid over the likely states; fineness: factor on the cells along every axis."""
         ...
 
     def state(self, params: Params_contra, place: Place) -> State_of_map:
@@ -41,11 +41,11 @@ class StateMap(Protocol[State_of_map, Params_contra]):
         ...
 
     def place(self, grid: Grid, state: State_of_map) -> Place:
-        """Where a state is."""
+        """Coordinates of a state."""
         ...
 
     def leaving(self, params: Params_contra) -> float:
-        """What leaving the grid is worth: less than a policy gets that stays on it."""
+        """Value of leaving the grid: less than a policy gets that stays on it."""
         ...
 
     def most(self, params: Params_contra) -> float:

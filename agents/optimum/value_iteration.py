@@ -76,7 +76,7 @@ class Solution(Generic[State, Params]):
         return View(replace(played, title=title, tables=(("", self._table()),), notes=(note,)))
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: grid, actions, sweeps, and what the values say."""
+        """HTML for notebooks: grid, actions, sweeps and values."""
         return self._table().html()
 
     def _table(self) -> Table:

@@ -1,4 +1,4 @@
-"""What a policy's file says of the task that the policy was made for."""
+"""Description of a policy's task in its file."""
 
 from __future__ import annotations
 

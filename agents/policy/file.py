@@ -108,7 +108,7 @@ def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
 
 
 def read_metadata(name: str | Path) -> dict[str, Json]:
-    """What a policy file says of itself and of its making, by the names of `load_policy`.
+    """Metadata of a policy file and of its training, by the names of `load_policy`.
 
     ValueError as there, but for a definition that changed.
     """

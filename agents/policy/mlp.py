@@ -98,7 +98,7 @@ class MLPPolicy(Memoryless):
         return x.astype(jnp.asarray(obs).dtype)
 
     def unlimited(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch out"]:
-        """What the last layer gives, in the weights' type: the actions before `squash`."""
+        """Output of the last layer, in the weights' type: the actions before `squash`."""
         size = self.layer_sizes[0]
         if np.shape(obs)[-1:] != (size,):
             raise ValueError(

@@ -80,7 +80,7 @@ def _numbers(plain: PlainPolicy) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _nodes(plain: PlainPolicy) -> Iterator[NodeProto]:
-    """What is computed, one node after the other."""
+    """Nodes of the graph in order."""
     from onnx import helper
 
     yield helper.make_node("Sub", [INPUT, "shift"], ["moved"])

@@ -57,7 +57,7 @@ def from_sb3(model: BaseAlgorithm) -> MLPPolicy:
 
 
 def _actor(model: BaseAlgorithm) -> tuple[str, list[Any]]:
-    """How the output is limited, and the layers in order."""
+    """Squashing of the output, and the layers in order."""
     from stable_baselines3 import PPO, SAC
     from stable_baselines3.common.torch_layers import FlattenExtractor
 

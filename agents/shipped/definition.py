@@ -1,4 +1,4 @@
-"""Whether a policy's named task is still the one that it was trained on."""
+"""True if a policy's named task is still the one that it was trained on."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DIGITS = 12
 
 
 def named_task_entry(task: TaskDefinition) -> dict[str, Json]:
-    """What a policy's file says of the named task that it was trained on."""
+    """Entry of a policy's file about the named task that it was trained on."""
     return {NAMED: {"name": task.name, "digest": task.digest}}
 
 

@@ -1,4 +1,4 @@
-"""Which trained policies the package holds: names that follow from those of their tasks.
+"""Names of the package's trained policies, which follow from those of their tasks.
 
 That of BipedIce-v0 is the file biped-ice-v0.npz; "biped-ice" is the one of the latest version.
 """
@@ -14,9 +14,9 @@ from stickslip.envs.tasks.ladder import TASKS
 FOLDER = Path(__file__).parent
 SUFFIX = ".npz"
 WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-"""Where a word of a task's name begins: Biped|Ice|Seen, UGV|Low|Grip."""
+"""Boundaries of words in a task's name: Biped|Ice|Seen, UGV|Low|Grip."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
-"""What may be a name; anything else is a path."""
+"""Pattern of a name; anything else is a path."""
 VERSIONED = re.compile(r"(.+)-v(\d{1,6})")
 
 
@@ -34,7 +34,7 @@ def shipped_names(folder: Path = FOLDER) -> tuple[str, ...]:
 
 
 def shipped_titles(folder: Path = FOLDER) -> dict[str, str]:
-    """What is asked of each, by its name."""
+    """Titles of the policies' tasks, by the policies' names."""
     titles = {policy_name(task.name): task.title for task in TASKS.values()}
     found = {}
     for name in shipped_names(folder):
@@ -64,7 +64,7 @@ def short_name(path: Path) -> str:
 
 
 def is_name(name: str) -> bool:
-    """Whether a word could be a policy's name."""
+    """True if a word could be a policy's name."""
     return NAME.fullmatch(name) is not None
 
 

@@ -1,4 +1,4 @@
-"""What the file of a policy of the package tells of its making, and of what it earned."""
+"""Record of a shipped policy: its training and its score."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Record:
 
     @property
     def command(self) -> str:
-        """What trained it, and trains it again unless it is `carried_over`."""
+        """Command that trained it, and trains it again unless it is `carried_over`."""
         return str(self.trained["command"])
 
     @property

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class HasParams(Protocol):
-    """What knows its environment's parameters."""
+    """Protocol of objects with their environment's parameters."""
 
     def params(self) -> object:
         """Built anew; ValueError where they will not do."""
@@ -108,7 +108,7 @@ def rebuilt_task(
 
 
 def same_numbers(one: object, other: object) -> bool:
-    """Whether two trees hold the same numbers, up to rounding to float32."""
+    """True if two trees hold the same numbers, up to rounding to float32."""
     if jax.tree.structure(one) != jax.tree.structure(other):
         return False
     pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def named_on(options: Options) -> dict[str, AnyPlayer]:
-    """Who plays the task options["task"], by the names of options["who"].
+    """Players of the task options["task"], by the names of options["who"].
 
     ValueError for an unknown task, for options that would change it, for the baselines and policies
     of another machine, and for a policy that observes something else.
@@ -70,7 +70,7 @@ def common_task(options: Options) -> str | None:
 
 
 def measured_before(name: str) -> str:
-    """What is known of the task's own episodes, as a table."""
+    """Known scores of the task's own episodes, as a table."""
     task = task_by_name(name)
     known = known_of(task)
     if known is None:
@@ -91,7 +91,7 @@ def title_of(name: str) -> str:
 
 
 def task_in_words(name: str) -> str:
-    """What the task is, and what its scores are."""
+    """Text of the task and its scores."""
     task = task_by_name(name)
     known = known_of(task)
     scores = "nothing is known of it" if known is None else in_words(known, task.unit)

@@ -46,7 +46,7 @@ class Place:
     origins: list[str] = field(default_factory=list)
 
     def line(self) -> str:
-        """What the task is and whose."""
+        """Text of the task, and its origin."""
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
 
 

@@ -32,7 +32,7 @@ def read_player(path: Path) -> tuple[AnyPlayer, dict[str, Json]]:
 
 
 def read_about(path: Path) -> dict[str, Json]:
-    """What a file of either kind says of itself. ValueError as in `read_player`."""
+    """Metadata of a file of either kind. ValueError as in `read_player`."""
     found = read_value_metadata(path)
     return read_metadata(path) if found is None else found
 

@@ -1,4 +1,4 @@
-"""What a task is made of as JSON values, and back, exactly.
+"""Exact conversion of a task's parts to JSON values and back.
 
 Kept are the dataclasses of the machines' modules by name and field, arrays with their type,
 numbers, texts, tuples and None. Reading builds nothing else and runs no other code; whether the
@@ -51,7 +51,7 @@ def to_json(value: object) -> Json:
 
 
 def from_json(content: Any) -> Any:
-    """What `to_json` wrote; lists come back as tuples. ValueError for anything else."""
+    """Inverse of `to_json`; lists come back as tuples. ValueError for anything else."""
     if isinstance(content, list):
         return tuple(from_json(one) for one in content)
     if isinstance(content, int) and abs(content) > MOST:

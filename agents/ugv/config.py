@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
 SB3: dict[str, Json] = {"discount": 0.99}
-"""Where the defaults of Stable-Baselines3 differ from the fields' own."""
+"""Defaults of Stable-Baselines3 that differ from the fields' own."""
 SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
-"""Where those of short-horizon actor-critic do."""
+"""Defaults of short-horizon actor-critic that differ."""
 LARGEST = (2 - 2**-23) * 2.0**127
 """The largest number in single precision."""
 LEGS = 30, 150
-"""What the legs of the vehicle reach [degrees]."""
+"""Range of the vehicle's legs [degrees]."""
 
 
 @dataclass(frozen=True)
 class UGVTrainConfig(LearningConfiguration):
-    """How a policy of the UGV is trained. The defaults take a minute on two cores, most
+    """Training configuration of the UGV. The defaults take a minute on two cores, most
     of it to compile.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made

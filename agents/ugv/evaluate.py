@@ -44,7 +44,7 @@ NO_SCORE = 1e-6
 
 
 class UGVEpisodes(NamedTuple):
-    """What is kept of each episode; every entry an array [episodes]."""
+    """Kept data of each episode; every entry an array [episodes]."""
 
     reward: Array | np.ndarray
     """Sum of rewards."""
@@ -54,7 +54,7 @@ class UGVEpisodes(NamedTuple):
     """The best over dp's grid on the same track; NaN where it was not asked for or has none. A
     drive off the grid may cost less."""
     bound: Array | np.ndarray
-    """What no drive at the same waypoints can cost less than (`bound_every_drive`); NaN where it
+    """Lower bound of every drive at the same waypoints (`bound_every_drive`); NaN where it
     is not known."""
     distance: Array | np.ndarray
     """Driven [m]."""
@@ -116,7 +116,7 @@ def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
 
 
 def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
-    """What is kept of an episode; optimum and bound are not known."""
+    """Kept data of an episode; optimum and bound are not known."""
     state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
     at = played.state.station
     use = [
@@ -139,7 +139,7 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
 def ugv_measures(
     env: UGVEnv, optimum: Optimum | None = CERTIFIED, bound: bool = False
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
-    """What is measured of an environment's episodes, the criterion in its unit.
+    """Measures of an environment's episodes, the criterion in its unit.
 
     optimum: computes the dynamic programme's value for each episode, to score against (best of all
     paths over its grid, so a continuous policy may come out slightly below 1); None for none.
@@ -227,7 +227,7 @@ def known(
 
 
 def _bound(problem: PostureProblem, drive: np.ndarray | None) -> float:
-    """What no drive of an episode can cost less than; NaN on ground of which nothing is proved."""
+    """Lower bound of every drive of an episode; NaN on ground of which nothing is proved."""
     try:
         return bound_every_drive(problem, drive, tolerance=CLOSE).value
     except ValueError:  # ground given as a function

@@ -1,4 +1,4 @@
-"""What a finished run of the UGV leaves to look at: plots and an animation of its policy."""
+"""Products of a finished UGV run: plots and an animation of its policy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What no drive over the named tracks costs less than, proved before: proved.json.
+"""Stored lower bounds of every drive over the named tracks: proved.json.
 
 `python -m benchmarks.bounds --update` writes it, `tests/agents/ugv/test_proved.py` proves some of
 it again. Only the task of the environment's defaults is there; anything else has to be proved anew
@@ -41,7 +41,7 @@ def named_problem(track: str, criterion: str) -> PostureProblem:
 
 
 def proved(problem: PostureData) -> float:
-    """What no drive costs less than; NaN where that was not proved before.
+    """Stored lower bound of every drive; NaN where there is none.
 
     ValueError naming the file where it is damaged.
     """
@@ -69,7 +69,7 @@ def _read(path: Path) -> tuple[tuple[str, str, float], ...]:
 
 
 def _same(one: PostureData, other: PostureData) -> bool:
-    """Whether two problems pose the same task: ground, vehicle, waypoints and limits."""
+    """True if two problems pose the same task: ground, vehicle, waypoints and limits."""
     pairs = [(of.track.shape, of.track.surface, of.params) for of in (one, other)]
     if jax.tree.structure(pairs[0]) != jax.tree.structure(pairs[1]):
         return False

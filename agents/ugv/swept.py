@@ -1,4 +1,4 @@
-"""What a sweep may vary of the UGV's task."""
+"""Numbers of the UGV's task that a sweep may vary."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ KNOWN_OF_OLD = ("leg_rate", "spacing", "preview_length", "preview_noise")
 
 
 class UGVParts(NamedTuple):
-    """What `UGVEnv.make_params` makes an environment's parameters of."""
+    """Arguments of `UGVEnv.make_params`."""
 
     env: UGVEnv
     vehicle: UGVParams

@@ -1,4 +1,4 @@
-"""What a configuration asks of the UGV's environment."""
+"""UGV environment of a training configuration."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class UGVTask(NamedTuple):
 
     @property
     def tested(self) -> UGVEnvParams:
-        """What a policy's file tells of."""
+        """Environment that a policy's file describes."""
         return self.test
 
 

@@ -33,7 +33,7 @@ def after_a_period(
     period: Float[Array, ""],
     friction: ArrayLike,
 ) -> BipedState:
-    """Where a held torque [N m] is predicted to lead, on a floor that holds a foot at rest and
+    """Predicted state after a held torque [N m], on a floor that holds a foot at rest and
     drags on a slide by this coefficient."""
     dtype = biped.crank_rate.dtype
     holds, drags = jnp.full((), HOLDS, dtype), jnp.asarray(friction, dtype)

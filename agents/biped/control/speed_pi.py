@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class PIMemory(NamedTuple):
-    """What the PI controller carries from step to step."""
+    """Memory of the PI controller."""
 
     reference: Float[Array, ""]
     """The crank rate asked for now [rad/s]."""

@@ -151,7 +151,7 @@ def put_state(model: PPO | SAC, state: dict[str, Any]) -> None:
 
 
 def is_finite(model: PPO | SAC) -> bool:
-    """Whether every parameter is."""
+    """True if every parameter is."""
     return all(bool(torch.isfinite(p).all()) for p in model.policy.parameters())
 
 
