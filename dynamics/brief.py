@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 FEW = 6
-"""So many numbers, or entries, are shown one by one."""
+"""Most numbers, or entries, that are shown one by one."""
 LONGEST = 24
 """Characters of what is no number."""
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
     Flags = tuple[bool, ...]
-    """For each result, or each argument, whether it is needed."""
+    """Flag of each result, or each argument: it is needed."""
     Less = tuple["_Kernel", Flags] | None
 
 BLOCK, LARGE_BLOCK = 64, 128
@@ -109,7 +109,7 @@ def _fused(
 
 @lru_cache(maxsize=REMEMBERED)
 def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
-    """Of a traced function; keys: which of its arguments are random keys; off: whether the user
+    """Kernel of a traced function; keys: its arguments that are random keys; off: whether the user
     wants no kernels, which is part of what is remembered."""
     function = jaxpr_as_fun(traced)
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LONGEST = 32
 """Steps in a kernel; with more of them, rows no longer fit the nearest cache."""
 SHORTEST = 16
-"""So many at least where they divide the scan evenly; otherwise some steps of the kernels are left
+"""Least number of steps where they divide the scan evenly; otherwise some steps of kernels are left
 out."""
 
 Carry = TypeVar("Carry")

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
 MOST_WORK = 2**13
-"""Of a group: operations times the numbers that each computes. XLA goes through a costlier loop
+"""Most work of a group: operations times the numbers of each. XLA goes through a costlier loop
 with several threads, which it cannot do in a kernel; it does so from 200,000 on, ten for each byte
 that goes in or comes out included, where there are more operations than bytes."""
 APART = {"inlineable": "false"}
 """Attributes that keep XLA from inlining a call."""
 REPEATED = 24
-"""So many operations may be computed again rather than kept."""
+"""Most operations that are recomputed rather than kept."""
 FREE = (
     *("broadcast_in_dim", "reshape", "squeeze", "expand_dims", "transpose", "rev", "slice", "iota"),
     *("convert_element_type", "copy", "copy_p", "neg", "not", "stop_gradient"),

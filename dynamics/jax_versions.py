@@ -181,7 +181,7 @@ def _small(x: Array, key: Array) -> list[Array]:
 
 
 def _program(function: Function) -> Array:
-    """Of a batch too large for one block, twice."""
+    """A trial program over a batch too large for one block."""
 
     def step(x: Array, key: Array) -> tuple[Array, None]:
         return jax.vmap(function)(x, jax.random.split(key, x.size))[0], None

@@ -178,7 +178,7 @@ def _threads(num_envs: int, cores: int | None) -> int:
 
 
 def cores_here() -> int:
-    """Of this machine that the process may use."""
+    """Number of this machine's cores that the process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -195,7 +195,7 @@ def _require_room(program: _Program, params: Any, policy_params: Any, num_envs: 
 
 @lru_cache(maxsize=256)
 def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...]) -> int:
-    """Of what is returned of one environment's step; ValueError for what no step returns."""
+    """Memory of one environment's returned step [bytes]; ValueError for an unknown entry."""
     leaves = [jax.ShapeDtypeStruct(*each) for each in shapes]
     params, policy_params = jax.tree.unflatten(structure, leaves)
     key = jax.eval_shape(lambda: jax.random.key(0))

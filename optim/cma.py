@@ -32,7 +32,7 @@ changes by over the bounds: see size_of. A scale that is too small would have pe
 SAMPLE = 64
 """Bytes of a number of a sample, and of what computing it takes, at least."""
 COVARIANCE = 40
-"""Of a pair of numbers in cma's matrices."""
+"""Memory of a pair of numbers in cma's matrices [bytes]."""
 
 
 class Evolution(NamedTuple):
@@ -63,7 +63,7 @@ class Evolved(NamedTuple):
 
     @property
     def words(self) -> str:
-        """For a message."""
+        """Text for a message."""
         return f"stopped by {', '.join(self.stop)} after {self.evaluations} evaluations"
 
 

@@ -245,7 +245,7 @@ def _taken(
 
 
 def _name_and_unit(title: str, unit: str) -> tuple[str, str]:
-    """Of "time [s]" or "time (s)"; of "time_s", "t/s" and "time in s" where such a unit is known.
+    """Name and unit of "time [s]" or "time (s)"; of "time_s", "t/s", "time in s" for a known unit.
 
     A head without a unit is in the one given.
     """

@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 _INNER, _OUTER = (np.sqrt(5 + sign * 2 * np.sqrt(10 / 7)) / 3 for sign in (-1, 1))
 _HEAVY, _LIGHT = ((322 + sign * 13 * np.sqrt(70)) / 900 for sign in (1, -1))
 NODES = np.array([-_OUTER, -_INNER, 0.0, _INNER, _OUTER])
-"""Of the Gauss-Legendre rule in each cell, in -1 ... 1: exact for polynomials of degree 9."""
+"""Nodes of the Gauss-Legendre rule in -1 ... 1: exact for polynomials of degree 9."""
 WEIGHTS = np.array([_LIGHT, _HEAVY, 128 / 225, _HEAVY, _LIGHT])
 CELLS = 256
-"""Of a way whose ends are traced."""
+"""Number of cells between traced ends."""
 LONGEST_CELL = 1 / 16
-"""Of concrete ground [m]; without knots there are CELLS or twice, four times ... as many, so that
+"""Longest cell on concrete ground [m]; without knots there are CELLS, 2 CELLS, 4 CELLS ..., so that
 compiled programs are shared."""
 
 CHUNK = 1 << 14
@@ -198,7 +198,7 @@ _excess_at = jax.custom_jvp(_by_rule)
 
 @_excess_at.defjvp
 def _excess_jvp(primals, tangents):
-    """In x, the integrand itself rather than a derivative of the rule."""
+    """Derivative in x: the integrand itself rather than a derivative of the rule."""
     odometer, base, u = primals
     odometer_dot, base_dot, u_dot = tangents
     value, by_numbers = jax.jvp(lambda o: _by_rule(o, base, u), (odometer,), (odometer_dot,))

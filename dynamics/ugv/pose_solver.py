@@ -114,7 +114,7 @@ def locate(
 def miss(
     track: Near, radius: Values | float, centre: Points, wheelbase: Values, x: Values
 ) -> tuple[Values, Values]:
-    """By how much the wheel at x is farther than the wheelbase from `centre` [m] (eq. 39), and the
+    """Residual of the wheelbase for a wheel at x, from `centre` [m] (eq. 39), and the
     slope of that in x."""
     rear = contact(track, x, radius)
     between = rear.centre - centre

@@ -31,9 +31,9 @@ class _Program(NamedTuple):
     shared: Shared
     entries: tuple[str, ...]
     own: Codec
-    """Of the entries, one of each for every environment."""
+    """Codec of the entries, one of each for every environment."""
     carry: Codec
-    """Of the key chains (as plain numbers) and the states."""
+    """Codec of the key chains (as plain numbers) and the states."""
 
     def params(self, own: tuple[object, ...]) -> Any:
         """One environment's parameters."""

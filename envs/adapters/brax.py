@@ -37,7 +37,7 @@ class BraxState(Protocol):
     info: dict[str, Any]
 
     def replace(self: Self, **changes: object) -> Self:
-        """With other entries."""
+        """The state with other entries."""
         ...
 
 

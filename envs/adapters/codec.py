@@ -36,7 +36,7 @@ class Codec(Generic[Tree]):
 
     @property
     def of_one(self) -> Codec[Tree]:
-        """Of one member of the batch."""
+        """Codec of one member of the batch."""
         return replace(self, batch=())
 
     @property

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 MOST_ENVS = 2**31 - 1
-"""In a batch: what an index of JAX's counts; memory refuses fewer."""
+"""Most environments of a batch: the range of JAX's index; memory refuses fewer."""
 COPIES = 4
 """States and results of one step that exist at once, at least."""
 
@@ -42,9 +42,9 @@ class _Layout(NamedTuple):
     shared: Shared | None
     """None: every environment has parameters of its own, passed at each call."""
     carry: Codec
-    """Of the key chains (as plain numbers) and the states."""
+    """Codec of the key chains (as plain numbers) and the states."""
     numbers: int
-    """Of a row of `row_of`; they follow the carry, so that a step gives back a single array."""
+    """Length of a row of `row_of`; it follows the carry, so that a step returns a single array."""
 
     def batched(self, params: Any) -> tuple[Any, int | None]:
         """The parameters and their axis for vmap."""

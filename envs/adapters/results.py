@@ -28,12 +28,12 @@ class Columns:
     """Columns of the numbers of `row_of` in the result of an environment's step."""
 
     def __init__(self, obs: Array, info: dict[str, Array]):
-        """Of one environment, unbatched; shapes and types will do."""
+        """Columns of one environment, unbatched; shapes and types suffice."""
         self.width = obs.shape[0]
         """Numbers of an observation."""
         names = sorted(set(info) - {"final_obs", "autoreset"})
         self.entries = {name: np.dtype(info[name].dtype) for name in names}
-        """Of info, with their types."""
+        """Entries of info, with their types."""
         self.count = 2 * self.width + 4 + len(names)
         """Numbers of a row."""
         self._not_real = [

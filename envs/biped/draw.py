@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from stickslip.envs.ranges import Range
 
 ROUNDING = 1e-3
-"""Of an interval: a whole number of control periods changes the command on the last of them."""
+"""Tolerance of an interval: a whole number of control periods ends on the last of them."""
 
 
 class Commands(NamedTuple):
     """Commanded rates of an episode in which they change."""
 
     key: Array
-    """As plain numbers, which later commands are drawn from."""
+    """Random key of later commands, as plain numbers."""
     interval: Array
-    """From one command to the next [s]."""
+    """Time from one command to the next [s]."""
     low: Array
     """Least and greatest of them [rad/s]."""
     high: Array
@@ -42,7 +42,7 @@ class Drawn(NamedTuple):
     mass: Array
     payload: Array
     commanded_rate: Array
-    """In force now [rad/s]."""
+    """Current command [rad/s]."""
     commands: Commands | None = None
     mark: Array | None = None
     """Distance of the mark ahead of the centre of mass's start [m]; None without one."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
 
 SLACK = 1e-6
-"""Of a phase at the end of its range, in single precision [rad]."""
+"""Tolerance of a phase at the end of its range, in single precision [rad]."""
 START: dict[str, dict[str, Any]] = {
     "phase": {
         "low": SUPPORT_START - SLACK,

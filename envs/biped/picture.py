@@ -96,7 +96,7 @@ def _frame(
     info: Mapping[str, float],
     own: tuple[tuple[Patch, ...], float],
 ) -> BipedFrame:
-    """From what was seen of a state, and the state, as NumPy arrays."""
+    """Frame of a state, from NumPy arrays."""
     biped = state.biped
     mu_static, mu_kinetic = (None if mu is None else float(mu) for mu in friction)
     status = Status(int(info.get("status", Status.OK)))

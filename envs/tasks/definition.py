@@ -22,7 +22,7 @@ NAMESPACE = "stickslip/"
 ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 """Whose a task may be, and the machine of each."""
 DRIVE_STEPS = 66
-"""Of a UGV task: 8 m of ground, less what the vehicle stands on at first, at most 0.1 m a step."""
+"""Steps of a UGV task: 8 m of ground less the vehicle's start, at most 0.1 m a step."""
 DTYPE = "float32"
 """Precision of every task, whatever jax_enable_x64 is: a score is the same everywhere."""
 

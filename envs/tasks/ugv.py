@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 SOLVER: Plain = {"method": "newton", "iterations": 5, "samples": 8, "overlap": False}
 """Unrolled, which suits batches; exact to rounding on such ground."""
 SEARCHING: Plain = {"method": "scan", "samples": 8, "candidates": 64, "overlap": False}
-"""For ground that is hollower than a wheel."""
+"""Solver for ground that is hollower than a wheel."""
 CHOICES: dict[str, Plain] = {"preview": 16, "solver": SOLVER}
 NUMBERS: dict[str, Plain] = {
     "friction": 0.8,

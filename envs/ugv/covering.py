@@ -34,7 +34,7 @@ def covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
 
 
 def odometer_over(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:
-    """Over the track and the drive, whichever reaches farther; of the numbers as they are rounded,
+    """Odometer over the track and the drive, whichever reaches farther; of the rounded numbers,
     so that it comes out the same from those of a file."""
     track.require_resolved(dtype)
     track, start, end = (cast(tree, dtype) for tree in (track, start, end))

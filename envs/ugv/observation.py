@@ -85,7 +85,7 @@ def _usual(at: Station) -> Array:
 
 
 def _places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:
-    """Of the points, before the front contact [m]."""
+    """Distances of the points ahead of the front contact [m]."""
     return params.preview_length * (jnp.arange(1, preview + 1, dtype=dtype) / preview)
 
 
@@ -99,7 +99,7 @@ def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> F
 
 
 def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
-    """Of the points ahead over the front contact [m], with this step's noise."""
+    """Heights of the points ahead over the front contact [m], with this step's noise."""
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
     heights = track.seen_from(x).height(_places_ahead(preview, params, dtype))

@@ -217,7 +217,7 @@ class UGVEnvParams:
 
 
 COARSEST = 0.1
-"""Of `spacing` is the distance of neighbouring numbers at most, at the end of a drive."""
+"""Greatest distance of neighbouring floats at the end of a drive, in parts of `spacing`."""
 POSITIVE = ("leg_rate", "spacing", "preview_length", "reward_scale", "speed")
 NON_NEGATIVE = ("friction", "min_clearance", "failure_penalty")
 NUMBERS: dict[str, dict[str, Any]] = {

@@ -86,7 +86,7 @@ def _frames(
 
 
 def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) -> UGVFrame:
-    """From what was sampled at a station, as NumPy arrays."""
+    """Frame of a station, from NumPy arrays."""
     placed, turned, points, seen, mu = sampled
     wheels = []
     hinges = placed.rear_hinge, placed.front_hinge

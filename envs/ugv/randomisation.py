@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""
 RAMP = 0.05
-"""Over which a patch's friction goes over into the next one's [m]."""
+"""Length of the transition between the frictions of two patches [m]."""
 BYTES = 256
 """About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
@@ -136,7 +136,7 @@ class RandomTrack:
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
 
     def _surface(self, key: Array, start: Real[Number, ""], dtype: DTypeLike) -> Surface | None:
-        """Of its own key, so that the ground is the same with and without."""
+        """Surface from a key of its own, so that the ground is the same with and without it."""
         if self.grip is None or self.patch_length is None:
             return None
         keys = jax.random.split(jax.random.fold_in(key, 5), 3)

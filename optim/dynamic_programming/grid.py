@@ -73,7 +73,7 @@ class Axis:
         periodic: bool = False,
         unit: str = "-",
     ) -> Axis:
-        """So many cells of one width."""
+        """Axis with cells of one width."""
         require_integer(f"cells of {name}", cells, high=10**7)
         return cls(name, np.linspace(low, high, cells + 1), periodic, unit).validate()
 
@@ -109,7 +109,7 @@ class Cell(NamedTuple):
     base: Int[Array, ""]
     """Number of the corner from which all axes ascend."""
     share: Float[Array, " rank"]
-    """Of the cell along each axis, in [0, 1]; 0 along axes that the sheet has not."""
+    """Position in the cell along each axis, in [0, 1]; 0 along axes that the sheet lacks."""
     outside: Bool[Array, ""]
     """True if the grid does not cover it; the cell is then the nearest one."""
 
@@ -237,7 +237,7 @@ class Grid:
     def corners(
         self, base: Int[Array, "*n"], share: Float[Array, "*n rank"]
     ) -> Iterable[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
-        """Of the cells: how far each corner's number is from the base's, and its weight."""
+        """Index offset and weight of each corner of the cells."""
         bounds = jnp.asarray(self.offsets, jnp.int32)
         sheet = jnp.sum(base[..., None] >= bounds[1:], -1) if len(self.sheets) > 1 else None
         for corner in product((0, 1), repeat=self.rank):
@@ -249,7 +249,7 @@ class Grid:
             yield jnp.asarray(step, jnp.int32), weight
 
     def _steps(self, corner: tuple[int, ...]) -> list[int]:
-        """For each sheet; a corner along an axis that a sheet has not is the one before it."""
+        """Offsets of each sheet; a corner along an axis that a sheet lacks is the one before it."""
         return [
             sum(up * stride for up, stride in zip(corner, sheet.strides, strict=False))
             for sheet in self.sheets

@@ -24,7 +24,7 @@ AT_ONCE = 2**15
 WORKING = 3
 """Times the memory of all transitions that is needed while they are put together and swept."""
 STOPS = -1
-"""In place of a cell where a transition leads nowhere: the process has ended, or left the grid."""
+"""Index in place of a cell where the process has ended, or left the grid."""
 
 
 class Counts(NamedTuple):
@@ -121,7 +121,7 @@ def transitions(
 def _block(
     process: Process[State], sheet: int, nodes: np.ndarray, size: int, outside: float
 ) -> Block:
-    """Of nodes of a sheet, filled up to the size that is compiled."""
+    """Transitions of a sheet's nodes, padded to the compiled size."""
     filled = np.concatenate([nodes, np.repeat(nodes[-1:], size - len(nodes), 0)])
     found = _from_nodes(process, sheet, filled, outside)
     base, share, reward, ended, left = (np.asarray(one)[: len(nodes)] for one in found)

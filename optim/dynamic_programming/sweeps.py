@@ -32,7 +32,7 @@ class Values(NamedTuple):
     """Values of the nodes after so many sweeps."""
 
     value: Float[Array, " nodes"]
-    """Of a finite horizon: the most that can be earned in as many steps as sweeps. Of the average:
+    """Finite horizon: the greatest return in as many steps as sweeps. Average:
     relative to one another."""
     sweeps: int
     low: float

@@ -30,7 +30,7 @@ MOMENTS = 24
 LOOKS, CLOSER_LOOKS = 33, 17
 """Places of a cell where a largest value is looked for, and around the best of them."""
 PIECES = 64
-"""Of a cell, for integrals over the crank angle of what may have a kink (Simpson's rule)."""
+"""Pieces of a cell for integrals over the crank angle of functions with kinks (Simpson's rule)."""
 
 
 def lowest(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> np.ndarray:
@@ -84,7 +84,7 @@ class Polynomials:
         self._coefficients = np.moveaxis(found, -1, 0)[..., None]
 
     def __call__(self, share: Float[np.ndarray, "... Q"]) -> np.ndarray:
-        """At shares of the cells."""
+        """Values at shares of the cells."""
         return chebval(2 * share - 1, self._coefficients, tensor=False)
 
 

@@ -51,7 +51,7 @@ class Gait:
 
     @property
     def crank_rate(self) -> Float[np.ndarray, "n K+1"]:
-        """At the nodes [rad/s]."""
+        """Crank rate at the nodes [rad/s]."""
         return np.sqrt(np.maximum(self.b, 0.0))
 
     @property

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 BLOCK = 512
 """Crank angles computed at once: one program for every number of them."""
 MISMATCH = 1e-6
-"""Of the exchange of support, as `simulate` accepts it in double precision; single-precision
+"""Tolerated mismatch of the exchange of support, as in `simulate` in float64; single-precision
 lengths are allowed their own rounding."""
 NAMES = ("M", "dM", "P", "dP", "Y", "dY", "L", "dL", "X")
 

@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.gait import Gait
 
 NO_TIME = 1e-4
-"""Of a hold: so near to the exchange of support it counts as reached."""
+"""Part of a hold so near to the exchange of support that it counts as reached."""
 SLIPPED = 1e-6
-"""Of a step's length: a foot that slid less did not slip. Where a torque jumps between two instants
+"""Slide, in step lengths, below which a foot did not slip. Where a torque jumps between instants
 of the simulation it may be outside the friction cone for less than a microsecond."""
 EXACT = EventExact(rtol=1e-9, atol=1e-12)
 FINE = Table(64, 9)
 """Inertia functions exact to 1e-13 on the default robot."""
 HOLDS = 4000
-"""Of a step, where none are asked for."""
+"""Default number of holds of a step."""
 BLOCK = 4000
 """Holds of one compiled scan; a walk takes as many blocks as it needs."""
 
@@ -81,7 +81,7 @@ class Replay:
 
 
 class Trace(NamedTuple):
-    """Of each hold."""
+    """Samples of each hold."""
 
     state: BipedState
     contact: Contact

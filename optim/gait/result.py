@@ -83,7 +83,7 @@ class GaitResult(Result):
 
     @property
     def crank_rate(self) -> Float[np.ndarray, "n K+1"]:
-        """At the nodes [rad/s]."""
+        """Crank rate at the nodes [rad/s]."""
         return self.best.crank_rate
 
     @property

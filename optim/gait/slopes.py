@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Slopes:
-    """Of a gait problem in numbers: b at the nodes is linear in the decision vector, limits are
+    """Derivatives of a gait problem: b at the nodes is linear in the decision vector, limits are
     linear in it and in b, torque and forces affine in both, and JAX differentiates the value by b
     and by these."""
 
     instance: Instance
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """Of the value; a subgradient at kinks, 0 where there is none."""
+        """Gradient of the value; a subgradient at kinks, 0 where there is none."""
         return self._along(self._value, x)
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """Of GaitProblem.looked_at's margins, in its order."""
+        """Jacobian of GaitProblem.looked_at's margins, in its order."""
         at, squares = self.instance, self._squares
         rows = at.rows[0]
         count = squares.shape[0]
@@ -61,7 +61,7 @@ class Slopes:
         return np.stack([of.ravel() for of in columns], axis=1)
 
     def _along(self, slope: jax.stages.Wrapped, x: np.ndarray) -> np.ndarray:
-        """From the slopes in b, and in what is affine in a and b at the nodes: the torque, or the
+        """Chain rule from the slopes in b, and in quantities affine in a and b: the torque, or the
         ground's forces."""
         at, nodes = self.instance, self.instance.profiles[0]
         a = x[1:].reshape(at.grid.theta.shape)

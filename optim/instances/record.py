@@ -32,7 +32,7 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
     """
 
     home: Home | None = None
-    """Of the objective, in another process, that has not reported all that it counted."""
+    """Home of an objective in another process that has not reported all its counts."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reporting(type(self)(*self.args), self.home) or (type(self), self.args)

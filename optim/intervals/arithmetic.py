@@ -44,7 +44,7 @@ class Interval:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of both ends."""
+        """Shape of both ends."""
         return np.shape(self.lo)
 
     @property
@@ -147,7 +147,7 @@ class Interval:
         return Interval(np.maximum(low.lo, 0.0), high.hi)
 
     def arctan(self) -> Interval:
-        """In (-pi/2, pi/2)."""
+        """Arctangent, in (-pi/2, pi/2)."""
         return Interval(_off(np.arctan(self.lo)).lo, _off(np.arctan(self.hi)).hi)
 
     @_unbounded

@@ -99,7 +99,7 @@ class Weighted:
 
     @property
     def unit(self) -> str:
-        """Of the weighted sum: the weights make it what it is."""
+        """Unit of the weighted sum, which depends on the weights."""
         return "-"
 
     @property

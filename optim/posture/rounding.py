@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
 
 RELATIVE = 5e-13
-"""Of the value."""
+"""Relative rounding error of the value."""
 ROUNDINGS = 4 * float(np.finfo(float).eps)
-"""Of what the vehicle's weight would give."""
+"""Rounding error relative to the vehicle's weight."""
 NOTHING = 1e-12
-"""Of what the vehicle's weight would give: a difference that is none."""
+"""Difference that counts as zero, relative to the vehicle's weight."""
 
 
 def closes(problem: PostureProblem, value: float, bound: float | None, relative: float) -> bool:

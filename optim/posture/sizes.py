@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
 STATION = 1_000
-"""Of a station while it is evaluated."""
+"""Bytes of a station while it is evaluated."""
 NODE = 360
-"""Of a grid's station, kept, and copied by the recursion."""
+"""Bytes of a grid's station, kept, and copied by the recursion."""
 MOVE = 300
-"""Of one of the moves that a leg pair may make on a grid."""
+"""Bytes of one of the moves that a leg pair may make on a grid."""
 EDGE = 1_800
-"""Of an edge of lp's graph, in the linear program."""
+"""Bytes of an edge of lp's graph, in the linear program."""
 CONVEX = 150_000
-"""Of a waypoint in scp's convex program, which gradient uses too."""
+"""Bytes of a waypoint in scp's convex program, which gradient uses too."""
 SPARSE = 300_000
-"""Of a waypoint in trust-constr's matrices."""
+"""Bytes of a waypoint in trust-constr's matrices."""
 DENSE = 900
-"""Of a pair of waypoints in SLSQP's matrices, which are dense."""
+"""Bytes of a pair of waypoints in SLSQP's matrices, which are dense."""
 COVARIANCE = 160
-"""Of a pair of waypoints in the matrices of cma."""
+"""Bytes of a pair of waypoints in the matrices of cma."""
 
 
 def require_waypoints(

@@ -35,7 +35,7 @@ class Family(NamedTuple):
 
     @classmethod
     def of(cls, params: UGVParams, posture: Pose | Equilibrium | Family) -> Family:
-        """Of a pose, in the pose's precision; of an equilibrium, of its pose.
+        """Family of a pose, in the pose's precision; of an equilibrium, of its pose.
 
         ValueError where the body or a leg touches the ground, or the wheels overlap. What a newton
         of difference adds is taken for none where it is below rounding: on a straight slope the

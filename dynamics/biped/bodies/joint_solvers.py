@@ -110,7 +110,7 @@ def leg_matrices(equations: BodyEquations, length: Float[Array, ""]) -> Float[Ar
 
 
 def _whole(params: BipedParams, equations: BodyEquations, solver: str) -> UnitSolutions:
-    """By the matrix of 71 unknowns (eq. 31), with four right sides."""
+    """Solve the matrix of 71 unknowns (eq. 31) with four right sides."""
     system = "inverse_ground"
     matrix = unknown_columns(all_columns(equations, system, 0.0), system)
     right = own_rows(equations.loads, system)
@@ -147,7 +147,7 @@ class _Group(NamedTuple):
     links: tuple[_Link, ...]
     inner: tuple[int, int]
     inner_sign: int
-    """Of the inner force on the first link."""
+    """Sign of the inner force on the first link."""
 
 
 def _plan() -> tuple[_Group, ...]:

@@ -81,7 +81,7 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     def coefficients(
         values: tuple[Float[Array, " nodes"], ...], slopes: tuple[Float[Array, " nodes"], ...]
     ) -> tuple[Float[Array, "nodes k"], Float[Array, "nodes k"]]:
-        """Of the values: integrated slopes, with the constant that fits the values' mean."""
+        """Series of the values: integrated slopes, with the constant that fits the values' mean."""
         fitted = to_slope @ jnp.stack(slopes, axis=1)
         raised = to_value @ fitted
         return raised.at[0].set((to_slope @ jnp.stack(values, axis=1))[0]), fitted

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     Either = Array | np.ndarray
-    """As the module is that computes: jax.numpy or numpy."""
+    """Array of the module that computes: jax.numpy or numpy."""
 
 BARS = (
     "tibia",
@@ -38,7 +38,7 @@ class LinkMasses(NamedTuple):
     mass: Float[Either, "*batch 13"]
     """[kg]"""
     centre: Float[Either, "*batch 13 2"]
-    """In the links' frames [m]."""
+    """Centres of mass in the links' frames [m]."""
     inertia: Float[Either, "*batch 13"]
     """About the centres [kg m^2]."""
 

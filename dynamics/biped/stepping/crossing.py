@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     Samples = Sequence[Float[Array, ""]]
-    """At the start, the middle and the end of a trial step."""
+    """Samples at the start, the middle and the end of a trial step."""
 
 
 class Crossing(NamedTuple):

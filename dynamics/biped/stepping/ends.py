@@ -75,7 +75,7 @@ def ground_at(problem: Problem, lever: GroundMoment | None, sample: Sample) -> G
 def grounds_of(
     problem: Problem, lever: GroundMoment | None, samples: tuple[Sample, Sample, Sample]
 ) -> tuple[Ground, Ground, Ground]:
-    """At the start (whose lever is given), the middle and the end of a trial step."""
+    """Ground forces at the start (whose lever is given), middle and end of a trial step."""
     levers = None, None, None
     if lever is not None:
         levers = lever, *_levers(problem, lever, samples[0], samples[2])
@@ -86,7 +86,7 @@ def grounds_of(
 def _levers(
     problem: Problem, first: GroundMoment, start: Sample, end: Sample
 ) -> tuple[GroundMoment, GroundMoment]:
-    """In the middle and at the end of a step, by looking L alone up once: P and Y are the slopes of
+    """Moment terms in the middle and at the end, with one evaluation of L: P and Y are slopes of
     the mass moments, and in between are Hermite's cubics. Errors as the turn's fifth power, and in
     the middle its fourth."""
     inertia, later = start.inertia, end.inertia
@@ -160,7 +160,7 @@ def _ending(status: Status | Int[Array, ""], margins: list[Array]) -> Ending:
 
 
 def _earlier(one: Ending, other: Ending) -> Ending:
-    """By the straight lines through the half of the step in which the first sign changes."""
+    """The earlier end, by straight lines through the half step in which the first sign changes."""
     by_middle = (one.margins[1] < 0) | (other.margins[1] < 0)
 
     def half(ending: Ending) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Scene
 
     Leaves = Sequence[Any]
-    """Of a tree, in its order."""
+    """Leaves of a tree, in its order."""
 
 Grown = TypeVar("Grown")
 
@@ -36,7 +36,7 @@ class WalkBatch(NamedTuple):
 
     parts: tuple[BipedParams, Scene, BipedState, Any]
     axes: tuple[tuple[int | None, ...], ...]
-    """Of the leaves of each part."""
+    """Batch axes of the leaves of each part."""
     torques: int | None
     """Number of values that are batched."""
 

@@ -34,7 +34,7 @@ class Sampled(Protocol):
 
     @property
     def slide(self) -> Float[Array, " n"]:
-        """Of the foot [m]."""
+        """Slide of the foot [m]."""
         ...
 
 

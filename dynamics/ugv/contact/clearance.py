@@ -41,7 +41,7 @@ def wheel_clearance(params: UGVParams, wheelbase: Values) -> Values:
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]) -> Values:
-    """Of `samples` points on each line (begin, way) above the ground [m].
+    """Least height of `samples` points on each line (begin, way) above the ground [m].
 
     One point after the other: for a batch their numbers stay in the nearest cache. Derivatives are
     those of jnp.min, which divides them among points of the same height.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Sampled = tuple[tuple[Values, Values, Values], Values, Values, Int[Array, "..."]]
 
 NARROWINGS = 10
-"""Of the interval in which the ground may come nearest to a wheel's centre."""
+"""Narrowings of the interval in which the ground is nearest to a wheel's centre."""
 
 
 class Contact(NamedTuple):

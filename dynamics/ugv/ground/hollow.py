@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.ground.shapes import Values
 
 MARGIN = 1 / 16
-"""Of 1 / r: kept from it, for rounding and for jumps of a spline's slope by rounding."""
+"""Margin from 1 / r, relative, for rounding and for jumps of a spline's slope by rounding."""
 MOST_PIECES = 2**11
-"""Of a spline that is gone through: so many numbers a kernel takes the largest of."""
+"""Most pieces of a spline that are searched in a kernel."""
 POWERS = 6
-"""Of a spline's polynomials, at most."""
+"""Greatest order of a spline's polynomials."""
 STEEPEST = 8.0
 """Slope at a spline's knots up to which MARGIN covers the jumps."""
 BUMP = 4 * np.exp(-1.5)
@@ -114,7 +114,7 @@ def _(shape: Waves, radius: Values | float) -> Values:
 
 @greatest_bend.register(Spline)
 def _(shape: Spline, radius: Values | float) -> Values | None:
-    """Of each piece the largest coefficient in Bernstein's form, between which a polynomial lies;
+    """The largest Bernstein coefficient of each piece, which bounds its polynomial;
     infinite where heights or slopes jump at knots by more than rounding."""
     pieces, powers = shape.coefficients.shape[-2:]
     if pieces > MOST_PIECES or powers > POWERS:

@@ -50,7 +50,7 @@ and grows with the upper end to the power 3/2, against 1 / r = 3.6 1/m of a whee
 
 WAVES = 64
 PIECES_PER_WAVE = 8
-"""Of the table, for the shortest wave."""
+"""Pieces of the table for the shortest wave."""
 
 
 def class_roughness(iso_class: str) -> float:

@@ -289,7 +289,7 @@ def _bend(z: Values, joint: Values) -> Profile:
 
 
 def _quintic_rise(z: Values, length: Values) -> Profile:
-    """From 0 to 1 over `length` about z = 0: value, slope, second derivative."""
+    """Rise from 0 to 1 over `length` about z = 0: value, slope, second derivative."""
     u = jnp.clip(z / length + 0.5, 0.0, 1.0)
     value = u**3 * (10 - u * (15 - 6 * u))
     return value, 30 * (u * (1 - u)) ** 2 / length, 60 * u * (1 - u) * (1 - 2 * u) / length**2

@@ -34,7 +34,7 @@ EVEN = 1e-6
 """Knots this close to even spacing, in pieces, are looked up by arithmetic."""
 
 BYTES_A_PIECE = 400
-"""Of a table, while it is made, about."""
+"""Memory for each piece of a table while it is made, about [bytes]."""
 
 
 @register_pytree

@@ -37,7 +37,7 @@ PLACES = ("near", "far")
 
 
 class Errors(NamedTuple):
-    """Of one number over a sample of poses."""
+    """Errors of one number over a sample of poses."""
 
     typical: float
     """The median."""

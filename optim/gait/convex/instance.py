@@ -51,7 +51,7 @@ class Instance:
 
     @cached_property
     def profiles(self) -> tuple[Profile, Profile]:
-        """At the nodes [n, K+1] and inside the cells [n, K, Q]."""
+        """Profiles at the nodes [n, K+1] and inside the cells [n, K, Q]."""
         theta, x = self.grid.theta, self.grid.inside[0]
         nodes, inside = theta.size, theta[:, :-1, None] + x
         both = np.concatenate([theta.ravel(), inside.ravel()])
@@ -77,7 +77,7 @@ class Instance:
 
     @cached_property
     def units(self) -> Units:
-        """Of rate, the lift-off rate, or nearer to a mean rate that is asked for and far below."""
+        """Units; that of the rate is the lift-off rate, or nearer to a far lower mean rate."""
         rate = self.limits.lift_off if self.rate_unit is None else self.rate_unit
         if self.rate_unit is None and self.longest is not None:
             asked = 2 * np.pi * self.grid.steps / self.longest
@@ -93,7 +93,7 @@ class Instance:
 
     @property
     def structure(self) -> Structure:
-        """Of the program with the goal's own objective."""
+        """Structure of the program with the goal's own objective."""
         return Structure(
             self.grid.steps,
             self.grid.cells,

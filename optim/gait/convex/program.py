@@ -33,7 +33,7 @@ TERMS = (TIME, TORQUE, WORK, STRAIN)
 
 
 ACCURACY = {"tol_feas": 1e-11, "tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11}
-"""Asked of Clarabel. Small cells near rest need it; where it stops short of that, the certificate
+"""Tolerances of Clarabel. Small cells near rest need them; where it stops earlier, the certificate
 says how good the gait is all the same."""
 
 

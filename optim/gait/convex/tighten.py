@@ -78,7 +78,7 @@ def _slack(instance: Instance, gait: Gait, numbers: Numbers) -> np.ndarray:
 
 
 def _late(instance: Instance, gait: Gait) -> float:
-    """By what share of the longest time the gait takes longer."""
+    """Excess of the gait's time over the longest one, as a share."""
     return 0.0 if instance.longest is None else gait.duration / instance.longest - 1
 
 
@@ -93,7 +93,7 @@ def overshoot(instance: Instance, gait: Gait, free: str = "") -> np.ndarray:
 
 
 def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
-    """By how much the least b of a cell, in closed form, is below what it is kept above, at its
+    """Shortfall of a cell's least b, in closed form, below its lower limit, at its
     nodes [nodes]; in a cell at rest the b that the acceleration there leads to. In the limit's unit
     of size."""
     grid, least = gait.grid, lowest(gait.grid, gait.a, gait.b)
@@ -119,7 +119,7 @@ def _ends(grid: Grid) -> tuple[tuple[bool, int, int], ...]:
 
 
 def _at_nodes(cells: np.ndarray) -> np.ndarray:
-    """Of both cells that a node has a part in, the larger [..., K+1]."""
+    """The larger value of both cells at each node [..., K+1]."""
     none = np.full_like(cells[..., :1], -np.inf)
     left, right = (np.concatenate(pair, axis=-1) for pair in ((cells, none), (none, cells)))
     return np.maximum(left, right)

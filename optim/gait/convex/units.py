@@ -19,11 +19,11 @@ class Units:
 
     @property
     def b(self) -> float:
-        """Of rate^2 and of acceleration [rad^2/s^2]."""
+        """Unit of rate^2 and of acceleration [rad^2/s^2]."""
         return self.rate**2
 
     def of(self, term: str) -> float:
-        """Of an objective's term."""
+        """Unit of an objective's term."""
         sizes: dict[str, float] = {
             TIME: 1 / self.rate,
             TORQUE: self.torque**2 / self.rate,

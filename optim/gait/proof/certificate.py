@@ -44,7 +44,7 @@ class Multipliers:
         return cls(sign * finite[0], sign * finite[1], time)
 
     def joined(self, periodic: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Of b at the beginning and at the end of each step [n]: 0 where nothing joins them."""
+        """Multipliers of b at both ends of each step [n]: 0 where nothing joins them."""
         n = len(self.motion)
         begins, ends = np.zeros(n), np.zeros(n)
         count = min(n - 1, len(self.exchange))

@@ -23,7 +23,7 @@ GOLDEN = (np.sqrt(5) - 1) / 2
 ROUNDS = 75
 """The bracket shrinks to 2e-16 of what the limits leave of b."""
 SLACK = 1e-9
-"""By how much the limits are widened here, in their units: what rounding may hide. A bound over
+"""Widening of the limits, in their units, to cover rounding. A bound over
 more gaits is one for those inside the limits."""
 STEEP = 1e-12
 """A row's coefficient of the torque below which it limits the rate alone."""
@@ -62,7 +62,7 @@ class Polygons:
         torque: tuple[np.ndarray, np.ndarray, np.ndarray],
         ends: tuple[np.ndarray, np.ndarray],
     ) -> Polygons:
-        """From rows in a and b, and torque = on_a a + on_b b + rest, each [m]; ends: of b [m]."""
+        """Polygons of rows in a and b; torque = on_a a + on_b b + rest [m]; ends: of b [m]."""
         on_a, of_b, rest = torque
         per = A / on_a
         on_T, on_b, most = per, B - per * of_b, C + per * rest + SLACK

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedParams
 
 CLOSE = 1e-4
-"""Of the range of beta that is searched."""
+"""Tolerance of the search, in parts of the range of beta."""
 MOST = 40
 """Programs that are solved, at most."""
 

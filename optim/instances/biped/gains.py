@@ -51,7 +51,7 @@ class Gains:
         return jnp.mean(costs)[None], jnp.zeros(0)
 
     def keys(self, draw: Array | int) -> Array:
-        """Of the walks of a draw."""
+        """Random keys of a draw's walks."""
         return jax.random.split(jax.random.key(draw), self.walks)
 
     def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:

@@ -59,7 +59,7 @@ class Interpolated(Problem[Result]):
 
     @cached_property
     def matrix(self) -> Float[np.ndarray, "fine n"]:
-        """From the decision vector to that of `fine`."""
+        """Matrix from the decision vector to that of `fine`."""
         found = np.zeros((self.fine.n, self.n))
         found[0, 0] = 1.0
         for column, one in enumerate(np.eye(self.cells + 1), start=1):

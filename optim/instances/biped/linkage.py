@@ -45,7 +45,7 @@ ANGLES = 64
 MISMATCH = 0.05
 """Tolerance of an impact-free exchange of support [crank lengths, rad]."""
 LEAST_STEP = 0.9
-"""Of the reference robot's step."""
+"""Least step, in parts of the reference robot's."""
 COPPER_LOSS = 0.5
 CRANK_RATE = 3.0
 VALUE_ROOM, MARGIN_ROOM = 1e3, 1e2

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 TORQUE_LIMIT = 4.0
 DT = 0.02
-"""Of one step of the simulator [s]."""
+"""Length of one step of the simulator [s]."""
 HELD = 5
 """Steps that a torque is held for."""
 TORQUE_WEIGHT, SLIDE_WEIGHT, FALL_WEIGHT = 0.02, 20.0, 5.0

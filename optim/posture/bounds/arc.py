@@ -32,7 +32,7 @@ class Arc:
 
     @classmethod
     def along(cls, ground: Ground, start: float, end: float) -> Arc:
-        """By the midpoint rule with its remainder, h q(middle) + h^3 / 24 q''(somewhere)."""
+        """Arc length by the midpoint rule with remainder, h q(middle) + h^3 / 24 q''(somewhere)."""
         knots = np.concatenate([ground.knots, ground.kinks, ground.bends])
         knots = np.unique(knots[(knots > start) & (knots < end)])
         count = (end - start) / CELL + len(knots)
@@ -65,7 +65,7 @@ class Arc:
 
 
 def _integral(ground: Ground, a: Interval, b: Interval, bend: Interval) -> Interval:
-    """Of q from a to b, thin numbers within a cell; bend: q'' there."""
+    """Integral of q from a to b, thin numbers within a cell; bend: q'' there."""
     h = b - a
     middle = a + h * 0.5
     q = (ground.profile(middle)[1].square() + 1.0).sqrt()

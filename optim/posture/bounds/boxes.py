@@ -19,12 +19,12 @@ CUTS = 2
 WORST = 0.6
 """Parts that lose more than this share of what the worst part of their box does are cut."""
 PARTS = 16
-"""Of all boxes on average, with ROOM besides, beyond which no more are cut."""
+"""Greatest average number of parts of a box, with ROOM besides, beyond which none is cut."""
 ROOM = 2_000
 FLOOR = 1e-3
-"""Of a field's unit: ranges below are taken for this."""
+"""Least range of a field, in its unit."""
 Angles = tuple[Interval, Interval]
-"""Of both legs [rad]."""
+"""Angles of both legs [rad]."""
 
 
 class Boxes(NamedTuple):
@@ -41,7 +41,7 @@ class Boxes(NamedTuple):
 
 
 def by_parts(of: Callable[[Angles], Boxes], whole: Angles) -> Boxes:
-    """Over whole boxes: the hull of their parts, each cut in four until it is narrow enough."""
+    """Hull over whole boxes of their parts, each cut in four until it is narrow enough."""
     boxes = of(whole)
     widths = np.stack([box.hi - box.lo for box in whole])
     count = boxes.known.size

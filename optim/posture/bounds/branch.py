@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 CELLS = 42
-"""Of each leg's range at the first, about."""
+"""Cells of each leg's range at the first level, about."""
 CORNERS = 600_000
-"""Of all waypoints together at most, at the finest level."""
+"""Most corners of all waypoints together, at the finest level."""
 MOST_LEVELS = 8
 FIRST = 2_500
 """Bytes of a cell that is not yet halved, with its derivatives."""

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.bounds.ground import Ground
 
 BINS = 1024
-"""Of the bracket."""
+"""Bins of the bracket."""
 RUN = 16
 """Bins that may hold the contact of one posture, at most: several where P hardly falls, the ground
 being nearly as hollow as the wheel."""
 STEPS = 3
-"""Of Newton's method for a posture's contact."""
+"""Steps of Newton's method for a posture's contact."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Ranges:
 
     @classmethod
     def of(cls, rows: list[Interval]) -> Ranges:
-        """Of rows of bins; nothing is known of a bin where a row has no number."""
+        """Ranges of rows of bins; nothing is known of a bin where a row has no number."""
         lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
         lost = np.isnan(lo) | np.isnan(hi)
         tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
@@ -110,7 +110,7 @@ class Ranges:
         return cls(tables)
 
     def over(self, first: np.ndarray, last: np.ndarray) -> Interval:
-        """From bin `first` to `last`: [rows, n]."""
+        """Range from bin `first` to `last`: [rows, n]."""
         level = np.frexp(last - first + 1)[1] - 1
         lo = np.empty((self.tables[0].shape[0], *first.shape))
         found = Interval(lo, lo.copy())
@@ -146,7 +146,7 @@ class Bracket:
 
     @classmethod
     def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
-        """Of the waypoint at x_front [m]; longest: the longest wheelbase [m]."""
+        """Bracket of the waypoint at x_front [m]; longest: the longest wheelbase [m]."""
         at = interval(np.asarray(x_front, float))
         origin = (x_front, ground.profile(at)[0])
         front = wheel_at(ground, radius, at, origin)

@@ -47,7 +47,7 @@ class Ground:
     knots: Float[np.ndarray, "k"] = None  # type: ignore[assignment]
     """Places at which an integral is best divided."""
     missed: float = 0.0
-    """By how much pieces that count as joined miss, in height [m] or slope."""
+    """Gap between pieces that count as joined, in height [m] or slope."""
 
     def __post_init__(self):
         if self.knots is None:

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.stations.data import PostureData
 
 ROOM = 2.0
-"""In units of FEASIBLE: by how much longer moves are let pass than a drive that counts as feasible
+"""Excess of allowed moves, in units of FEASIBLE, over those that a drive that counts as feasible
 may make."""
 NONE, SQUARE, AHEAD, BACK = range(4)
 MOST_CELLS = 256
-"""Of a leg at the first, beyond which cells are no part of the rate."""
+"""Most cells of a leg at the first level, beyond which cells are no part of the rate."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Axis:
 
     @property
     def widths(self) -> Float[np.ndarray, "n-1"]:
-        """Of its cells [rad]."""
+        """Widths of its cells [rad]."""
         return np.diff(self.nodes)
 
     def part(self, cells: slice) -> Axis:
@@ -72,7 +72,7 @@ def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
 
 
 def given_axis(angle: float) -> Axis:
-    """Of an angle that is given, as far as a drive may miss it and count as feasible."""
+    """Axis of a given angle, within the tolerance of a feasible drive."""
     return Axis(np.array([angle - FEASIBLE, angle + FEASIBLE]))
 
 
@@ -96,7 +96,7 @@ def moves(problem: PostureData, step: int, a: Axis, b: Axis) -> Bool[np.ndarray,
 
 
 def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
-    """Of each pair of cells, before and after a step, what the allowed moves lie in: NONE are, all
+    """Shape of the allowed moves of each pair of cells, before and after a step: NONE are, all
     of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
     if problem.leg_rate is None:
         return np.full((len(a.nodes) - 1, len(b.nodes) - 1), SQUARE)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.bounds.terms import Term
 
 SLACK = 1e-9
-"""Of each loss: for the rounding of what is computed beside interval arithmetic."""
+"""Relative allowance of each loss for rounding outside of interval arithmetic."""
 
 
 def kappas(
@@ -32,7 +32,7 @@ def kappas(
     cells: tuple[Int[np.ndarray, "n"], Int[np.ndarray, "n"]],
     cut: Bool[np.ndarray, "2 n"],
 ) -> Float[np.ndarray, "n"]:
-    """Of moves from cells of one end to cells of the other; cut: where a leg's are a triangle."""
+    """Losses of moves from cells of one end to those of the other; cut: a leg's are a triangle."""
     X, U = (side.fields[term.X].of(at) for side, at in zip(ends, cells, strict=True))
     if term.Y is None:
         return (_alone(X.first, X.second, ends[0], cells[0])
@@ -63,7 +63,7 @@ def _high(of: Interval) -> np.ndarray:
 
 
 def _alone(first: Interval, second: Interval, side: Side, at: np.ndarray) -> np.ndarray:
-    """Of a field at one end, either way."""
+    """Loss of a field at one end, either way."""
     return _least(second.size, first.size, side, at)
 
 

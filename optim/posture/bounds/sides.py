@@ -29,10 +29,10 @@ class Field(NamedTuple):
     """[2, n], as second."""
     second: Interval
     radius: float
-    """By how much any corner may be off."""
+    """Greatest error of a corner."""
 
     def of(self, cells: np.ndarray) -> Field:
-        """Of those cells."""
+        """Field of those cells."""
         parts = (self.over[cells], self.first[:, cells], self.second[:, cells])
         return Field(self.corners[cells], *parts, self.radius)
 
@@ -54,7 +54,7 @@ class Side:
 
     @classmethod
     def of(cls, cells: StationCells, terms: list[Term]) -> Side:
-        """Of a waypoint's cells; one of them at least is alive."""
+        """Side of a waypoint's cells; one of them at least is alive."""
         rows, columns = np.nonzero(cells.alive)
         box = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
         rear, front = (

@@ -51,7 +51,7 @@ def spline_ground(
 def _piece(
     x: Interval, knots: np.ndarray, rows: np.ndarray, lows: np.ndarray, piece: np.ndarray
 ) -> Four:
-    """Over what of x lies in that piece; straight where x lies outside all of them."""
+    """Value over the part of x in that piece; straight where x lies outside all of them."""
     begin, end = knots[piece], knots[piece + 1]
     inside = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end))
     t = inside - begin

@@ -57,7 +57,7 @@ class StationCells:
 
     bracket: Bracket
     own_turn: Interval
-    """Of the turn, what the front wheel adds whatever the legs do [rad]."""
+    """Turn of the front wheel that does not depend on the legs [rad]."""
     rear: Axis
     front: Axis
     alive: Bool[np.ndarray, "R-1 F-1"]
@@ -88,7 +88,7 @@ class StationCells:
         return replace(self, rear=rear, front=front, alive=self.alive[box])
 
     def bulge(self, name: str, sign: int) -> np.ndarray:
-        """By how much sign * field may lie below its values at the corners of each cell: h^2 / 8 of
+        """Greatest distance of sign * field below its values at the corners of a cell: h^2 / 8 of
         the second derivative, or h / 2 of the first, whichever is less, of each leg."""
         total = np.zeros(self.alive.shape)
         widths = (self.rear.widths[:, None], self.front.widths)
@@ -106,18 +106,18 @@ class StationCells:
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
     def range_of(self, name: str) -> Interval:
-        """Of a field in each cell."""
+        """Range of a field in each cell."""
         return Interval(self.at_least(name, 1), -self.at_least(name, -1))
 
 
 def of_corners(values: np.ndarray, reduce: np.ufunc) -> np.ndarray:
-    """Of each cell's four corners."""
+    """Reduction over each cell's four corners."""
     rows = reduce(values[:-1], values[1:])
     return reduce(rows[:, :-1], rows[:, 1:])
 
 
 def at_corners(cells: np.ndarray, reduce: Callable[..., object]) -> np.ndarray:
-    """Of the cells about each corner: np.any or np.max, those outside counting nothing."""
+    """Reduction over the cells about each corner: np.any or np.max, without those outside."""
     if reduce is np.any:
         padded = np.pad(cells, 1)
         return padded[:-1, :-1] | padded[1:, :-1] | padded[:-1, 1:] | padded[1:, 1:]
@@ -207,7 +207,7 @@ class Surveyor:
         )
 
     def _over(self, bracket: Bracket, r: Interval, f: Interval) -> Boxes:
-        """Over boxes of angles, each as a whole."""
+        """Boxes of angles, each as a whole."""
         rear_jet, front_jet = angle_jets(r, f)
         Q = self._wheelbases(r, f)
         x, known, (first, last) = bracket.where(Q.value)
@@ -239,7 +239,7 @@ class Surveyor:
         return replace(Q, value=value)
 
     def _valued(self, k: int, cells: StationCells) -> StationCells:
-        """With values at the corners, and without the cells in which every posture is ruled out."""
+        """Cells with values at the corners, without those in which every posture is excluded."""
         wanted = cells.corners
         rows, columns = np.nonzero(wanted)
         r, f = interval(cells.rear.nodes[rows]), interval(cells.front.nodes[columns])

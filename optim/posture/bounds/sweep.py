@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.stations.data import PostureData
 
 TURNS = 6
-"""Of the search for a slope."""
+"""Iterations of the search for a slope."""
 UNITS = 64
-"""Of rounding in a sum of a few numbers, more than there are."""
+"""Roundings of a sum of a few numbers, more than there are."""
 UP, DOWN = (
     np.array([[(p[leg], q[leg]) == pair for q in FOUR for p in FOUR] for leg in (0, 1)])
     for pair in ((0, 1), (1, 0))
@@ -56,7 +56,7 @@ class Step:
     terms: list[Term]
     ends: tuple[Side, Side]
     legs: tuple[Int[np.ndarray, "n m"], Int[np.ndarray, "n m"]]
-    """Of each leg's cells: see shapes."""
+    """Moves of each leg's cells: see shapes."""
     dx: float
 
     @classmethod
@@ -205,8 +205,7 @@ def best_charges(
 def _best_slope(
     term: Term, p: np.ndarray, kappa: np.ndarray, left: np.ndarray, dx: float
 ) -> np.ndarray:
-    """Of a concave function, the least of 16: where its tangents at both ends meet, again and
-    again."""
+    """Maximise a concave function, the least of 16, by the intersection of its end tangents."""
     rows = np.arange(len(p))
 
     def at(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

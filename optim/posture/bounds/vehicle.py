@@ -48,7 +48,7 @@ class Numbers:
 
     @property
     def weight(self) -> Interval:
-        """Of all of it [N]."""
+        """Weight of the vehicle [N]."""
         masses = interval(self.wheel_mass) * 2.0 + interval(self.leg_mass) * 2.0 + self.body_mass
         return masses * self.gravity
 

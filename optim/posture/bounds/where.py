@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 BESIDE = 4
 """Waypoints on either side of those that are halved, so that the rate is known there."""
 LEFT = 0.1
-"""Of all that is lost, what may be lost at the others."""
+"""Share of the loss that the other waypoints may have."""
 NEAR = 0.25
 """Worst stations: of the range of the best drive's stations, how near to the bound they count."""
 
@@ -31,7 +31,7 @@ def place(axes: tuple[Axis, Axis], angles: Float[np.ndarray, "2"]) -> tuple[list
 
 
 def lossy(left: Float[np.ndarray, "K"], go: Float[np.ndarray, "K"]) -> Bool[np.ndarray, "K"]:
-    """Of sums. left: what is left to pay from each waypoint by the bound; go: by the best drive."""
+    """Waypoints at which a sum loses. left: cost to go by the bound; go: by the best drive."""
     loss = np.maximum(-np.diff(np.asarray(go) - np.asarray(left)), 0.0)
     worth = np.zeros(len(left), bool)
     order = np.argsort(-loss)
@@ -42,7 +42,7 @@ def lossy(left: Float[np.ndarray, "K"], go: Float[np.ndarray, "K"]) -> Bool[np.n
 
 
 def bottleneck(costs: Float[np.ndarray, "K"], bound: float) -> Bool[np.ndarray, "K"]:
-    """Of worst stations. costs: of the best drive's, by the bound."""
+    """Waypoints at which a worst station loses. costs: of the best drive, by the bound."""
     return _beside(costs >= min(bound, np.max(costs)) - NEAR * np.ptp(costs))
 
 

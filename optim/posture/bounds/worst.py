@@ -59,8 +59,8 @@ def _missing(of: StationCells, wheel: str, sign: int, mu: float) -> np.ndarray:
 def carried(
     costs: np.ndarray, legs: tuple[Int[np.ndarray, "n m"], Int[np.ndarray, "n m"]]
 ) -> np.ndarray:
-    """For each cell of the neighbouring waypoint the least of those that a move may lead to or
-    from;     legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
+    """Least value, for each cell of the neighbouring waypoint, of those that a move may lead to or
+    from; legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
     for axis, shape in enumerate(legs):
         some = shape != NONE
         first = np.argmax(some, axis=1)
@@ -90,7 +90,7 @@ class Worst:
     def bound(
         self, cells: list[StationCells], least: float, enough: float, tick: Callable[[], None]
     ) -> tuple[float, list[StationCells], np.ndarray]:
-        """As Sums.bound."""
+        """See Sums.bound."""
         name = self.problem.criterion.name
         costs = [at_least(name, of, self.friction[k]) for k, of in enumerate(cells)]
         legs = [

@@ -36,7 +36,7 @@ GAP = 1e-6
 SLACK = 1e-12
 """Relative rounding of a station's cost, which two programs may compute differently."""
 WHOLE = 1e-6
-"""By how much a flow may miss 0 or 1."""
+"""Tolerance of a flow of 0 or 1."""
 
 
 @dataclass(frozen=True)

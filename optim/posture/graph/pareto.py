@@ -260,7 +260,7 @@ class _Level:
     x: np.ndarray
 
     def worse_than(self, other: _Level) -> bool:
-        """By the main criterion."""
+        """Compare by the main criterion."""
         return self.value > other.value + SAME * abs(other.value)
 
 

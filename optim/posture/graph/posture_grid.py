@@ -218,7 +218,7 @@ def _evaluate(
 
 
 def _pair(angles: Any) -> tuple[Any, Any]:
-    """For each leg a count or the angles themselves."""
+    """A count or the angles of each leg."""
     accepted = "an integer >= 2, or for each leg one or its evenly spaced angles [rad]"
     listed = angles.tolist() if isinstance(angles, np.ndarray) else angles
     both = listed if isinstance(listed, tuple | list) else (listed, listed)

@@ -117,7 +117,7 @@ class _Run(NamedTuple):
     promised: float
     """Relative decrease that the model promises within BOX."""
     iterations: int
-    """Of this run and those before it."""
+    """Iterations of this run and those before it."""
     runs: int
 
     @property

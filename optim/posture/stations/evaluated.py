@@ -39,9 +39,9 @@ class Waypoints(NamedTuple):
     shared: Posture
     """Vehicle, ground and solver."""
     calls: tuple[tuple[int, int, Array, Array], ...]
-    """Of each call: where it begins in the row, its size, and x and friction [size]."""
+    """Calls: start in the row, size, and x and friction [size]."""
     length: int
-    """Of the row."""
+    """Length of the row."""
 
     @classmethod
     def of(
@@ -50,7 +50,7 @@ class Waypoints(NamedTuple):
         x: Float[Array | np.ndarray, "length"],
         friction: Float[Array | np.ndarray, "length"],
     ) -> Waypoints:
-        """Of so many stations, each with its x [m] and mu [-]."""
+        """Waypoints of stations, each with its x [m] and mu [-]."""
         x, friction = np.asarray(x), np.asarray(friction)
         names = ("x", "friction", "leg_rate", "criterion")
         names += ("min_normal", "min_grip", "min_clearance", "min_wheel_clearance", "max_torque")
