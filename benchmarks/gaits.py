@@ -1,19 +1,20 @@
 """The best gaits: speed against friction, cost of transport against speed, accuracy, baselines.
 
-`python -m benchmarks.gaits [--only PART ...]` writes benchmarks/results/gaits.json, the pictures
-docs/gaits.png and docs/gait_links.png, and the tables of docs/gaits.md.
+    python -m benchmarks.gaits [--only PART ...] [--update] [--out FILE]
+
+--update writes the tables of docs/gaits.md and docs/gaits.png.
 """
 
 from __future__ import annotations
 
-import argparse
-import time
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.report import kept_parts, markdown, options, put_between, write_json
+from benchmarks.report import markdown, measured_parts, options, put_between
 from stickslip.agents import ComputedTorque, OptimalGait, evaluate
 from stickslip.agents.biped.controllers import CrankSpeedPI
 from stickslip.agents.biped.task import from_anywhere
@@ -21,9 +22,8 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.rendering import theme
-from stickslip.optim import GaitProblem, replay, solve
+from stickslip.optim import GaitProblem, solve
 from stickslip.optim.gait.convex.limits import ground_of, torque_of
-from stickslip.optimise.gait_picture import draw_robots
 from stickslip.paper import drawing
 from stickslip.records.files import write_whole
 
@@ -33,42 +33,31 @@ if TYPE_CHECKING:
 TORQUE = 4.0
 MUS = (0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5, 0.7, 1.0)
 SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
-FLOORS = (0.06, 0.2, None)
-AGAIN = ("time", "torque", "torque_over_phase", "work", "energy", "friction")
-REPEATS = 7
+FLOORS = {"mu 0.06": 0.06, "mu 0.2": 0.2, "foot held": None}
 GRIDS = (50, 100, 200, 400, 800)
-TASKS = (
-    ("mu 0.06/0.05, 3 rad/s", 0.06, 0.05, 3.0),
-    ("mu 0.06/0.05, 4.5 rad/s", 0.06, 0.05, 4.5),
-    ("mu 0.06/0.05, 6 rad/s", 0.06, 0.05, 6.0),
-    ("mu 0.02/0.017, 5 rad/s", 0.02, 0.017, 5.0),
-    ("mu 0.15/0.125, 5 rad/s", 0.15, 0.125, 5.0),
-)
-DOCS = Path("docs")
-PARTS = ("fastest", "thrift", "accuracy", "again", "replays", "baselines")
-"""Of the page; its pictures are drawn where all are measured."""
+TASKS = ((0.06, 0.05, 3.0), (0.06, 0.05, 4.5), (0.06, 0.05, 6.0))
+TASKS += ((0.02, 0.017, 5.0), (0.15, 0.125, 5.0))
+"""Static and kinetic friction, commanded rate [rad/s]."""
+EPISODES = 48
+PAGE = Path("docs/gaits.md")
 
 
-def fastest(robot: BipedParams) -> list[dict[str, Any]]:
+def fastest(robot: BipedParams) -> Iterator[dict[str, Any]]:
     """Fastest mean crank rate without slip by friction, and the fastest constant one [rad/s]."""
-    rows = []
     for mu in MUS:
         problem = GaitProblem.periodic(robot, "time", mu=mu, torque_limit=TORQUE)
         found = solve(problem)
-        rows.append(
-            {
-                "mu": mu,
-                "fastest": np.pi / found.held_value,
-                "none above": np.pi / (found.every_bound or np.nan),
-                "constant rate": constant(problem.instance.profiles[0], mu),
-                "status": found.status.name,
-            }
-        )
-    return rows
+        yield {
+            "mu": mu,
+            "fastest": np.pi / found.held_value,
+            "none above": np.pi / (found.every_bound or np.nan),
+            "constant rate": constant(problem.instance.profiles[0], mu),
+            "status": found.status.name,
+        }
 
 
 def constant(p: Profile, mu: float | None) -> float:
-    """The fastest constant crank rate within friction and torque [rad/s], by halving."""
+    """The fastest constant crank rate within friction and torque [rad/s], by bisection."""
     low, high = 0.0, 40.0
     for _ in range(60):
         rate = (low + high) / 2
@@ -80,24 +69,18 @@ def constant(p: Profile, mu: float | None) -> float:
     return low
 
 
-def thrift(robot: BipedParams) -> list[dict[str, Any]]:
+def thrift(robot: BipedParams) -> Iterator[dict[str, Any]]:
     """Least energy (copper loss 0.5 W/(N m)^2) as cost of transport at each speed and floor."""
-    rows = []
     profile = GaitProblem.periodic(robot).instance.profiles[0]
+    limits: dict[str, Any] = {"torque_limit": TORQUE}
     for speed in SPEEDS:
         row: dict[str, Any] = {"mean crank rate [rad/s]": speed}
-        for mu in FLOORS:
-            problem = GaitProblem.periodic(
-                robot, "energy", mu=mu, torque_limit=TORQUE, mean_rate=speed
-            )
-            found = solve(problem)
-            name = "foot held" if mu is None else f"mu {mu:g}"
+        for name, mu in FLOORS.items():
+            found = solve(GaitProblem.periodic(robot, "energy", mu=mu, mean_rate=speed, **limits))
             there = found.gait is not None
-            row[name] = found.best.cost_of_transport(0.5) if there else np.nan
-            row[f"{name}, rate"] = found.mean_rate if there else np.nan
-        row["constant rate"] = constant_cost(profile, speed)
-        rows.append(row)
-    return rows
+            row[name] = found.best.cost_of_transport(0.5) if there else None
+            row[f"{name}, rate"] = found.mean_rate if there else None
+        yield row | {"constant rate": constant_cost(profile, speed)}
 
 
 def constant_cost(p: Profile, rate: float) -> float:
@@ -107,191 +90,109 @@ def constant_cost(p: Profile, rate: float) -> float:
     return float(energy / (p.robot.weight * p.robot.step_length))
 
 
-def accuracy(robot: BipedParams) -> list[dict[str, Any]]:
+def accuracy(robot: BipedParams) -> Iterator[dict[str, Any]]:
     """What the grid leaves open, and how long a solve takes, of the fastest gait at mu 0.06."""
-    rows = []
     for cells in GRIDS:
-        problem = GaitProblem.periodic(robot, mu=0.06, torque_limit=TORQUE, steps=cells)
-        solve(problem)
-        other = GaitProblem.periodic(robot, mu=0.065, torque_limit=TORQUE, steps=cells)
-        again, found = solve(other), solve(problem)
-        rows.append(
-            {
-                "cells": cells,
-                "of the grid [s]": f"{found.value:.7f}",
-                "kept between nodes [s]": f"{found.held_value:.7f}",
-                "no gait below [s]": f"{found.every_bound:.7f}",
-                "open": f"{found.discretisation:.1e}",
-                "gap of the grid": f"{found.gap:.0e}",
-                "solved again [ms]": round(1000 * again.seconds),
-            }
+        problem, other = (
+            GaitProblem.periodic(robot, mu=mu, torque_limit=TORQUE, steps=cells)
+            for mu in (0.06, 0.065)
         )
-    return rows
+        solve(problem)
+        again, found = solve(other), solve(problem)
+        yield {
+            "cells": cells,
+            "of the grid [s]": f"{found.value:.7f}",
+            "kept between nodes [s]": f"{found.held_value:.7f}",
+            "no gait below [s]": f"{found.every_bound:.7f}",
+            "open": f"{found.discretisation:.1e}",
+            "gap of the grid": f"{found.gap:.0e}",
+            "solved again [ms]": round(1000 * again.seconds),
+        }
 
 
-def again(robot: BipedParams) -> list[dict[str, Any]]:
-    """Processor time [ms] of solving a program again with other numbers, the proofs included: the
-    median of several, 200 cells. With proofs of the grid alone, and with those of every gait."""
-    rows = []
-    for objective in AGAIN:
-        friction = objective == "friction"
-        row: dict[str, Any] = {"objective": objective}
-        for certify in ("grid", "every"):
-            spent, solves = [], 0
-            for i in range(REPEATS + 1):  # the first one builds the program
-                mu = None if friction else 0.06 + 0.001 * i
-                rate = None if objective == "time" else 5.0 + 0.05 * i
-                problem = GaitProblem.periodic(
-                    robot, objective, mu=mu, torque_limit=TORQUE, mean_rate=rate
-                )
-                began = time.process_time()
-                solves = solve(problem, certify=certify).evaluations
-                spent.append(1000 * (time.process_time() - began))
-            row |= {f"{certify}: solves": solves, f"{certify} [ms]": round(np.median(spent[1:]))}
-        rows.append(row)
-    return rows
-
-
-def replays(robot: BipedParams) -> list[dict[str, Any]]:
-    """Gaits that leave 2 % of the friction unused, walked on the floor."""
-    problems = {
-        "least energy, 4.5 rad/s": GaitProblem.periodic(
-            robot, "energy", mu=0.0588, torque_limit=TORQUE, mean_rate=4.5
-        ),
-        "fastest": GaitProblem.periodic(robot, "time", mu=0.0588, torque_limit=TORQUE),
-        "3 steps from rest": GaitProblem.transfer(robot, 3, mu=0.0588, torque_limit=TORQUE),
-        "3 steps, rest to rest": GaitProblem.transfer(
-            robot, 3, mu=0.0588, torque_limit=TORQUE, end_rate=0.0
-        ),
-    }
-    rows = []
-    for name, problem in problems.items():
-        gait = solve(problem).best
-        for gain in (0.0, 2.0):
-            one = replay(robot, gait, mu=0.06, feedback=gain)
-            rows.append(
-                {
-                    "gait": name,
-                    "feedback [1/rad]": gain,
-                    "slid [m]": f"{one.slid:.1e}",
-                    "mean rate [rad/s]": f"{one.mean_rate:.5f}",
-                    "promised": f"{one.promised_mean_rate:.5f}",
-                    "work [J]": f"{one.work:.5f}",
-                    "promised ": f"{one.promised_work:.5f}",
-                }
-            )
-    return rows
-
-
-def baselines(episodes: int) -> list[dict[str, Any]]:
+def baselines(robot: BipedParams) -> Iterator[dict[str, Any]]:
     """Returns of 10 s episodes from any phase and up to the commanded rate."""
     env = BipedEnv()
     tasks = {
-        name: from_anywhere(env.make_params(scene=Scene.uniform(mu, mu_k), commanded_rate=rate))
-        for name, mu, mu_k, rate in TASKS
+        f"mu {mu:g}/{mu_k:g}, {rate:g} rad/s": from_anywhere(
+            env.make_params(robot=robot, scene=Scene.uniform(mu, mu_k), commanded_rate=rate)
+        )
+        for mu, mu_k, rate in TASKS
     }
     players = {"PI": CrankSpeedPI(), "computed torque": ComputedTorque(), "gait": OptimalGait()}
-    table = evaluate(env, players, tasks, episodes=episodes)
+    table = evaluate(env, players, tasks, episodes=EPISODES)
     rows: dict[str, dict[str, Any]] = {}
     for one in table.rows:
         row = rows.setdefault(one.scene, {"task": one.scene})
         falls = 100 * one.metrics["falls"].value
         row[one.controller] = f"{one.metrics['return'].value:.2f} ({falls:.0f} %)"
-    return list(rows.values())
+    yield from rows.values()
+
+
+PARTS = {"fastest": fastest, "thrift": thrift, "accuracy": accuracy, "baselines": baselines}
+"""Parts of the page."""
 
 
 def draw(content: dict[str, Any]) -> bytes:
-    """Both curves."""
+    """PNG of speed against friction and of cost against speed."""
     figure, axes = drawing.sheet(1, 2, height=3.6)
     left, right = axes[0]
-    rows = content["fastest"]["rows"]
+    rows = content["fastest"]
     mu = [row["mu"] for row in rows]
     left.semilogx(mu, [r["fastest"] for r in rows], "o-", color=theme.MOTOR, label="best gait")
     rates = [row["constant rate"] for row in rows]
     left.semilogx(mu, rates, "s--", color=theme.SLIDES, label="constant crank rate")
     left.set_ylim(bottom=0)
-    left.legend(frameon=False, fontsize=8.5)
     note = f"motor {TORQUE:g} N m"
     drawing.name_panel(left, "fastest without slip [rad/s]", note, "static friction [-]")
-    rows = content["thrift"]["rows"]
-    for (name, look), colour in zip(
-        (("mu 0.06", "o-"), ("mu 0.2", "^-"), ("foot held", "v-")),
-        drawing.shades(3),
-        strict=True,
-    ):
-        speeds = [row[f"{name}, rate"] for row in rows]
-        right.plot(speeds, [row[name] for row in rows], look, color=colour, label=name)
+    rows = content["thrift"]
+    for name, look, colour in zip(FLOORS, ("o-", "^-", "v-"), drawing.shades(3), strict=True):
+        there = [row for row in rows if row[name] is not None]
+        speeds, costs = [r[f"{name}, rate"] for r in there], [r[name] for r in there]
+        right.plot(speeds, costs, look, color=colour, label=name)
     rate = [row["mean crank rate [rad/s]"] for row in rows]
     costs = [row["constant rate"] for row in rows]
     right.plot(rate, costs, "s--", color=theme.SLIDES, label="constant rate")
     right.set_ylim(0, 0.5)
-    right.legend(frameon=False, fontsize=8.5)
+    for axis in (left, right):
+        axis.legend(frameon=False, fontsize=8.5)
     drawing.name_panel(
         right, "least cost of transport [-]", "copper included", "mean crank rate [rad/s]"
     )
     return drawing.png(figure, "The best gaits of all that do not slip")
 
 
-def draw_links(robot: BipedParams) -> bytes:
-    """Three gaits link by link."""
-    kinds = (
-        ("fastest, mu 0.06", GaitProblem.periodic(robot, mu=0.06, torque_limit=TORQUE)),
-        (
-            "least energy at 3 rad/s, mu 0.06",
-            GaitProblem.periodic(robot, "energy", mu=0.06, torque_limit=TORQUE, mean_rate=3.0),
-        ),
-        (
-            "quickest 3 steps, rest to rest, mu 0.06",
-            GaitProblem.transfer(robot, 3, mu=0.06, torque_limit=TORQUE, end_rate=0.0),
-        ),
-    )
-    figure, axes = drawing.sheet(len(kinds), height=1.75)
-    for axis, (name, problem) in zip(axes[:, 0], kinds, strict=True):
-        draw_robots(axis, problem, solve(problem).best)
-        axis.set_title(name, loc="left", fontsize=9.5, color=theme.INK, pad=4)
-    return drawing.png(figure, "Link by link, at equal times")
+def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows as a page shows them: four digits, a dash for none."""
+
+    def short(value: Any) -> Any:
+        if value is None:
+            return "-"
+        return f"{value:.4g}" if isinstance(value, float) else value
+
+    return [{name: short(value) for name, value in row.items()} for row in rows]
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Measure, draw, and put the tables into the page."""
     parser = options("gaits", __doc__)
-    parser.add_argument("--episodes", type=int, default=48)
-    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, metavar="PART")
-    parser.add_argument("--docs", default=str(DOCS), help="where page and pictures are")
-    given: argparse.Namespace = parser.parse_args(arguments)
-    robot, docs = BipedParams.from_bars(), Path(given.docs)
-    parts = {
-        "fastest": lambda: fastest(robot),
-        "thrift": lambda: thrift(robot),
-        "accuracy": lambda: accuracy(robot),
-        "again": lambda: again(robot),
-        "replays": lambda: replays(robot),
-        "baselines": lambda: baselines(given.episodes),
-    }
-    content = kept_parts(given.out, PARTS if set(given.only) < set(PARTS) else ())
-    for name in given.only:
-        content[name] = {"rows": parts[name]()}
-        write_json(content, given.out)
-        print(markdown(shown(content[name]["rows"])))
-    page = docs / "gaits.md"
-    for name in given.only:
+    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
+    parser.add_argument("--update", action="store_true", help="also tables and picture")
+    given = parser.parse_args(arguments)
+    robot = BipedParams.from_bars()
+    asked = {name: partial(_rows, PARTS[name], robot) for name in given.only}
+    content = measured_parts(asked, PARTS, False, given.out)
+    for name in given.only if given.update else ():
         marks = (f"<!-- {name} -->", f"<!-- end of {name} -->")
-        put_between(page, markdown(shown(content[name]["rows"])), marks)
-    if set(given.only) < set(PARTS):
-        return
-    write_whole(docs / "gaits.png", draw(content))
-    write_whole(docs / "gait_links.png", draw_links(robot))
+        put_between(PAGE, markdown(shown(content[name])), marks)
+    if given.update and set(PARTS) <= set(content):
+        write_whole(PAGE.with_suffix(".png"), draw(content))
 
 
-def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows as a page shows them: numbers short, a dash for none."""
-
-    def short(value: Any) -> Any:
-        if not isinstance(value, float):
-            return value
-        return "-" if np.isnan(value) else f"{value:.4g}"
-
-    return [{name: short(value) for name, value in row.items()} for row in rows]
+def _rows(part: Any, robot: BipedParams, quick: bool) -> Iterator[dict[str, Any]]:
+    """The rows of a part, which has no quick form."""
+    del quick
+    return part(robot)
 
 
 if __name__ == "__main__":

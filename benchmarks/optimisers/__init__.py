@@ -1,1 +1,1 @@
-"""The suite of instances: what is known of them, found and verified; races on them."""
+"""The suite of instances: what is known of them, found and verified."""

@@ -1,28 +1,18 @@
-"""The suite for optimisers: what is known of its instances, and methods raced on them.
+"""The suite for optimisers: what is known of its instances.
 
     python -m benchmarks.optimisers --verify [--only ID ...]
-    python -m benchmarks.optimisers --finer [--only ID ...]
     python -m benchmarks.optimisers --find [--only ID ...]
     python -m benchmarks.optimisers --bound [--seconds S] [--only ID ...]
-    python -m benchmarks.optimisers --costs [--only ID ...]
     python -m benchmarks.optimisers --docs docs/suite.md
-    python -m benchmarks.optimisers --race DIR [--workers N]
-    python -m benchmarks.optimisers --store DIR | --redraw
 
---verify: whether each instance is the one that was recorded, and whether the recorded point is
-feasible and has the recorded value; leaves with 1 where not. --finer: what the points of the
-biped's instances owe to their setting, computed in a sixteenth of its step. --find: looks for
-better points by what suits each family and keeps what is better. --bound: what no drive of the UGV
-is below, minutes each; kept where it is higher than what was recorded. --costs: measures what an
-evaluation costs. --docs: puts the table of instances into a page. --race: all methods on some
-instances, into a directory, going on where it holds a part; keeps the runs in benchmarks/results.
---store: keeps those of a race that is not at its end. --redraw: tables and pictures of
-docs/optimisers.md from what is kept. Races of one's own: `stickslip bench optimisers`.
+--verify: compare each instance with its recorded digest, and its recorded point with the recorded
+value; exit status 1 where one differs. --find: look for better points by what suits each family.
+--bound: prove lower bounds of the UGV's instances, minutes each; kept where higher than before.
+--docs: put the table of instances into a page.
 """
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -30,8 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.optimisers import finer
-from benchmarks.optimisers.cost import cost_of
 from benchmarks.optimisers.find import found_for, front_for
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
@@ -90,14 +78,6 @@ def bound(instance: Instance, seconds: float | None) -> None:
         keep(instance.id, replace(known, bound=float(found.value), bound_how=how))
 
 
-def costs(instance: Instance) -> None:
-    """Measure, and write beside what is known."""
-    if (known := instance.known) is not None:
-        found = cost_of(instance)
-        print(f"{instance.id}: {found}", flush=True)
-        keep(instance.id, known.with_cost(found))
-
-
 def verify(names: list[str]) -> bool:
     """Say of every instance whether it is as recorded."""
     sound = True
@@ -123,47 +103,21 @@ def table() -> str:
     return markdown(rows)
 
 
-def _races(given: argparse.Namespace) -> None:
-    """What is asked of races."""
-    if not (given.race or given.store or given.redraw):
-        return
-    from benchmarks.optimisers import race
-
-    if given.race:
-        race.run(given.race, given.workers)
-    if given.store:
-        race.store(given.store)
-    if given.redraw:
-        race.redraw()
-
-
 def main() -> None:
     """Do what is asked."""
     parser = options("optimisers", __doc__)
     parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
-    for name in ("find", "finer", "verify", "bound", "costs"):
+    for name in ("find", "verify", "bound"):
         parser.add_argument(f"--{name}", action="store_true")
-    parser.add_argument("--race", type=Path, metavar="DIR", help="race the methods into it")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes of the race")
-    parser.add_argument("--store", type=Path, metavar="DIR", help="keep the runs of a race")
-    parser.add_argument("--redraw", action="store_true", help="from what is kept")
-    parser.add_argument(
-        "--seconds", type=float, help="of a proof, about: no level begins that would end later"
-    )
+    parser.add_argument("--seconds", type=float, help="of a proof, about")
     parser.add_argument("--docs", type=Path, help="put the table into this page")
     given = parser.parse_args()
     for name in given.only:
         require_choice("--only", name, tuple(suite()))
-    _races(given)
-    for name in given.only:
         if given.find:
             find(suite()[name])
-        if given.finer and name in finer.names():
-            print(f"{name}: {finer.owed_by(suite()[name])}", flush=True)
         if given.bound:
             bound(suite()[name], given.seconds)
-        if given.costs:
-            costs(suite()[name])
     if given.docs is not None:
         put_between(given.docs, f"\n{table()}\n", MARKS)
     if given.verify:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import kept_parts, options, provenance, write_json
+from benchmarks.report import measured_parts, options
 from benchmarks.tasks.measure import rounded
 from benchmarks.tasks.recipes import ALIKE, OWING, SWITCHES, recipe_of
 from stickslip.agents.evaluation.rollout import without_resets
@@ -65,12 +66,8 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME")
     given = parser.parse_args(arguments)
     jax.config.update("jax_enable_x64", True)
-    content = kept_parts(given.out, names())
-    for name in given.only or names():
-        content[name] = list(rows_of(task_by_name(name)))
-        stamp = provenance()
-        content["parts"][name] = {at: stamp[at] for at in ("commit", "measured")}
-        write_json(content, given.out)
+    asked = {name: partial(rows_of, task_by_name(name)) for name in given.only or names()}
+    measured_parts(asked, names(), False, given.out)
 
 
 def names() -> list[str]:
@@ -78,8 +75,9 @@ def names() -> list[str]:
     return [name for name, task in TASKS.items() if task.machine == "biped"]
 
 
-def rows_of(task: TaskDefinition) -> Iterator[dict[str, Any]]:
+def rows_of(task: TaskDefinition, quick: bool = False) -> Iterator[dict[str, Any]]:
     """A row a player, with what its score owes and the 95 % interval of that."""
+    del quick
     known = known_of(task)
     if known is None:
         return

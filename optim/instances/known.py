@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,10 +35,6 @@ class Known:
     cost: dict[str, float]
     x: np.ndarray | None = None
     front: np.ndarray | None = None
-
-    def with_cost(self, cost: dict[str, float]) -> Known:
-        """The same with another cost."""
-        return replace(self, cost=cost)
 
 
 def known_of(name: str) -> Known | None:

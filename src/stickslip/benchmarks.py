@@ -43,7 +43,6 @@ BENCHMARKS = {
     "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
     "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
     "operations": Benchmark("benchmarks.operations", "what each feature of a scene costs"),
-    "optimum": Benchmark("benchmarks.optimum", "the best that can be earned on the biped's tasks"),
     "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo"),
     "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
     "size": Benchmark("benchmarks.size", "lines, flags, and files that a call enters"),

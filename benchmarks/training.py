@@ -1,0 +1,227 @@
+"""PPO on every task of the ladder: return against steps and time.
+
+    python -m benchmarks.training [--only NAME ...] [--again] [--out FILE]
+    python -m benchmarks.training --redraw
+
+Trains five seeds a task with the JAX trainer, as a population; the policies play the task's own
+episodes at 16 points of the way. What the JSON has already, of the same definition and settings,
+is left as it is (--again measures it anew). --redraw writes the table of docs/training.md, the
+entries "learned" of the ladder's known.json and the table of docs/tasks.md.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.report import (
+    markdown,
+    options,
+    provenance,
+    put_between,
+    read_json,
+    where,
+    write_json,
+)
+from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
+from benchmarks.tasks.__main__ import put
+from benchmarks.tasks.measure import EPISODES, rounded
+from benchmarks.tasks.tables import long_table
+from stickslip.agents.biped.task import ANY_PHASE
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.run import is_random, play
+from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.registry import machine_by_name
+from stickslip.agents.training.ppo import settings_of, train_population
+from stickslip.agents.ugv.names import USUAL
+from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
+from stickslip.envs.tasks.known import FILE, read_known
+
+if TYPE_CHECKING:
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.ppo import Population
+    from stickslip.envs import TaskDefinition
+    from stickslip.envs.tasks import Scale
+
+PAGE, TASK_PAGE = Path("docs/training.md"), Path("docs/tasks.md")
+MARKS = ("<!-- training -->", "<!-- end of training -->")
+STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
+"""Evaluations of a training; seeds of each task."""
+TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
+"""Of each seed."""
+FAILURE = 10.0
+"""Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
+GOAL = 0.9
+"""The score whose time is looked for."""
+
+
+def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
+    """The task's parameters with the training episodes of `stickslip train`.
+
+    The biped's are short where every place is as good as another, begin at any phase and up to a
+    higher crank rate, and penalise slips and falls less: otherwise standing still is learnt. The
+    UGV's rewards are scaled.
+    """
+    if task.machine == "ugv":
+        scale = 1 / USUAL[str(task.choices["criterion"])]
+        return params.replace(reward_scale=scale, failure_penalty=FAILURE / scale)
+    known: Any = task.parameters
+    drawn = known.get("randomisation", {})
+    fastest = max(drawn.get("crank_rate", (0.0,))[-1], config.start_rate)
+    own = params.randomisation or Randomisation()
+    starts = replace(own, phase=ANY_PHASE, crank_rate=(0.0, fastest))
+    anywhere = "uniform" in known["scene"] and "mark" not in known
+    short = {"time_limit": config.episode_time} if anywhere else {}
+    return params.replace(
+        randomisation=starts,
+        slip_weight=min(known["slip_weight"], config.slip_weight),
+        fall_penalty=min(known["fall_penalty"], config.fall_penalty),
+        **short,
+    )
+
+
+def configuration(task: TaskDefinition) -> LearningConfiguration:
+    """The defaults of `stickslip train` for the task's machine, with TIMESTEPS; the biped's noise
+    ends at 0.03, since its steps are a quarter of the default."""
+    kind: Any = machine_by_name(task.machine).configuration
+    noise = {"final_noise": 0.03} if task.machine == "biped" else {}
+    return kind.of(trainer="jax", seed=0, timesteps=TIMESTEPS[task.machine], **noise)
+
+
+def measure(task: TaskDefinition) -> dict[str, Any]:
+    """A task's entry of the JSON: all seeds side by side on one core, each with its share of the
+    time, compiling and evaluations aside."""
+    config, (env, params) = configuration(task), task.make("same_step")
+    test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
+    settings = settings_of(config)
+    given = env, training_params(task, params, config), settings, SEEDS
+    train_population(*given, timesteps=settings[0].samples, cores=1)  # compiles
+    spent, rows = np.zeros(2), []
+    begun = [now()]
+
+    def tell(population: Population) -> None:
+        spent[:] += now() - begun[0]
+        policies = [population.policy(member) for member in range(len(SEEDS))]
+        played = [play(test, one, params, seen, keep_of).reward.mean() for one in policies]
+        rows.append((population.timesteps, *spent, [rounded(float(one)) for one in played]))
+        print(f"  {population.timesteps:>10,} steps, {spent[1]:.1f} s: {rows[-1][-1]}", flush=True)
+        begun[0] = now()
+
+    steps = TIMESTEPS[task.machine]
+    train_population(*given, timesteps=steps, stretches=STRETCHES, tell=tell, cores=1)
+    passed, wall, processor, returns = zip(*rows, strict=True)
+    return {
+        "digest": task.digest,
+        "seeds": list(SEEDS),
+        "timesteps": steps,
+        "config": config.digest,
+        "steps": list(passed),
+        "seconds": [round(one / len(SEEDS), 3) for one in wall],
+        "processor_seconds": [round(one / len(SEEDS), 3) for one in processor],
+        "returns": [list(one) for one in zip(*returns, strict=True)],
+    }
+
+
+def now() -> np.ndarray:
+    """Wall-clock and processor time [s]."""
+    return np.array([time.perf_counter(), time.process_time()])
+
+
+def scale_of(name: str) -> Scale:
+    """From returns to scores. ValueError where nothing is known of a task."""
+    known = known_of(TASKS[name])
+    if known is None:
+        raise ValueError(f"nothing is known of {name}; accepted: a task that was measured")
+    return known.scale
+
+
+def scores(entry: dict[str, Any], name: str) -> np.ndarray:
+    """Scores [seeds, points] of an entry."""
+    return np.vectorize(scale_of(name).score)(np.asarray(entry["returns"], float))
+
+
+def reached(entry: dict[str, Any], name: str) -> list[int]:
+    """For each seed that scored GOAL the first point at which it did."""
+    good = scores(entry, name) >= GOAL
+    return [int(np.argmax(row)) for row in good if row.any()]
+
+
+def body(content: dict[str, Any]) -> str:
+    """Steps, time and scores on each task."""
+    tasks = content.get("tasks", {})
+    rows = [{"task": f"`{name}`"} | row(tasks[name], name) for name in TASKS if name in tasks]
+    return f"{markdown(rows)}\n\nMeasured on {where(content)}."
+
+
+def row(entry: dict[str, Any], name: str) -> dict[str, str]:
+    """A task's line."""
+    found, first = scores(entry, name), reached(entry, name)
+    end = mean_interval(found[:, -1])
+    point = None if len(first) <= len(found) / 2 else int(np.median(first))
+    steps, seconds = entry["steps"], entry["processor_seconds"]
+    return {
+        "seeds": f"{len(found)}",
+        "steps": f"{steps[-1] / 1e6:.2g} M",
+        "processor [s]": f"{seconds[-1]:.0f}",
+        "score at the end": f"{end.value:.2f} ± {end.high - end.value:.2f}",
+        f"reach {GOAL}": f"{len(first)} of {len(found)}",
+        "after, steps": "" if point is None else f"{steps[point] / 1e6:.2g} M",
+        "after, processor [s]": "" if point is None else f"{seconds[point]:.1f}",
+    }
+
+
+def learned(entry: dict[str, Any]) -> dict[str, Any]:
+    """The entry "learned" of known.json: what the last policies earn."""
+    how = (
+        "PPO in JAX, the defaults and training episodes of `stickslip train`, "
+        f"{entry['steps'][-1]:,} steps (docs/training.md)"
+    )
+    return {"how": how, "returns": [rounded(one[-1]) for one in entry["returns"]]}
+
+
+def is_there(content: dict[str, Any], task: TaskDefinition) -> bool:
+    """True if a task was measured with this definition and these settings."""
+    found = content.get("tasks", {}).get(task.name)
+    wanted = {"digest": task.digest, "config": configuration(task).digest, "seeds": list(SEEDS)}
+    return found is not None and all(found[name] == one for name, one in wanted.items())
+
+
+def redraw(content: dict[str, Any]) -> None:
+    """Write pages and what is known of learning."""
+    put_between(PAGE, body(content), MARKS)
+    for name, entry in content["tasks"].items():
+        known = read_known(FILE)
+        if name in known and name in TASKS:
+            put(name, {**known[name], "learned": learned(entry)})
+    put_between(TASK_PAGE, long_table(), TASK_MARKS)
+
+
+def main(arguments: list[str]) -> None:
+    """Measure and write, or write what was measured into pages."""
+    parser = options("training", __doc__)
+    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--again", action="store_true")
+    parser.add_argument("--redraw", action="store_true")
+    given = parser.parse_args(arguments)
+    if given.redraw:
+        redraw(read_json(given.out))
+        return
+    for task in map(task_by_name, given.only or TASKS):
+        content = read_json(given.out)
+        if not given.again and is_there(content, task):
+            print(f"{task.name}: is there", flush=True)
+            continue
+        print(task.name, flush=True)
+        content = {**content, **provenance()}
+        content.setdefault("tasks", {})[task.name] = measure(task)
+        write_json(content, given.out)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,1 +1,0 @@
-"""Training measured: return against steps and time, on every task of the ladder."""
