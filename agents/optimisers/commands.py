@@ -86,7 +86,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(given: argparse.Namespace) -> Content:
-    from stickslip.agents.optimisers.racing import RacePlan, run_race
+    from stickslip.agents.optimisers.racing import RacePlan, race
     from stickslip.agents.optimisers.report import counted_text, runs_table
     from stickslip.agents.sweeps.engine import StoppedError
     from stickslip.agents.view_files import require_folder
@@ -96,17 +96,17 @@ def _run(given: argparse.Namespace) -> Content:
 
     require_folder(given.out)
     names = list(suite()) if given.instances is None else given.instances
-    how = {one: getattr(given, one) for one in ("budget", "seconds", "seeds", "limit")}
-    plan = RacePlan.of(given.methods, names, **how)
+    limits = {one: getattr(given, one) for one in ("budget", "seconds", "seeds", "limit")}
+    plan = RacePlan.of(given.methods, names, **limits)
     print(
         f"{len(plan.tasks)} runs into {given.out}; {len(plan.left_out)} pairs of method and "
         "instance do not suit each other",
         flush=True,
     )
+    how = {one: getattr(given, one) for one in ("out", "resume", "workers")}
     with stoppable() as stop:
-        how = {"resume": given.resume, "workers": given.workers, "progress": True, "stop": stop}
         try:
-            runs = run_race(plan, given.out, **how)
+            runs = race(given.methods, names, **how, progress=True, stop=stop, **limits)
         except StoppedError:
             again = f"Stopped; go on with the same command and --resume ({given.out})"
             raise stop.interrupted(again) from None

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import json
 import tempfile
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 from stickslip.agents.optimisers.method import METHODS, methods_of
 from stickslip.agents.optimisers.results import Run, read_runs, table_of
 from stickslip.agents.optimisers.task import Task
 from stickslip.agents.optimisers.worker import Workers
-from stickslip.agents.sweeps.engine import run_dask, run_threads
+from stickslip.agents.sweeps.engine import run_threads
 from stickslip.agents.sweeps.store import (
     cell_path,
     digest_of_text,
@@ -38,9 +39,21 @@ if TYPE_CHECKING:
 
     from stickslip.agents.optimisers.method import Method, Optimiser
 
+    Methods = Iterable[str] | Mapping[str, Optimiser | str | Method]
+
 LIMIT = 120.0
 MOST, LAST_SEED = 10**6, 2**31 - 1
 """Runs of one race; the greatest seed."""
+
+
+class Limits(TypedDict, total=False):
+    """Limits of the runs, see `race`."""
+
+    budget: int | None
+    seconds: float | None
+    seeds: int | Sequence[int]
+    outside: Literal["clip", "refuse"]
+    limit: float
 
 
 @dataclass(frozen=True)
@@ -54,7 +67,7 @@ class RacePlan:
     @classmethod
     def of(
         cls,
-        methods: Iterable[str] | Mapping[str, Optimiser | str | Method],
+        methods: Methods,
         instances: str | Iterable[str],
         *,
         budget: int | None = None,
@@ -127,101 +140,61 @@ class RacePlan:
 
 
 def race(
-    methods: Iterable[str] | Mapping[str, Optimiser | str | Method],
+    methods: Methods,
     instances: str | Iterable[str],
     *,
-    budget: int | None = None,
-    seconds: float | None = None,
-    seeds: int | Sequence[int] = 3,
-    outside: Literal["clip", "refuse"] = "clip",
-    limit: float = LIMIT,
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
-    scheduler: str | None = None,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
+    **limits: Unpack[Limits],
 ) -> list[Run]:
     """Run every method on every instance that suits it, with every seed; return all runs.
 
     methods: names of METHODS, or functions by names of one's own. A function takes an Objective
     and, if it has two arguments, the seed; it minimises until the budget ends it or it returns.
-    instances: ids. budget: evaluations, values and gradients alike; seconds: of processor time; one
-    of both at least. seeds: how many, or which. outside: see Objective.
-
-    limit: what a run may take on the clock [s]: one that takes longer is killed, also inside C
-    code, and recorded with what it had found ("timed out"), as are those that raise or whose
-    process ends; the others go on. What is compiled counts in neither.
+    instances: ids.
 
     out: a directory that keeps each run as it is made; resume: continue with what is missing there.
-    workers: processes here, one for each core if None; scheduler: the address of a Dask scheduler.
+    workers: processes, one for each core if None.
     progress: show a bar. stop: polled; StoppedError where it says so.
+
+    budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
+    least. seeds: how many, or which (default: 3). outside: see Objective. limit: time on the clock
+    [s] (default: 120) after which a run is killed, also inside C code, and recorded with what it
+    had found ("timed out"), as are those that raise or whose process ends. Compiling is not
+    counted.
 
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
     """
-    plan = RacePlan.of(
-        methods,
-        instances,
-        budget=budget,
-        seconds=seconds,
-        seeds=seeds,
-        outside=outside,
-        limit=limit,
-    )
-    how = {"workers": workers, "scheduler": scheduler, "progress": progress, "stop": stop}
-    if out is not None:
-        return run_race(plan, Path(out), resume=resume, **how)
-    if resume:
+    plan = RacePlan.of(methods, instances, **limits)
+    if resume and out is None:
         raise ValueError("resume without out; accepted: with the directory of the race")
-    with tempfile.TemporaryDirectory() as folder:
-        return run_race(plan, Path(folder) / "race", **how)
-
-
-def run_race(
-    plan: RacePlan,
-    path: Path,
-    *,
-    resume: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: bool = False,
-    stop: Callable[[], bool] = lambda: False,
-) -> list[Run]:
-    """`race`, of a plan."""
-    if scheduler is not None and workers is not None:
-        raise ValueError("workers and scheduler; accepted: one of them")
     threads = cores_here() if workers is None else require_integer("workers", workers, high=256)
-    pickler, count = require("cloudpickle", "a race", "sweep"), len(plan.tasks)
-    with only_writer(path, "racing"):
+    count = len(plan.tasks)
+    require("cloudpickle", "a race", "sweep")
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory()) if out is None else ""
+        path = Path(folder) / "race" if out is None else Path(out)
+        stack.enter_context(only_writer(path, "racing"))
         definition = plan.definition
         open_store(path, "race", definition=definition, digest=plan.digest, cells=count, about={},
                    resume=resume)  # fmt: skip
         todo, processes, lock = plan.missing(path), Workers(plan.limit), Lock()
-        with Bar("race", count, "run", progress, at=count - len(todo)) as bar:
+        stack.callback(processes.close)
+        bar = stack.enter_context(Bar("race", count, "run", progress, at=count - len(todo)))
 
-            def play(number: int, device: PyTree, stop: Callable[[], bool]) -> Run:
-                return processes.run(plan.tasks[number], stop)
+        def play(number: int, device: PyTree, stop: Callable[[], bool]) -> Run:
+            return processes.run(plan.tasks[number], stop)
 
-            def keep(number: int, run: Run) -> None:
-                write_cell(path, number, plan.digest, table_of([run]))
-                with lock:
-                    bar.advance()
+        def keep(number: int, run: Run) -> None:
+            write_cell(path, number, plan.digest, table_of([run]))
+            with lock:
+                bar.advance()
 
-            try:
-                if scheduler is None:
-                    run_threads(play, keep, todo, threads=threads, stop=stop)
-                else:
-                    content = pickler.dumps(partial(_worker, plan))
-                    run_dask(content, keep, todo, stop=stop, scheduler=scheduler)
-            finally:
-                processes.close()
+        run_threads(play, keep, todo, threads=threads, stop=stop)
         return [read_runs(cell_path(path, number))[0] for number in range(count)]
-
-
-def _worker(plan: RacePlan) -> Callable[[int], Run]:
-    """What makes runs by their numbers in a worker of Dask."""
-    processes = Workers(plan.limit)
-    return lambda number: processes.run(plan.tasks[number])
 
 
 def _seeds(given: int | Sequence[int]) -> list[int]:

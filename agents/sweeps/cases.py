@@ -128,16 +128,9 @@ def cases_named(
                 f"{', '.join(given)} with --task; accepted: one or the other, or the number as an "
                 "--axis NAME=VALUE"
             )
-        named = [task_by_name(one) for one in tasks]
-        for one in named:
-            if one.machine != machine.name:
-                owner = machine_by_name(one.machine).title
-                raise ValueError(
-                    f"--task {one.name} is the {owner}'s; accepted: tasks of the {machine.title}"
-                )
         _require_own(who, machine)
-        _, found = cases_on([one.name for one in named], list(who))
-        return found, "\n".join(f"{one.name}: {one.title}" for one in named)
+        _, found = cases_on(list(tasks), list(who))
+        return found, "\n".join(f"{name}: {task_by_name(name).title}" for name in tasks)
     _require_own(who, machine)
     players = read_named(who, machine)
     places = places_of(players, options, machine)

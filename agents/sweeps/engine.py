@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 POLL = 0.2
 """How often `stop` is asked [s]."""
-AHEAD, RETRIES = 2, 3
-"""Cells submitted for each thread of the workers; repetitions of a cell whose worker failed."""
-CONNECT, PATIENCE = 30.0, 60.0
-"""How long a scheduler may take to answer, and be gone or without workers [s]."""
+PAUSE, CONNECT, RETRIES = 0.05, 30.0, 3
+"""Pause between two looks at Dask's tasks, and how long a scheduler may take to answer [s];
+repetitions of a cell whose worker failed."""
+LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
 
 
 class StoppedError(Exception):
@@ -106,38 +106,24 @@ def run_dask(
 
     content: pickle of what makes the function of a cell's number. workers: processes to start here;
     scheduler: the address of one that runs. A cell of a lost worker is played by another. OSError
-    where no worker answers for PATIENCE; ValueError where no scheduler does at first.
+    where the scheduler is lost; ValueError where none answers at first.
     """
     with ExitStack() as stack:
         client = _client(stack, workers, scheduler, processes)
-        given: dict[Future, int] = {}
-        waiting, came = deque(todo), Event()
-        seen = time.monotonic()
+        given: dict[Future, int] = {
+            client.submit(_play, content, number, retries=RETRIES, pure=False): number
+            for number in todo
+        }
         try:
-            while waiting or given:
+            while given:
                 if stop():
                     raise StoppedError
-                threads = _threads(client)
-                seen = time.monotonic() if threads else seen
-                if time.monotonic() - seen > PATIENCE or client.status == "closed":
-                    left = len(waiting) + len(given)
-                    raise OSError(
-                        f"no worker of the Dask scheduler answers; {left} cells are left: start it "
-                        "again, and continue with --resume"
-                    )
-                while waiting and len(given) < AHEAD * threads:
-                    number = waiting.popleft()
-                    task = client.submit(_play, content, number, retries=RETRIES, pure=False)
-                    task.add_done_callback(lambda _: came.set())
-                    given[task] = number
-                came.wait(POLL)
-                came.clear()
+                time.sleep(PAUSE)
                 for task in [one for one in given if one.status != "pending"]:
-                    number = given.pop(task)
-                    if (found := _result(task)) is None:
-                        waiting.appendleft(number)  # lost with its scheduler
-                    else:
-                        keep(number, cast("Found", found[0]))
+                    keep(given[task], cast("Found", _result(task)))
+                    del given[task]
+                if client.status != "running":
+                    raise OSError(LOST)
         finally:
             if client.status == "running":
                 client.cancel(list(given), force=True)
@@ -153,34 +139,21 @@ def _loaded(content: bytes) -> Callable[[int], object]:
     return pickle.loads(content)()
 
 
-def _threads(client: Client) -> int:
-    """Threads of all workers that the scheduler knows; 0 while it does not answer."""
-    if client.status != "running":
-        return 0
-    try:
-        return sum(cast("dict[str, int]", client.nthreads()).values())
-    except (OSError, TimeoutError):
-        return 0
-
-
-def _result(task: Future) -> tuple[object] | None:
-    """What a worker returned, or None where it was lost; raise what it raised."""
+def _result(task: Future) -> object:
+    """What a worker returned, or raised."""
     from concurrent.futures import CancelledError
 
     from distributed import KilledWorker
 
-    if task.status == "error":
-        error = cast("BaseException", task.exception())
-        if isinstance(error, KilledWorker):
-            raise OSError(
-                f"a cell ended {RETRIES} workers, one after the other; accepted: workers with more "
-                "memory. What was written stays"
-            ) from error
-        raise error
     try:
-        return (task.result(timeout=PATIENCE),) if task.status == "finished" else None
-    except (OSError, TimeoutError, CancelledError):
-        return None
+        return task.result(timeout=CONNECT)
+    except KilledWorker as error:
+        raise OSError(
+            f"a cell ended {RETRIES} workers, one after the other; accepted: workers with more "
+            "memory. What was written stays"
+        ) from error
+    except (CancelledError, TimeoutError) as error:
+        raise OSError(LOST) from error
 
 
 def _client(

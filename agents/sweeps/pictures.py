@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#5D6B79")
 NO_FAILURES = ("ok", "slip_onset", "step_complete")
-MOST_POLICIES = 8
+MOST_POLICIES, TICKS = 8, 6
 OUTLIERS = 2.0
 """Percentiles beyond which values of a map saturate its colours."""
 
@@ -97,7 +97,9 @@ def _draw_measures(
         ends = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
         drawn = [_map(axis, found, view, one, "viridis", tuple(ends))
                  for axis, one in zip(mine, values, strict=False)]  # fmt: skip
-        bar = figure.colorbar(drawn[0], ax=mine, fraction=0.05, pad=0.02, extend="both")
+        beyond = known.size and (known.min() < ends[0] or known.max() > ends[1])
+        extend = "both" if beyond else "neither"
+        bar = figure.colorbar(drawn[0], ax=mine, fraction=0.05, pad=0.02, extend=extend)
         bar.set_label(title, fontsize=9, color=theme.MUTED)
     if lines:
         axes[0].legend(frameon=False, fontsize=8.5)
@@ -195,12 +197,15 @@ def _map(
 
 
 def _scale(axis: Axes, which: str, values: np.ndarray) -> None:
-    """A logarithmic scale for values that rise by one factor."""
+    """Ticks at values that were played; a logarithmic scale where they rise by one factor."""
     rising = np.unique(values)
     if len(rising) > 2 and rising[0] > 0:
         ratios = rising[1:] / rising[:-1]
-        if ratios[0] > 1 and np.allclose(ratios, ratios[0], rtol=1e-3):
+        if np.allclose(ratios, ratios[0], rtol=1e-3):
             getattr(axis, f"set_{which}scale")("log")
+    shown = rising[np.unique(np.linspace(0, len(rising) - 1, TICKS).round().astype(int))]
+    getattr(axis, f"set_{which}ticks")(shown, [f"{one:.3g}" for one in shown])
+    getattr(axis, f"set_{which}ticks")([], minor=True)
 
 
 def _titles(axes: Sequence[Axes], names: Sequence[str]) -> None:

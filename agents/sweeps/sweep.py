@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from stickslip.agents.evaluation.given import require_named
 from stickslip.agents.sweeps.axes import Design
@@ -44,6 +44,19 @@ class SweepResult:
     programs: int | None
 
 
+class How(TypedDict, total=False):
+    """How a sweep is played, see `sweep`."""
+
+    cell: int | None
+    tile: int | None
+    cores: int | None
+    workers: int | None
+    scheduler: str | None
+    resume: bool
+    progress: bool
+    stop: Callable[[], bool]
+
+
 def sweep(
     task: Tasks,
     policies: Policies,
@@ -53,14 +66,7 @@ def sweep(
     *,
     samples: int | None = None,
     design_seed: int = 0,
-    cell: int | None = None,
-    tile: int | None = None,
-    cores: int | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    resume: bool = False,
-    progress: bool = False,
-    stop: Callable[[], bool] = lambda: False,
+    **how: Unpack[How],
 ) -> SweepResult:
     """Play episodes of every policy on every task at every point of the axes, and write them.
 
@@ -87,18 +93,7 @@ def sweep(
     machine, given = cases_on(task, policies)
     machine.swept().require_no_structure(axes)
     plan = Plan.of(machine, given, Design.of(dict(axes), samples, design_seed), episodes)
-    return run_plan(
-        plan,
-        Path(out),
-        cell=cell,
-        tile=tile,
-        cores=cores,
-        workers=workers,
-        scheduler=scheduler,
-        resume=resume,
-        progress=progress,
-        stop=stop,
-    )
+    return run_plan(plan, Path(out), **how)
 
 
 def run_plan(

@@ -17,12 +17,12 @@ pytest.importorskip("matplotlib")
 PAGE = Path(__file__).parents[3] / "docs" / "optimisers.md"
 
 
-def test_methods_are_listed_as_on_the_page(capsys):
+def test_methods_are_listed_and_named_on_the_page(capsys):
     assert main(["methods"]) == 0
     printed, page = capsys.readouterr().out, PAGE.read_text("utf-8")
-    for name, one in METHODS.items():
+    for name in METHODS:
         assert f"`{name}`" in printed
-        assert re.search(rf"\| `{name}` .*\| {one.constraints} ", page)
+        assert f"`{name}`" in page
 
 
 @pytest.mark.parametrize("part", EXAMPLES)

@@ -125,16 +125,3 @@ def test_a_directory_of_something_else_is_left_alone(tmp_path):
     with pytest.raises(ValueError, match=r"holds thesis\.tex, but no race"):
         race(["random"], [NAME], budget=5, out=tmp_path)
     assert [one.name for one in tmp_path.iterdir()] == ["thesis.tex"]
-
-
-@pytest.mark.long
-def test_dask_workers_make_the_same_runs(tmp_path):
-    pytest.importorskip("distributed")
-    from distributed import LocalCluster
-
-    here = race(["random"], [NAME], budget=100, seeds=2, workers=1)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as some:
-        there = race(["random"], [NAME], budget=100, seeds=2, scheduler=some.scheduler_address)
-    for one, other in zip(here, there, strict=True):
-        assert (one.key, one.outcome, one.counts) == (other.key, other.outcome, other.counts)
-        assert one.violations[-1] == other.violations[-1]
