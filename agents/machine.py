@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trained import Trained
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.scale import Scale
-    from stickslip.optim.problem import AnyProblem
 
 Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
 Params_co = TypeVar("Params_co", bound="Timed", covariant=True)
@@ -300,11 +299,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         from stickslip.agents.reports.standard import shown
 
         return shown(played, env, params, name, scale)
-
-    def solved(self, problem: AnyProblem, x: np.ndarray, name: str) -> Shown | None:
-        """A problem's decision vector as a page shows it, named so; None where the problem is
-        another machine's, or there is nothing to play."""
-        return None
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.scale import Scale
-    from stickslip.optim.problem import AnyProblem
 
 STARTS = ("moving", "rest")
 
@@ -246,20 +245,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.pictures.shown import shown
 
         return shown(played, env, params, name, scale)
-
-    def solved(self, problem: AnyProblem, x: np.ndarray, name: str) -> Shown | None:
-        """See Machine: gaits on their grid, three steps of a periodic one; walks of the suite."""
-        from stickslip.agents.biped.pictures.gait_shown import gait_shown
-        from stickslip.agents.biped.pictures.walk_shown import walk_of, walk_shown
-        from stickslip.optim import FunctionProblem, GaitProblem
-        from stickslip.optim.instances.biped.gait import Interpolated
-
-        if isinstance(problem, Interpolated):
-            problem, x = problem.fine, problem.matrix @ x
-        if isinstance(problem, GaitProblem):
-            return gait_shown(problem, problem.gait(x), name)
-        walked = walk_of(problem, x) if isinstance(problem, FunctionProblem) else None
-        return None if walked is None else walk_shown(walked, name)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

@@ -53,14 +53,6 @@ def total(values: Array | np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.asarray(values, float))])
 
 
-def sameness(apart: float, same: bool) -> str:
-    """Whether what was played again came to what was recorded. apart: by how much it is more; same:
-    whether but for roundings."""
-    if apart == 0:
-        return "to the last bit"
-    return f"{'but for roundings' if same else 'no'}: {apart:+.2g}"
-
-
 def panel(
     title: str,
     unit: str,

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
-    from stickslip.optim.problem import AnyProblem
 
 
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
@@ -208,13 +207,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         from stickslip.agents.ugv.shown import shown
 
         return shown(played, env, params, name, scale)
-
-    def solved(self, problem: AnyProblem, x: np.ndarray, name: str) -> Shown | None:
-        """See Machine: drives of posture problems."""
-        from stickslip.agents.ugv.drive_shown import drive_shown
-        from stickslip.optim import PostureProblem
-
-        return drive_shown(problem, x, name) if isinstance(problem, PostureProblem) else None
 
     def demonstration(self) -> Demonstration:
         """See Machine."""
