@@ -110,8 +110,9 @@ def run_dask(
     """
     with ExitStack() as stack:
         client = _client(stack, workers, scheduler, processes)
+        sent = client.submit(bytes, content, pure=False)  # once, not with each cell
         given: dict[Future, int] = {
-            client.submit(_play, content, number, retries=RETRIES, pure=False): number
+            client.submit(_play, sent, number, retries=RETRIES, pure=False): number
             for number in todo
         }
         try:
