@@ -128,9 +128,12 @@ def cases_named(
                 f"{', '.join(given)} with --task; accepted: one or the other, or the number as an "
                 "--axis NAME=VALUE"
             )
+        named = [task_by_name(one) for one in tasks]
+        if others := [one.name for one in named if one.machine != machine.name]:
+            raise ValueError(f"--task {others[0]}; accepted: tasks of the {machine.title}")
         _require_own(who, machine)
-        _, found = cases_on(list(tasks), list(who))
-        return found, "\n".join(f"{name}: {task_by_name(name).title}" for name in tasks)
+        _, found = cases_on([one.name for one in named], list(who))
+        return found, "\n".join(f"{one.name}: {one.title}" for one in named)
     _require_own(who, machine)
     players = read_named(who, machine)
     places = places_of(players, options, machine)

@@ -71,7 +71,7 @@ def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
         (["--axis", "mu=1", "--axis", "mu=2"], "--axis mu is given twice"),
         (["--axis", "mu_pach=0.1:0.2:3"], "did you mean mu_patch?"),
         (["--axis", "mu=0:1:sobol"], "accepted: with samples"),
-        (["--task", "BipedSteady-v0"], "'pull' is a baseline of the mass"),
+        (["--task", "BipedSteady-v0"], "--task BipedSteady-v0; accepted: tasks of the mass"),
         (["--task", "BipedSteady-v0", "--mu", "0.3"], "--mu with --task"),
         (["--scene", "wet"], "scene = 'wet' is unknown"),
         (["--torque", "3"], "unrecognized arguments: --torque"),

@@ -6,9 +6,10 @@ import pytest
 
 from stickslip.agents import machines, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.evaluate import Episodes
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.registry import machine_of_env
 from stickslip.agents.ugv.evaluate import UGVEpisodes
 from stickslip.agents.ugv.plans import Optimum
+from stickslip.envs import BipedEnv, UGVEnv
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import TASK, WHO, swept
 
@@ -149,10 +150,9 @@ def test_one_process_writes_at_a_time(tmp_path):
         swept(tmp_path)
 
 
-@pytest.mark.parametrize(("name", "kept"), [("biped", Episodes), ("ugv", UGVEpisodes)])
-def test_what_is_written_of_an_episode_is_kept_and_has_a_unit(name: str, kept: type):
-    machine = machine_by_name(name)
-    units = machine.swept().kept_units(machine.standard_task({}).env)
+@pytest.mark.parametrize(("env", "kept"), [(BipedEnv(), Episodes), (UGVEnv(), UGVEpisodes)])
+def test_what_is_written_of_an_episode_is_kept_and_has_a_unit(env, kept: type):
+    units = machine_of_env(env).swept().kept_units(env)
     assert {*units, "status"} <= set(kept.__annotations__)
     assert all(units.values())
 
