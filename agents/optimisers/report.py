@@ -145,8 +145,8 @@ def comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
     return [run for run in runs if np.all(np.isfinite(run.seconds))]
 
 
-def draw_ecdfs(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> list[Path]:
-    """Write STEM_ecdf_evaluations.png and STEM_ecdf_seconds.png, a panel for each family: the share
+def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
+    """Write ecdf_evaluations.png and ecdf_seconds.png, a panel for each family: the share
     of pairs of run and target that are hit; a cross where the runs end. Return the paths."""
     single = [run for run in runs if len(suite()[run.instance].goals) == 1]
     styles = {
@@ -184,7 +184,7 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path, stem: str = "optimisers") -> l
         lines = [axes[0].plot([], [], lw=1.4, **styles[name])[0] for name in _methods(shown)]
         figure.legend(lines, _methods(shown), loc="outside right center", fontsize=8.5,
                       frameon=False)  # fmt: skip
-        found.append(save_sheet(figure, folder / f"{stem}_ecdf_{cost}.png"))
+        found.append(save_sheet(figure, folder / f"ecdf_{cost}.png"))
     return found
 
 

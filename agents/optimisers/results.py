@@ -17,7 +17,7 @@ from stickslip.agents.foreign.reading import (
     read_bytes,
     refusing,
 )
-from stickslip.agents.sweeps.store import KEY, cell_files
+from stickslip.agents.sweeps.store import cell_files
 from stickslip.dynamics.plain_checks import nearest, shown
 from stickslip.optim.instances.catalogue import suite
 from stickslip.records.files import writing
@@ -148,25 +148,23 @@ def _schema() -> dict[str, pa.DataType]:
     return {name: kinds[one.kind] for name, one in COLUMNS.items()}
 
 
-def table_of(runs: Iterable[Run], about: Mapping[str, object] | None = None) -> pa.Table:
-    """The runs as an Arrow table, columns with their meaning. about: for its metadata."""
+def table_of(runs: Iterable[Run]) -> pa.Table:
+    """The runs as an Arrow table, columns with their meaning."""
     import pyarrow as pa
 
     fields = [
         pa.field(name, kind, metadata={"meaning": COLUMNS[name].meaning})
         for name, kind in _schema().items()
     ]
-    schema = pa.schema(fields, metadata={KEY: json.dumps(dict(about or {})).encode()})
-    return pa.Table.from_pylist([dict(row) for run in runs for row in run.rows()], schema=schema)
+    rows = [dict(row) for run in runs for row in run.rows()]
+    return pa.Table.from_pylist(rows, schema=pa.schema(fields))
 
 
-def write_results(
-    runs: Sequence[Run], path: str | Path, about: Mapping[str, object] | None = None
-) -> Path:
+def write_results(runs: Sequence[Run], path: str | Path) -> Path:
     """Write a table, as .parquet or .csv; ValueError for another ending or a file that is there."""
     from pyarrow import csv, parquet
 
-    path, table = Path(path), table_of(runs, about)
+    path, table = Path(path), table_of(runs)
     if path.suffix not in (".parquet", ".csv"):
         raise ValueError(f"{path}; accepted: a file that ends in .parquet or .csv")
     with writing(path, overwrite=False) as to:

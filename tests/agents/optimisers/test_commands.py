@@ -52,7 +52,7 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     assert "mine 9 (9 to 9, 2/2)" in printed
     assert "| theirs | 0.1 (0%)" in printed
     names = {"report.md", "results.csv", "results.parquet", "ioh"}
-    names |= {"optimisers_ecdf_evaluations.png", "optimisers_ecdf_seconds.png"}
+    names |= {"ecdf_evaluations.png", "ecdf_seconds.png"}
     assert {one.name for one in out.iterdir()} == names
     assert len(read_results(out / "results.csv")) == 4
     assert (out / "ioh" / "mine").is_dir()
