@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import json
+import math
 import os
 import platform
 import subprocess
@@ -114,6 +116,31 @@ def where(content: dict[str, Any], part: str | None = None) -> str:
         f"{machine['processor']}, {machine['cores']} cores, "
         f"jax {versions['jax']}, commit {own['commit']}, {own['measured'][:10]}"
     )
+
+
+def rows_json(content: dict[str, Any]) -> str:
+    """JSON with each row of a list in a line of its own."""
+
+    def text(value: Any) -> str:
+        if not isinstance(value, list):
+            return json.dumps(value, ensure_ascii=False)
+        return "[\n  " + ",\n  ".join(map(json.dumps, value)) + "\n ]"
+
+    lines = [f' "{name}": {text(value)}' for name, value in content.items()]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def three(number: float) -> float | None:
+    """The number with three digits; None, JSON's null, for infinity."""
+    return None if math.isinf(number) else float(f"{number:.3g}")
+
+
+def called(code: str) -> list[Any]:
+    """Class name and keyword arguments of a call like Table(pieces=32, degree=7)."""
+    call = ast.parse(code, mode="eval").body
+    if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name)):
+        raise ValueError(f"code = {code!r}; accepted: a call with keyword arguments")
+    return [call.func.id, {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}]
 
 
 def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:

@@ -23,7 +23,7 @@ from stickslip.records.files import write_whole
 RESULTS = Path("benchmarks/results/tradeoff.json")
 DOCUMENT = Path("docs/tradeoff.md")
 PICTURE = Path("docs/tradeoff.png")
-MODULE = Path("dynamics/biped/trade/measured.py")
+DATA = Path("dynamics/biped/trade/measured.json")
 PARTS: dict[str, Any] = {"samples": samples, "population": population, "costs": costs}
 
 
@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure, print, write the files."""
     parser = options("tradeoff", __doc__, RESULTS)
     parser.add_argument("--quick", action="store_true", help="a few of each")
-    parser.add_argument("--update", action="store_true", help="also module, tables and picture")
+    parser.add_argument("--update", action="store_true", help="also data, tables and picture")
     parser.add_argument("--redraw", action="store_true", help="write all from the JSON there is")
     parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
     given = parser.parse_args(arguments)
@@ -41,9 +41,9 @@ def main(arguments: list[str] | None = None) -> None:
         content = measured_parts(asked, list(PARTS), given.quick, given.out)
     if given.update or given.redraw:
         picture.draw(content, PICTURE)
-        write_whole(MODULE, recommended.source(content))
+        write_whole(DATA, recommended.source(content))
         put_between(DOCUMENT, recommended.body(content))
-        print(f"Written: {PICTURE}, {MODULE}, {DOCUMENT}")
+        print(f"Written: {PICTURE}, {DATA}, {DOCUMENT}")
 
 
 if __name__ == "__main__":

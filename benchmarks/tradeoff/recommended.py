@@ -1,4 +1,4 @@
-"""The module that `recommend` reads and the page's tables, out of the results."""
+"""The data that `recommend` reads and the page's tables, out of the results."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from benchmarks.points import front_of, knee_of
-from benchmarks.report import markdown, where
+from benchmarks.report import called, markdown, rows_json, three, where
 from benchmarks.tradeoff.points import (
     COSTS,
     Promise,
@@ -17,65 +17,28 @@ from benchmarks.tradeoff.points import (
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 from stickslip.dynamics.biped.trade.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
 
-HEAD = '''"""Measured settings, out of `python -m benchmarks.tradeoff --update`: not by hand."""
-
-# fmt: off
-# ruff: noqa: E501
-
-from __future__ import annotations
-
-from stickslip.dynamics.biped.coefficients.table import Table
-from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
-'''
-
 
 def source(content: dict[str, Any]) -> str:
-    """Text of stickslip.dynamics.biped.trade.measured; the same content gives the same text."""
+    """Text of dynamics/biped/trade/measured.json; the same content gives the same text."""
     settings, costs, errors = _rows(content)
     samples = [
-        f'    ("{s["scene"]}", "{s["robots"]}"): '
-        f"({s['count']}, {s['sensitive']:.3g}, {s['sensitivity'][1]:.3g}),"
+        [s["scene"], s["robots"], s["count"], three(s["sensitive"]), three(s["sensitivity"][1])]
         for s in content["samples"]
     ]
-    lines = [
-        HEAD,
-        f'MEASURED_ON = "{where(content, "costs")}"',
-        '"""Where the costs come from: processor, versions, commit and day."""',
-        "",
-        f'SAMPLED_ON = "{where(content, "population")}"',
-        '"""Where the errors come from."""',
-        "",
-        'INF = float("inf")',
-        "",
-        "SETTINGS = (",
-        *(f'    ({fid}, {integ}, {dt!r}, "{dtype}"),' for fid, integ, dt, dtype in settings),
-        ")",
-        '"""Fidelity, integrator, dt of the default robot [s], dtype."""',
-        "",
-        "COSTS = (",
-        *costs,
-        ")",
-        '"""Scene, index of the setting, environments, seconds for each simulated second and',
-        'environment."""',
-        "",
-        "SAMPLES = {",
-        *samples,
-        "}",
-        '"""By scene and robots: walks, share of sensitive ones, and what 95 % amplify by."""',
-        "",
-        "ERRORS = {",
-        *errors,
-        "}",
-        '"""By scene, index of the setting and robots: bounds of the quantiles, for each the',
-        "worse of both [rad/s], crank angle [rad/s] and slide [m/s], in lengths and seconds of",
-        'the default robot; share of walks that end otherwise than their reference."""',
-        "",
-    ]
-    return "\n".join(lines)
+    return rows_json(
+        {
+            "costs_measured_on": where(content, "costs"),
+            "errors_measured_on": where(content, "population"),
+            "settings": settings,
+            "costs": costs,
+            "samples": samples,
+            "errors": errors,
+        }
+    )
 
 
-def _rows(content: dict[str, Any]) -> tuple[list[tuple], list[str], list[str]]:
-    """Settings by index, lines of COSTS, lines of ERRORS."""
+def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
+    """Settings by index, rows of costs, rows of errors."""
     settings: dict[tuple, int] = {}
     costs, errors = [], {}
     for scene in FLOORS:
@@ -84,17 +47,12 @@ def _rows(content: dict[str, Any]) -> tuple[list[tuple], list[str], list[str]]:
                 for promise in promises_of(content, scene, robots, batch):
                     index = settings.setdefault(promise.setting, len(settings))
                     if robots == ROBOTS[0]:
-                        costs.append(f'    ("{scene}", {index}, {batch}, {promise.cost:.3g}),')
-                    bounds = ", ".join(map(_triple, promise.bounds.values()))
-                    errors[scene, index, robots] = (
-                        f'    ("{scene}", {index}, "{robots}"): '
-                        f"(({bounds}), {promise.otherwise:.2g}),"
-                    )
-    return list(settings), costs, list(errors.values())
-
-
-def _triple(values: tuple[float, float, float]) -> str:
-    return f"({', '.join('INF' if v == float('inf') else f'{v:.3g}' for v in values)})"
+                        costs.append([scene, index, batch, three(promise.cost)])
+                    bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
+                    share = float(f"{promise.otherwise:.2g}")
+                    errors[scene, index, robots] = [scene, index, robots, bounds, share]
+    known = [[called(fid), called(integ), dt, dtype] for fid, integ, dt, dtype in settings]
+    return known, costs, list(errors.values())
 
 
 def body(content: dict[str, Any]) -> str:

@@ -22,7 +22,7 @@ from stickslip.records.files import write_whole
 
 RESULTS = Path("benchmarks/results/ugv.json")
 DOCUMENT = Path("docs/ugv_tradeoff.md")
-MODULE = Path("dynamics/ugv/trade/measured.py")
+DATA = Path("dynamics/ugv/trade/measured.json")
 PARTS: dict[str, Any] = {"promise": promises, "costs": costs}
 
 
@@ -30,7 +30,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Measure, print, write the files."""
     parser = options("ugv", __doc__, RESULTS)
     parser.add_argument("--quick", action="store_true", help="a few of each")
-    parser.add_argument("--update", action="store_true", help="also module and table")
+    parser.add_argument("--update", action="store_true", help="also data and table")
     parser.add_argument("--redraw", action="store_true", help="write all from the JSON there is")
     parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
     given = parser.parse_args(arguments)
@@ -39,9 +39,9 @@ def main(arguments: list[str] | None = None) -> None:
         asked = {name: PARTS[name] for name in given.only}
         content = measured_parts(asked, list(PARTS), given.quick, given.out)
     if given.update or given.redraw:
-        write_whole(MODULE, recommended.source(content))
+        write_whole(DATA, recommended.source(content))
         put_between(DOCUMENT, recommended.table(content))
-        print(f"Written: {MODULE}, {DOCUMENT}")
+        print(f"Written: {DATA}, {DOCUMENT}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Promises with their costs: the module that `recommend` reads, and the page's table."""
+"""Promises with their costs: the data that `recommend` reads, and the page's table."""
 
 from __future__ import annotations
 
@@ -6,20 +6,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from benchmarks.points import unbeaten
-from benchmarks.report import markdown, where
+from benchmarks.report import called, markdown, rows_json, three, where
 from benchmarks.ugv.population import AS_FUNCTION, GROUND, VEHICLES, WHERE, WORDS
 from benchmarks.ugv.promise import CONFIDENCE, QUANTILE
-
-HEAD = '''"""Measured settings, out of `python -m benchmarks.ugv --update`: not by hand.
-
-Without a wrong status in their sample, and not beaten by one of the same precision and checks in
-cost and in both promised errors.
-"""
-
-from __future__ import annotations
-
-from stickslip.dynamics.ugv.pose_solver import PoseSolver
-'''
 
 
 class Promise(NamedTuple):
@@ -112,62 +101,37 @@ def recommended(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]
 
 
 def source(content: dict[str, Any]) -> str:
-    """Text of stickslip.dynamics.ugv.trade.measured; the same content gives the same text."""
+    """Text of dynamics/ugv/trade/measured.json; the same content gives the same text."""
     settings: dict[tuple, int] = {}
     promises, costs = [], {}
     for point, priced in recommended(content):
         setting = (point.solver, point.dtype, point.pieces_per_wave)
         index = settings.setdefault(setting, len(settings))
-        errors = ", ".join(_numbers(three) for three in (point.torque, point.contact))
-        promises.append(
-            f'    ("{point.ground}", "{point.place}", {index}, {point.poses}, {errors}),'
-        )
+        errors = [_numbers(errors) for errors in (point.torque, point.contact)]
+        promises.append([point.ground, point.place, index, point.poses, *errors])
         costs |= {(point.ground, index, batch): cost for batch, cost in priced.items()}
-    lines = [
-        HEAD,
-        f'MEASURED_ON = "{where(content, "promise")}"',
-        '"""Processor, versions, commit and day."""',
-        "",
-        f"QUANTILE, CONFIDENCE = {QUANTILE}, {CONFIDENCE}",
-        '"""Of the promised errors."""',
-        "",
-        "GROUNDS = {",
-        *(f'    "{ground}": "{words}",' for ground, words in WORDS.items()),
-        "}",
-        "PLACES = {",
-        *(f'    "{place}": "{words}",' for place, words in WHERE.items()),
-        "}",
-        f'EVERYWHERE = "{GROUND}"',
-        f'VEHICLES = "{VEHICLES}"',
-        '"""The population."""',
-        "",
-        "SETTINGS = (",
-        *(f'    ({solver}, "{dtype}", {pieces}),' for solver, dtype, pieces in settings),
-        ")",
-        '"""Solver, dtype, pieces of a table for the shortest wave."""',
-        "",
-        "PROMISES = (",
-        *promises,
-        ")",
-        '"""Ground, place, index of the setting, poses in the sample; typical, promised, worst',
-        'error of the torque over weight times radius [-], of the rear contact in radii."""',
-        "",
-        "COSTS = (",
-        *(
-            f'    ("{g}", {i}, {batch}, {cost:.3g}),'
-            for (g, i, batch), cost in sorted(costs.items())
-        ),
-        ")",
-        '"""Ground, index of the setting, poses at once, processor seconds for each pose."""',
-        "",
-    ]
-    return "\n".join(lines)
+    return rows_json(
+        {
+            "measured_on": where(content, "promise"),
+            "quantile": QUANTILE,
+            "confidence": CONFIDENCE,
+            "population": {
+                "grounds": WORDS,
+                "places": WHERE,
+                "everywhere": GROUND,
+                "vehicles": VEHICLES,
+            },
+            "settings": [[called(solver)[1], *rest] for solver, *rest in settings],
+            "promises": promises,
+            "costs": [[*key, three(cost)] for key, cost in sorted(costs.items())],
+        }
+    )
 
 
-def _numbers(three: tuple[float, float, float]) -> str:
+def _numbers(errors: tuple[float, float, float]) -> list[float | None]:
     """To three digits, but for the median rounded up."""
-    typical, *others = three
-    return f"({typical:.3g}, {', '.join(f'{1.005 * number:.3g}' for number in others)})"
+    typical, *others = errors
+    return [three(typical), *(three(1.005 * number) for number in others)]
 
 
 def table(content: dict[str, Any]) -> str:

@@ -27,7 +27,7 @@ def content():
 
 
 def test_measured_module_and_tables_are_those_of_the_results(content):
-    assert (ROOT / command.MODULE).read_text(encoding="utf-8") == recommended.source(content)
+    assert (ROOT / command.DATA).read_text(encoding="utf-8") == recommended.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
     assert recommended.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
@@ -139,7 +139,7 @@ def test_waiting_threads_and_other_work_do_not_count_as_cost():
 @pytest.mark.long
 def test_the_command_measures_and_writes(tmp_path, monkeypatch):
     monkeypatch.setattr(promises, "FLOORS", ("smooth",))
-    for name in ("MODULE", "DOCUMENT", "PICTURE"):
+    for name in ("DATA", "DOCUMENT", "PICTURE"):
         monkeypatch.setattr(command, name, tmp_path / f"{name}.png")
     (tmp_path / "DOCUMENT.png").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
     out = tmp_path / "deep" / "tradeoff.json"
@@ -154,7 +154,7 @@ def test_the_command_measures_and_writes(tmp_path, monkeypatch):
     assert first["bounds"]["0.5"][0] < 1e-2
     assert first["bounds"]["0.99"][0] is None  # 48 walks bound no such quantile
     assert (tmp_path / "PICTURE.png").read_bytes().startswith(b"\x89PNG")
-    assert 'MEASURED_ON = "' in (tmp_path / "MODULE.png").read_text()
+    assert json.loads((tmp_path / "DATA.png").read_text())["costs_measured_on"]
     assert "| smooth |" in (tmp_path / "DOCUMENT.png").read_text()
 
 

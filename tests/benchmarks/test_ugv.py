@@ -76,7 +76,7 @@ def test_a_promise_is_the_bound_of_the_worse_half_s_order():
 
 
 def test_module_and_table_are_those_of_the_results(content):
-    module = (ROOT / command.MODULE).read_text(encoding="utf-8")
+    module = (ROOT / command.DATA).read_text(encoding="utf-8")
     page = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
     assert module == recommended.source(content)
     assert f"{MARKS[0]}\n{recommended.table(content)}\n{MARKS[1]}" in page
@@ -213,7 +213,7 @@ def test_every_promise_holds_on_a_large_fresh_sample(ground, place, capsys):
 
 @pytest.mark.long
 def test_the_command_measures_writes_and_keeps_the_other_part(tmp_path, monkeypatch):
-    for name in ("MODULE", "DOCUMENT"):
+    for name in ("DATA", "DOCUMENT"):
         monkeypatch.setattr(command, name, tmp_path / name)
     (tmp_path / "DOCUMENT").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
     out = tmp_path / "deep" / "ugv.json"
@@ -222,4 +222,4 @@ def test_the_command_measures_writes_and_keeps_the_other_part(tmp_path, monkeypa
     content = json.loads(out.read_text(encoding="utf-8"))
     assert set(content["parts"]) == {"promise", "costs"}
     assert all(part["quick"] for part in content["parts"].values())
-    assert "PROMISES = (\n    (" in (tmp_path / "MODULE").read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "DATA").read_text(encoding="utf-8"))["promises"]

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
-from stickslip.dynamics.biped.trade import measured
+from stickslip.dynamics.biped.coefficients.table import Table
+from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.trade.setting import Setting
+
+MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
+"""What `python -m benchmarks.tradeoff --update` wrote.
+
+settings: fidelity, integrator, dt of the default robot [s], dtype. costs: scene, index of the
+setting, environments, seconds for each simulated second and environment. samples: scene, robots,
+walks, share of sensitive ones, amplification that 95 % keep. errors: scene, index, robots, bounds
+of QUANTILES (null: infinite), share of walks that end otherwise than their reference.
+"""
 
 DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
 """Crank length and gravity of the default robot [m, m/s^2], whose scales all numbers have."""
@@ -82,24 +94,53 @@ class Measurement:
         return self.bounds[QUANTILES.index(0.95)].joint
 
 
+@dataclass(frozen=True)
+class Sample:
+    """Measured walks. count: how many. sensitive: share of those that amplify what they start with
+    more than a thousandfold. amplification: what 95 % of them amplify it by at most."""
+
+    count: int
+    sensitive: float
+    amplification: float
+
+
+CLASSES = {of.__name__: of for of in (Table, RK4Split, EventExact)}
+
+
+def _settings() -> list[Setting]:
+    def built(code: tuple[str, dict[str, float]]):
+        name, options = code
+        return CLASSES[name](**options)
+
+    return [
+        Setting(built(fidelity), built(integrator), dt, dtype)
+        for fidelity, integrator, dt, dtype in MEASURED["settings"]
+    ]
+
+
 def _measurements() -> tuple[Measurement, ...]:
     """Every measured point, for the default robot and for any."""
-    points = []
-    for scene, index, batch, cost in measured.COSTS:
-        setting = Setting(*measured.SETTINGS[index])
-        default, otherwise = _errors(scene, index, "default")
-        points.append(Measurement(scene, "default", setting, batch, default, otherwise, cost))
-        others, elsewhere = _errors(scene, index, "others")
+    settings, points = _settings(), []
+    errors = {
+        (scene, index, robots): (
+            tuple(Bound(*(math.inf if v is None else v for v in bound)) for bound in bounds),
+            otherwise,
+        )
+        for scene, index, robots, bounds, otherwise in MEASURED["errors"]
+    }
+    for scene, index, batch, cost in MEASURED["costs"]:
+        default, otherwise = errors[scene, index, "default"]
+        others, elsewhere = errors[scene, index, "others"]
         worse = tuple(a.or_worse(b) for a, b in zip(default, others, strict=True))
-        otherwise = max(otherwise, elsewhere)
-        points.append(Measurement(scene, "any", setting, batch, worse, otherwise, cost))
+        for robots, bounds, share in (
+            ("default", default, otherwise),
+            ("any", worse, max(otherwise, elsewhere)),
+        ):
+            setting = settings[index]
+            points.append(Measurement(scene, robots, setting, batch, bounds, share, cost))
     return tuple(points)
 
 
-def _errors(scene: str, index: int, robots: str) -> tuple[tuple[Bound, ...], float]:
-    """Bounds for each of QUANTILES, and the share of walks that end otherwise."""
-    bounds, otherwise = measured.ERRORS[scene, index, robots]
-    return tuple(Bound(*bound) for bound in bounds), otherwise
-
-
 MEASUREMENTS = _measurements()
+SAMPLES = {(scene, robots): Sample(*rest) for scene, robots, *rest in MEASURED["samples"]}
+"""By scene and robots, "default" or "others"."""

@@ -1,6 +1,6 @@
 """Recommended settings and presets for an accuracy, from a measured population.
 
-Nothing is measured here. `python -m benchmarks.tradeoff --update` measures and writes measured.py;
+Nothing is measured here. `python -m benchmarks.tradeoff --update` writes measured.json;
 docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
 simulated second of each environment on the machine named in `Recommendation.measured_on`.
 """
@@ -15,17 +15,18 @@ import numpy as np
 
 from stickslip.dynamics import names
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.trade import measured
 from stickslip.dynamics.biped.trade.promises import (
     CONFIDENCE,
     DEFAULT_CRANK,
     DEFAULT_GRAVITY,
     DRAWN,
     KINDS,
+    MEASURED,
     MEASUREMENTS,
     NOT_COVERED,
     POPULATION,
     QUANTILES,
+    SAMPLES,
     SECONDS,
     Measurement,
 )
@@ -215,7 +216,7 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
     time, length = own
     bound = point.bounds[place]
     samples = [
-        measured.SAMPLES[point.scene, robots]
+        SAMPLES[point.scene, robots]
         for robots in (("default",) if point.robots == "default" else ("default", "others"))
     ]
     return Recommendation(
@@ -226,17 +227,17 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
         slide_error=bound.slide * length / time,
         quantile=QUANTILES[place],
         confidence=CONFIDENCE,
-        count=min(count for count, _, _ in samples),
+        count=min(sample.count for sample in samples),
         otherwise=point.otherwise,
-        sensitive=max(share for _, share, _ in samples),
-        amplification=max(most for _, _, most in samples),
+        sensitive=max(sample.sensitive for sample in samples),
+        amplification=max(sample.amplification for sample in samples),
         duration=SECONDS * time,
         population=f"{POPULATION[point.robots]}; {KINDS[point.scene]}; {DRAWN}",
         not_covered=NOT_COVERED,
         cost=point.cost / time,
         scene=point.scene,
         batch=point.batch,
-        measured_on=measured.MEASURED_ON,
+        measured_on=MEASURED["costs_measured_on"],
     )
 
 

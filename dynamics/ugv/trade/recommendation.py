@@ -1,14 +1,16 @@
 """Recommended settings for an accuracy, from measured samples.
 
-Nothing is measured here. `python -m benchmarks.ugv --update` measures and writes measured.py;
+Nothing is measured here. `python -m benchmarks.ugv --update` measures and writes measured.json;
 docs/ugv_tradeoff.md says how. Costs are seconds for each pose and its equilibrium on the machine
 named in `Recommendation.measured_on`.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import jax
@@ -27,9 +29,17 @@ from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.track import Track
-from stickslip.dynamics.ugv.trade import measured
 from stickslip.dynamics.ugv.trade.settings import DTYPES, FAR, NEAR, Setting
 
+MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
+"""What `python -m benchmarks.ugv --update` wrote: settings without a wrong status in their sample,
+not beaten by one of the same precision and checks in cost and in both promised errors.
+
+settings: solver, dtype, pieces of a table for the shortest wave. promises: ground, place, index of
+the setting, poses in the sample; errors of the torque over weight times radius [-] and of the rear
+contact in radii, each typical, promised and worst. costs: ground, index of the setting, poses at
+once, processor seconds for each pose.
+"""
 GROUNDS = ("closed", "waves", "spline", "function")
 """Kinds of ground: a closed form, a sum of waves, a spline or table, a function
 of the user's."""
@@ -97,15 +107,24 @@ class Recommendation:
 
 
 def _measurements() -> tuple[Measurement, ...]:
-    costs: dict[tuple[str, int], list[tuple[int, float]]] = {}
-    for ground, index, batch, cost in measured.COSTS:
-        costs.setdefault((ground, index), []).append((batch, cost))
+    settings = [
+        (PoseSolver(**options), dtype, pieces) for options, dtype, pieces in MEASURED["settings"]
+    ]
     return tuple(
-        Measurement(ground, place, *measured.SETTINGS[index], poses, Errors(*torque),
-                    Errors(*contact), batch, cost)
-        for ground, place, index, poses, torque, contact in measured.PROMISES
-        for batch, cost in costs.get((ground, index), ())
-    )  # fmt: skip
+        Measurement(
+            ground,
+            place,
+            *settings[index],
+            poses,
+            Errors(*torque),
+            Errors(*contact),
+            batch,
+            cost,
+        )
+        for ground, place, index, poses, torque, contact in MEASURED["promises"]
+        for priced, of, batch, cost in MEASURED["costs"]
+        if (priced, of) == (ground, index)
+    )
 
 
 MEASUREMENTS = _measurements()
@@ -242,21 +261,22 @@ def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
         promised,
         typical,
         worst,
-        measured.QUANTILE,
-        measured.CONFIDENCE,
+        MEASURED["quantile"],
+        MEASURED["confidence"],
         point.poses,
         3 / point.poses,
         _population(point.ground, point.place),
         point.cost,
         point.ground,
         point.batch,
-        measured.MEASURED_ON,
+        MEASURED["measured_on"],
     )
 
 
 def _population(ground: str, place: str) -> str:
-    words = measured.GROUNDS[ground], measured.EVERYWHERE, measured.PLACES[place]
-    return "; ".join([*words, measured.VEHICLES])
+    drawn = MEASURED["population"]
+    words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
+    return "; ".join([*words, drawn["vehicles"]])
 
 
 def _best(points: list[Measurement], radius: float) -> str:
