@@ -11,7 +11,7 @@ from stickslip.agents.protocol import Params, Params_contra, State
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.optim.dynamic_programming.grid import Grid, Place
-from stickslip.optim.dynamic_programming.process import Outcome
+from stickslip.optim.dynamic_programming.process import Transition
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -72,8 +72,8 @@ class EnvProcess(Generic[State, Params]):
         """See Process."""
         return self.states.place(self.grid, state)
 
-    def step(self, state: State, action: Float[Array, " act"]) -> Outcome[State]:
+    def step(self, state: State, action: Float[Array, " act"]) -> Transition[State]:
         """See Process."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
         found = pure_step(self.env, unused, state, action, self.params)
-        return Outcome(found[1], found[2], found[3])
+        return Transition(found[1], found[2], found[3])

@@ -1,6 +1,6 @@
 """Torque (forward dynamics) or motion (inverse dynamics) given at the crank.
 
-Integrators ask a `Problem` for motions, so both kinds of walk run under the same friction
+Integrators ask a `System` for motions, so both kinds of walk run under the same friction
 switching.
 """
 
@@ -37,7 +37,7 @@ class CrankMotion(NamedTuple):
 Drive = Torque | CrankMotion
 
 
-class Problem(NamedTuple):
+class System(NamedTuple):
     """Constants of one call; an instant has no duration [s]."""
 
     model: BipedModel

@@ -18,7 +18,7 @@ from stickslip.dynamics.biped.contact import (
     motor_torque,
     zero_moment_point,
 )
-from stickslip.dynamics.biped.drive import Problem, Torque
+from stickslip.dynamics.biped.drive import System, Torque
 from stickslip.dynamics.biped.floor import Friction, smoothed_direction
 from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
@@ -163,9 +163,9 @@ def forward_dynamics(
         model, theta, crank_rate, foot_velocity, torque, mu_static, mu_kinetic
     )
     scene = Scene(Uniform(mu_static, mu_kinetic))
-    problem = Problem(model, scene, Torque(torque), duration=jnp.zeros_like(theta))
+    system = System(model, scene, Torque(torque), duration=jnp.zeros_like(theta))
     friction = Friction(mu_static, mu_kinetic)
-    instant = at_instant(problem, friction, theta, crank_rate, foot_velocity, outputs)
+    instant = at_instant(system, friction, theta, crank_rate, foot_velocity, outputs)
     motion = instant.motion
     return ForwardDynamics(
         crank_acceleration=motion.crank_acceleration,
@@ -190,7 +190,7 @@ class Instant(NamedTuple):
 
 
 def at_instant(
-    problem: Problem,
+    system: System,
     friction: Friction | None,
     theta: Float[Array, ""],
     crank_rate: Float[Array, ""],
@@ -198,18 +198,18 @@ def at_instant(
     outputs: str = "forces",
 ) -> Instant:
     """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
-    model, floor = problem.model, problem.scene.floor
+    model, floor = system.model, system.scene.floor
     inertia = model.inertia.at(theta)
-    motion = problem.still(inertia, crank_rate)
+    motion = system.still(inertia, crank_rate)
     mode = jnp.zeros_like(motion.crank_acceleration)
     onset = jnp.zeros_like(mode, bool)
     if isinstance(floor, Smoothed):
-        motion = problem.motion(friction, mode, inertia, crank_rate, foot_velocity)
+        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
         direction = smoothed_direction(floor, foot_velocity)
         mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
     elif friction is not None:
         mode = mode_of(motion, foot_velocity, friction.mu_static)
-        motion = problem.motion(friction, mode, inertia, crank_rate, foot_velocity)
+        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
         onset = (foot_velocity == 0) & (mode != 0)
     zmp, joints = None, None
     accelerations = motion.crank_acceleration, motion.foot_acceleration
@@ -219,7 +219,7 @@ def at_instant(
         zmp = zero_moment_point(moment, motion.normal_force)
     if outputs == "joints":
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
-    numbers = (theta, crank_rate, foot_velocity, problem.drive, friction)
+    numbers = (theta, crank_rate, foot_velocity, system.drive, friction)
     numbers += (*accelerations, motion.friction_force, motion.normal_force, zmp, joints)
     return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
 

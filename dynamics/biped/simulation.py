@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.drive import CrankMotion, Drive, Problem, Torque
+from stickslip.dynamics.biped.drive import CrankMotion, Drive, System, Torque
 from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
 from stickslip.dynamics.biped.floor import friction_on
 from stickslip.dynamics.biped.forces import Instant, at_instant
@@ -228,20 +228,20 @@ def stepped(
     dt: Number,
     max_rate: Number | None = None,
 ) -> tuple[BipedState, Contact]:
-    """`step` without its checks, for use inside a trace. max_rate: see Problem."""
+    """`step` without its checks, for use inside a trace. max_rate: see System."""
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     dtype = float_type(model, scene, state, drive, dt)
     drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
     duration = jnp.where(jnp.isinf(duration), duration, jnp.maximum(duration, 0.0))
     max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
-    problem = Problem(model, scene, drive, duration, max_rate)
+    system = System(model, scene, drive, duration, max_rate)
     walk = start(model, scene, state, duration, spec, dtype)
-    walk = walk._replace(status=entry_status(problem, walk, state))
+    walk = walk._replace(status=entry_status(system, walk, state))
     if isinstance(spec, Unsplit):
-        walk = advance_unsplit(spec, problem, walk)
+        walk = advance_unsplit(spec, system, walk)
     else:
-        walk = advance(spec, problem, walk)
-    instant = _contact(problem, walk, scene.outputs)
+        walk = advance(spec, system, walk)
+    instant = _contact(system, walk, scene.outputs)
     motion = instant.motion
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
@@ -315,10 +315,10 @@ def _simulate(
     return Trajectory(states, torques, contacts)
 
 
-def _contact(problem: Problem, walk: Walk, outputs: str) -> Instant:
+def _contact(system: System, walk: Walk, outputs: str) -> Instant:
     """Forces and status of the state as it is."""
-    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
-    return at_instant(problem, friction, walk.theta, walk.rate, walk.velocity, outputs)
+    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
+    return at_instant(system, friction, walk.theta, walk.rate, walk.velocity, outputs)
 
 
 def _idle(contact: Contact) -> Contact:

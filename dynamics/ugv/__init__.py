@@ -12,7 +12,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv.contact.placed import Pose
     from stickslip.dynamics.ugv.contact.rolling import wheel_turns
-    from stickslip.dynamics.ugv.contact.wheel import Contact
+    from stickslip.dynamics.ugv.contact.wheel import WheelContact
     from stickslip.dynamics.ugv.ground.surface import Surface
     from stickslip.dynamics.ugv.names import TRACKS
     from stickslip.dynamics.ugv.odometer import Odometer
@@ -55,13 +55,12 @@ else:
             "trade.settings": ("Setting",),
             "ground.surface": ("Surface",),
             "track": ("Track",),
-            "contact.wheel": ("Contact",),
+            "contact.wheel": ("WheelContact",),
         },
     )
 
 __all__ = [
     "TRACKS",
-    "Contact",
     "Equilibrium",
     "Forces",
     "Odometer",
@@ -73,6 +72,7 @@ __all__ = [
     "Surface",
     "Track",
     "UGVParams",
+    "WheelContact",
     "balance",
     "check_poses",
     "equilibrium",

@@ -16,7 +16,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.ugv.contact.wheel import Contact, contact, dot, penetration
+from stickslip.dynamics.ugv.contact.wheel import WheelContact, contact, dot, penetration
 from stickslip.dynamics.ugv.ground.near import Near
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ NEWTON = PoseSolver()
 
 
 def locate(
-    track: Near, radius: Values | float, front: Contact, wheelbase: Values, solver: PoseSolver
+    track: Near, radius: Values | float, front: WheelContact, wheelbase: Values, solver: PoseSolver
 ) -> tuple[Values, Values, Values]:
     """The rear contact [m], by how much the wheelbase is missed there [m] and its slope in x [-].
 
@@ -128,7 +128,7 @@ def miss(
 def _newton(
     track: Near,
     radius: Values | float,
-    front: Contact,
+    front: WheelContact,
     wheelbase: Values,
     low: Values,
     solver: PoseSolver,
@@ -196,7 +196,7 @@ def _refine(
 def _scan(
     track: Near,
     radius: Values | float,
-    front: Contact,
+    front: WheelContact,
     wheelbase: Values,
     low: Values,
     solver: PoseSolver,

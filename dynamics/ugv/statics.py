@@ -14,7 +14,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.contact.placed import Pose
 from stickslip.dynamics.ugv.contact.systems import SYSTEMS, solve_system
-from stickslip.dynamics.ugv.contact.wheel import Contact, cross, dot
+from stickslip.dynamics.ugv.contact.wheel import WheelContact, cross, dot
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
 from stickslip.dynamics.ugv.poses import require_place, stand
@@ -231,7 +231,7 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces) -> Points:
 
 
 def _moment(
-    params: UGVParams, wheel: Contact, leg: Points, hinge: Points, F: Values, N: Values
+    params: UGVParams, wheel: WheelContact, leg: Points, hinge: Points, F: Values, N: Values
 ) -> Values:
     """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
     force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.state import Outcome
+from stickslip.envs.biped.state import StepOutcome
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -38,13 +38,13 @@ def outcome_of(
     after: BipedState,
     contact: Contact,
     copper_loss: Float[Array, ""],
-) -> Outcome:
+) -> StepOutcome:
     """Outcome of a control step."""
     steps = jnp.asarray(after.steps) - jnp.asarray(before.steps)  # whole angles would lose digits
     turned = replace(after, steps=steps).crank_angle - before.phase
     walked = centre_of_mass(robot, after, before.steps)
     walked -= centre_of_mass(robot, before, before.steps)
-    return Outcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
+    return StepOutcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
 
 
 def fell(status: Int[Array, ""]) -> Bool[Array, ""]:
@@ -56,7 +56,7 @@ def reward_terms(
     params: BipedEnvParams,
     robot: BipedModel,
     drawn: Drawn,
-    outcome: Outcome,
+    outcome: StepOutcome,
     falls: Bool[Array, ""],
     period: Float[Array, ""],
     to_go: Float[Array, ""] | None = None,

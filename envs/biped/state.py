@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
 
-class Outcome(NamedTuple):
+class StepOutcome(NamedTuple):
     """Outcome of one control step."""
 
     turned: Float[Array, ""]

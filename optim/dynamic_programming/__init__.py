@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from stickslip.optim.dynamic_programming.grid import Axis, Cell, Grid, Place, Sheet
     from stickslip.optim.dynamic_programming.lookahead import Ahead, Found, look_ahead
     from stickslip.optim.dynamic_programming.outcomes import Transitions, transitions
-    from stickslip.optim.dynamic_programming.process import Outcome, Process
+    from stickslip.optim.dynamic_programming.process import Process, Transition
     from stickslip.optim.dynamic_programming.sweeps import (
         Values,
         average_reward,
@@ -21,7 +21,7 @@ else:
         {
             "grid": ("Axis", "Cell", "Grid", "Place", "Sheet"),
             "lookahead": ("Ahead", "Found", "look_ahead"),
-            "process": ("Outcome", "Process"),
+            "process": ("Transition", "Process"),
             "sweeps": ("Values", "average_reward", "finite_horizon", "greedy"),
             "outcomes": ("Transitions", "transitions"),
         },
@@ -33,10 +33,10 @@ __all__ = [
     "Cell",
     "Found",
     "Grid",
-    "Outcome",
     "Place",
     "Process",
     "Sheet",
+    "Transition",
     "Transitions",
     "Values",
     "average_reward",

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 State = TypeVar("State")
 
 
-class Outcome(NamedTuple, Generic[State]):
+class Transition(NamedTuple, Generic[State]):
     """Result of a step. ended: nothing more is earned."""
 
     state: State
@@ -41,6 +41,6 @@ class Process(Protocol[State]):
         """The inverse: where a state is."""
         ...
 
-    def step(self, state: State, action: Float[Array, " act"]) -> Outcome[State]:
+    def step(self, state: State, action: Float[Array, " act"]) -> Transition[State]:
         """One step."""
         ...

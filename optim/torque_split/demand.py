@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.torque_split.family import Setting
-from stickslip.optim.torque_split.program import Affine, Outcome, SplitProgram, interval
+from stickslip.optim.torque_split.family import SplitData
+from stickslip.optim.torque_split.program import Affine, SplitProgram, SplitSolution, interval
 
 SHORTFALLS = (1e-9, 1e-8, 1e-7, 1e-6)
 """Relative distance of the trial bound below the least friction demand found."""
 
 
-def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
+def least_demand(program: SplitProgram, setting: SplitData) -> SplitSolution:
     """The least t for which |F| <= t N at both wheels.
 
     Either ratio falls and then rises with the split, so the least of the larger one is where a
@@ -26,14 +26,14 @@ def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
     limits = setting.limits(grip=False)
     found = [d for d in candidates(F, N, *interval(limits)) if np.min(N.at(d)) > 0]
     if not found:
-        return Outcome(np.nan, np.inf, np.inf, OptimStatus.INFEASIBLE)
+        return SplitSolution(np.nan, np.inf, np.inf, OptimStatus.INFEASIBLE)
     d = min(found, key=lambda at: _demand(F, N, at))
     demand, status = _demand(F, N, d), OptimStatus.OPTIMAL
     for _ in range(30):
         outcome = program.solve(setting.terms("friction_demand", demand), limits)
         status = outcome.status
         if status is OptimStatus.FAILED and outcome.bound == -np.inf:
-            return Outcome(d, demand, -np.inf, status)
+            return SplitSolution(d, demand, -np.inf, status)
         if not np.isfinite(outcome.d) or np.min(N.at(outcome.d)) <= 0:
             break
         lower = _demand(F, N, outcome.d)
@@ -46,7 +46,7 @@ def least_demand(program: SplitProgram, setting: Setting) -> Outcome:
         if program.solve(setting.terms("friction_demand", tried), limits).bound > 0:
             bound = tried
             break
-    return Outcome(d, demand, bound, status)
+    return SplitSolution(d, demand, bound, status)
 
 
 def candidates(F: Affine, N: Affine, low: float, high: float) -> list[float]:

@@ -20,7 +20,7 @@ LIMITS = (
     *(f"normal force of the {wheel} wheel" for wheel in ("rear", "front")),
     *(f"torque of the {wheel} motor" for wheel in ("rear", "rear", "front", "front")),
 )
-"""Name of each row of `Setting.limits`; two rows for a modulus."""
+"""Name of each row of `SplitData.limits`; two rows for a modulus."""
 
 
 class Family(NamedTuple):
@@ -67,7 +67,7 @@ class Family(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Setting:
+class SplitData:
     """One posture's numbers, in units of the vehicle's weight and of weight times wheel radius.
 
     friction: mu, None for no limit. turns: of the wheels, for "positive_power". min_normal,

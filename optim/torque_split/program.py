@@ -39,7 +39,7 @@ class Affine(NamedTuple):
         return self.alpha + self.beta * d
 
 
-class Outcome(NamedTuple):
+class SplitSolution(NamedTuple):
     """d, the objective there, what is proved of it, and how the solver ended."""
 
     d: float
@@ -71,14 +71,14 @@ class SplitProgram:
             goal = top if outer == "max" else cp.sum(top)
         self.problem = cp.Problem(cp.Minimize(goal), constraints)
 
-    def solve(self, terms: Affine, limits: Affine) -> Outcome:
+    def solve(self, terms: Affine, limits: Affine) -> SplitSolution:
         """Solve for these numbers; d is put back inside the limits to rounding.
 
         Where a largest term falls without end: FAILED, d some split, the bound -inf.
         """
         if self.outer == "max" and endless(terms, limits):
             d = nearest_equal(*interval(limits))
-            return Outcome(d, outer_value("max", terms.at(d)), -np.inf, OptimStatus.FAILED)
+            return SplitSolution(d, outer_value("max", terms.at(d)), -np.inf, OptimStatus.FAILED)
         size = float(np.max(np.abs(terms.alpha))) or 1.0
         terms = Affine(terms.alpha / size, terms.beta / size)
         scale = size**2 if self.outer == "square" else size
@@ -87,14 +87,14 @@ class SplitProgram:
         solver = cp.CLARABEL if self.outer == "square" else cp.HIGHS
         ended = solve_quietly(self.problem, solver, bounded=True)  # it has a floor
         if not ended.answered:
-            return Outcome(np.nan, np.inf, -np.inf, ended.status)
+            return SplitSolution(np.nan, np.inf, -np.inf, ended.status)
         low, high = interval(limits)
         d = float(np.clip(np.asarray(self._d.value), low, high)) if low <= high else low
         value = outer_value(self.outer, terms.at(d))
         bound = self._bound(terms, limits, value)
         if self.outer != "max":
             bound = max(bound, 0.0)
-        return Outcome(d, value * scale, bound * scale, ended.status)
+        return SplitSolution(d, value * scale, bound * scale, ended.status)
 
     def _bound(self, terms: Affine, limits: Affine, value: float) -> float:
         """A lower bound on the objective by weak duality, from the duals the solver returned.

@@ -20,8 +20,14 @@ from stickslip.optim.options import as_floats, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 from stickslip.optim.torque_split.demand import least_demand
-from stickslip.optim.torque_split.family import LIMITS, Family, Setting
-from stickslip.optim.torque_split.program import ENDLESS, Outcome, SplitProgram, ends, nearest_equal
+from stickslip.optim.torque_split.family import LIMITS, Family, SplitData
+from stickslip.optim.torque_split.program import (
+    ENDLESS,
+    SplitProgram,
+    SplitSolution,
+    ends,
+    nearest_equal,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -128,7 +134,7 @@ class TorqueSplit:
         weight, unit = float(params.weight), float(params.weight * params.wheel_radius)
         most = None if self.max_torque is None else self.max_torque / unit
         least = self.min_normal / weight
-        setting = Setting(family, weight, friction, turns, least, most)
+        setting = SplitData(family, weight, friction, turns, least, most)
         if self.criterion == "friction_demand":
             outcome = least_demand(self.program, setting)
         else:
@@ -176,7 +182,9 @@ class TorqueSplit:
                 f"{accepted}"
             )
 
-    def _split(self, setting: Setting, radius: float, outcome: Outcome, began: float) -> Split:
+    def _split(
+        self, setting: SplitData, radius: float, outcome: SplitSolution, began: float
+    ) -> Split:
         """The outcome in SI units, with its residuals, a status it has earned and a message."""
         limits = setting.limits()
         unit = setting.weight ** (self.kind.forces + self.kind.torques) * radius**self.kind.torques
@@ -201,7 +209,7 @@ class TorqueSplit:
             message=message,
         )
 
-    def _judge(self, setting: Setting, outcome: Outcome) -> tuple[OptimStatus, str, float]:
+    def _judge(self, setting: SplitData, outcome: SplitSolution) -> tuple[OptimStatus, str, float]:
         """Status, message and the split to show [weights]."""
         low, high, i, j = ends(setting.limits(grip=self.criterion != "friction_demand"))
         if low > high:

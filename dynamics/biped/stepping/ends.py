@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
-    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.drive import System
 
 
 class Midpoint(NamedTuple):
@@ -57,34 +57,34 @@ class Sample(NamedTuple):
     inertia: Coefficients | None
 
 
-def lever_at(problem: Problem, theta: Float[Array, ""]) -> GroundMoment | None:
+def lever_at(system: System, theta: Float[Array, ""]) -> GroundMoment | None:
     """Terms of the ground's moment; None where toppling is not detected."""
-    judged = problem.scene.outputs != "state"
-    return problem.model.inertia.moment_at(theta) if judged else None
+    judged = system.scene.outputs != "state"
+    return system.model.inertia.moment_at(theta) if judged else None
 
 
-def ground_at(problem: Problem, lever: GroundMoment | None, sample: Sample) -> Ground:
+def ground_at(system: System, lever: GroundMoment | None, sample: Sample) -> Ground:
     """Ground forces of a motion, from which the ends are detected."""
     motion, moment = sample.motion, None
     if lever is not None:
         accelerations = motion.crank_acceleration, motion.foot_acceleration
-        moment = ankle_moment(problem.model, lever, sample.rate, *accelerations)
+        moment = ankle_moment(system.model, lever, sample.rate, *accelerations)
     return Ground(sample.rate, motion.normal_force, motion.solvability, moment)
 
 
 def grounds_of(
-    problem: Problem, lever: GroundMoment | None, samples: tuple[Sample, Sample, Sample]
+    system: System, lever: GroundMoment | None, samples: tuple[Sample, Sample, Sample]
 ) -> tuple[Ground, Ground, Ground]:
     """Ground forces at the start (whose lever is given), middle and end of a trial step."""
     levers = None, None, None
     if lever is not None:
-        levers = lever, *_levers(problem, lever, samples[0], samples[2])
-    grounds = [ground_at(problem, a, b) for a, b in zip(levers, samples, strict=True)]
+        levers = lever, *_levers(system, lever, samples[0], samples[2])
+    grounds = [ground_at(system, a, b) for a, b in zip(levers, samples, strict=True)]
     return grounds[0], grounds[1], grounds[2]
 
 
 def _levers(
-    problem: Problem, first: GroundMoment, start: Sample, end: Sample
+    system: System, first: GroundMoment, start: Sample, end: Sample
 ) -> tuple[GroundMoment, GroundMoment]:
     """Moment terms in the middle and at the end, with one evaluation of L: P and Y are slopes of
     the mass moments, and in between are Hermite's cubics. Errors as the turn's fifth power, and in
@@ -92,7 +92,7 @@ def _levers(
     inertia, later = start.inertia, end.inertia
     if inertia is None or later is None:
         raise TypeError("the inertia at both ends of a step is needed")
-    L, dL = problem.model.inertia.spin_at(end.theta)
+    L, dL = system.model.inertia.spin_at(end.theta)
     turn = end.theta - start.theta
     enough = jnp.abs(turn) > 1e-3  # below, a difference of L has no digits and is not needed
     mean = (first.dL + dL) / 2
@@ -115,38 +115,38 @@ def _levers(
     return middle, GroundMoment(L, dL, X, Y)
 
 
-def status_now(problem: Problem, at: Ground) -> Int[Array, ""]:
+def status_now(system: System, at: Ground) -> Int[Array, ""]:
     """OK, or the most severe end at this instant."""
     status = jnp.zeros_like(at.normal, jnp.int32)
     if at.moment is not None:
-        model, moment = problem.model, at.moment
+        model, moment = system.model, at.moment
         off_foot = (moment > model.toe * at.normal) | (-moment > model.heel * at.normal)
         status = jnp.where(off_foot, fall_under(model, at.normal), status)
-    if problem.max_rate is not None:
-        status = jnp.where(jnp.abs(at.rate) > problem.max_rate, Status.RUNAWAY, status)
+    if system.max_rate is not None:
+        status = jnp.where(jnp.abs(at.rate) > system.max_rate, Status.RUNAWAY, status)
     status = jnp.where(at.normal <= 0, Status.LIFT_OFF, status)
     return jnp.where(at.solvability > 0, status, Status.NO_SOLUTION).astype(jnp.int32)
 
 
-def first_ending(problem: Problem, samples: tuple[Ground, Ground, Ground]) -> Ending:
+def first_ending(system: System, samples: tuple[Ground, Ground, Ground]) -> Ending:
     """The end whose margin is the first to cross zero along straight lines through the samples."""
     normals = [at.normal for at in samples]
     moments = [at.moment for at in samples if at.moment is not None]
     best = _ending(Status.LIFT_OFF, normals)
     if moments:
-        margins = _edge_margins(problem, normals, moments)
-        best = _ending(fall_under(problem.model, normals[2]), margins)
-    if isinstance(problem.drive, Torque) and not isinstance(problem.scene.floor, Grip):
+        margins = _edge_margins(system, normals, moments)
+        best = _ending(fall_under(system.model, normals[2]), margins)
+    if isinstance(system.drive, Torque) and not isinstance(system.scene.floor, Grip):
         best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
-    if problem.max_rate is not None:
-        room = [problem.max_rate - jnp.abs(at.rate) for at in samples]
+    if system.max_rate is not None:
+        room = [system.max_rate - jnp.abs(at.rate) for at in samples]
         best = _earlier(best, _ending(Status.RUNAWAY, room))
     return best
 
 
-def _edge_margins(problem: Problem, normals: list[Array], moments: list[Array]) -> list[Array]:
+def _edge_margins(system: System, normals: list[Array], moments: list[Array]) -> list[Array]:
     """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
-    toe, heel = problem.model.toe, problem.model.heel
+    toe, heel = system.model.toe, system.model.heel
     force, moment = normals[1], moments[1]
     off_in_middle = (moment > toe * force) | (-moment > heel * force)
     forwards = jnp.where(off_in_middle, moment, moments[2]) > 0

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.batch_axes import jvp_in_front
-from stickslip.dynamics.biped.drive import Problem, Torque
+from stickslip.dynamics.biped.drive import System, Torque
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.trial import Trial, attempt
 from stickslip.dynamics.biped.stepping.walk import END, Walk, bounds, hand_over, note, slips_freely
@@ -33,29 +33,29 @@ if TYPE_CHECKING:
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def advance(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Walk:
+def advance(spec: RK4Split | EventExact, system: System, walk: Walk) -> Walk:
     """Run a call to its end, stopping as soon as every member of a batch is done.
 
     Derivatives, forward and reverse, are those of the same trials with the bound as their number:
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
     pending = thinning_while(
-        lambda _, pending: pending.going, partial(_round, spec), problem, _first(problem, walk)
+        lambda _, pending: pending.going, partial(_round, spec), system, _first(system, walk)
     )
-    return settle(spec, problem, pending.walk, pending.trial)
+    return settle(spec, system, pending.walk, pending.trial)
 
 
 @advance.defjvp
 def _advance_jvp(spec, primals, tangents):
-    def bounded(problem, walk):
+    def bounded(system, walk):
         def body(now, _):
-            again = partial(_round, spec, problem)
+            again = partial(_round, spec, system)
             if isinstance(spec, RK4Split):  # few trials: a branch would keep a table a member
                 return jax.tree.map(partial(jnp.where, now.going), again(now), now), None
             return jax.lax.cond(now.going, again, lambda now: now, now), None
 
-        pending, _ = jax.lax.scan(body, _first(problem, walk), length=spec.trials)
-        return settle(spec, problem, pending.walk, pending.trial)
+        pending, _ = jax.lax.scan(body, _first(system, walk), length=spec.trials)
+        return settle(spec, system, pending.walk, pending.trial)
 
     return jvp_in_front(bounded, primals, tangents)
 
@@ -68,28 +68,28 @@ class _Pending(NamedTuple):
     going: Bool[Array, ""]
 
 
-def _round(spec: RK4Split | EventExact, problem: Problem, pending: _Pending) -> _Pending:
-    walk = settle(spec, problem, pending.walk, pending.trial)
-    trial = attempt(spec, problem, walk)
-    return _Pending(walk, trial, _going(settle(spec, problem, walk, trial)))
+def _round(spec: RK4Split | EventExact, system: System, pending: _Pending) -> _Pending:
+    walk = settle(spec, system, pending.walk, pending.trial)
+    trial = attempt(spec, system, walk)
+    return _Pending(walk, trial, _going(settle(spec, system, walk, trial)))
 
 
-def _first(problem: Problem, walk: Walk) -> _Pending:
-    return _Pending(walk, _blank(problem, walk), _going(walk))
+def _first(system: System, walk: Walk) -> _Pending:
+    return _Pending(walk, _blank(system, walk), _going(walk))
 
 
 def _going(walk: Walk):
     return (walk.left > 0) & (walk.status <= Status.SLIP_ONSET)
 
 
-def _blank(problem: Problem, walk: Walk) -> Trial:
+def _blank(system: System, walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
     zero, none, no = (
         jnp.zeros_like(walk.theta),
         jnp.zeros_like(walk.status),
         walk.theta != walk.theta,
     )
-    power = None if isinstance(problem.drive, Torque) else zero
+    power = None if isinstance(system.drive, Torque) else zero
     return Trial(
         step=zero,
         mode=zero,
@@ -115,19 +115,19 @@ def _blank(problem: Problem, walk: Walk) -> Trial:
     )
 
 
-def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Trial) -> Walk:
+def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial) -> Walk:
     """Act on a trial's judgement: move or stay, switch or aim at what comes first.
 
     A walk that has ended stays as it is, to the last bit: 0 times its rate may be no number.
     """
     fixed = isinstance(spec, RK4Split)
-    longest = problem.duration / spec.substeps if fixed else trial.size
+    longest = system.duration / spec.substeps if fixed else trial.size
     slips = (walk.velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     ends = trial.switches & (trial.kind == END)
-    moved = note(_moved(problem, walk, trial), trial.switches & ~ends, trial.kind)
-    switched = _switched(problem, moved, trial)
-    switched = _tidy_unsplit(problem, switched, trial)
+    moved = note(_moved(system, walk, trial), trial.switches & ~ends, trial.kind)
+    switched = _switched(system, moved, trial)
+    switched = _tidy_unsplit(system, switched, trial)
     status = jnp.where(ends, trial.ending, switched.status)
     switched = switched._replace(aim=longest, target=jnp.zeros_like(trial.kind), status=status)
     again = walk._replace(
@@ -146,7 +146,7 @@ def settle(spec: RK4Split | EventExact, problem: Problem, walk: Walk, trial: Tri
     return result._replace(trials=walk.trials + 1, size=trial.size)
 
 
-def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
+def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     """The walk at the trial's end, corrected onto the event by a small fraction of the step."""
     part = jnp.where(trial.switches & (trial.step > 0), trial.time - 1, 0.0)
     time = part * trial.step
@@ -155,9 +155,9 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     slide = trial.slide + time * trial.velocity + time**2 / 2 * trial.foot
     velocity = trial.velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
     left = walk.left - trial.step - time
-    tiny = 8 * jnp.finfo(walk.theta.dtype).eps * problem.duration
-    if isinstance(problem.drive, Torque):
-        work = problem.drive.torque * (theta - walk.theta)
+    tiny = 8 * jnp.finfo(walk.theta.dtype).eps * system.duration
+    if isinstance(system.drive, Torque):
+        work = system.drive.torque * (theta - walk.theta)
     else:  # a given crank motion: integrated along the step
         work = jnp.asarray(trial.work) + time * jnp.asarray(trial.power)
     work = jnp.where(trial.step > 0, work, 0.0)
@@ -174,28 +174,28 @@ def _moved(problem: Problem, walk: Walk, trial: Trial) -> Walk:
     )
 
 
-def _switched(problem: Problem, walk: Walk, trial: Trial) -> Walk:
+def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
     """State after an event: new velocity, direction, leg or patch."""
     low, high = bounds(walk.theta.dtype)
     kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE
     bound = jnp.where(walk.theta > jnp.pi, high, low)
-    if not slips_freely(problem.scene):
+    if not slips_freely(system.scene):
         walk = walk._replace(
             velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
             breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
         )
-    if isinstance(problem.scene.floor, Patches):
+    if isinstance(system.scene.floor, Patches):
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
         walk = walk._replace(patch=jnp.where(kind == EventKind.PATCH, crossed, walk.patch))
     walk = walk._replace(theta=jnp.where(exchange, bound, walk.theta))
-    return hand_over(problem, walk, exchange)
+    return hand_over(system, walk, exchange)
 
 
-def _tidy_unsplit(problem: Problem, walk: Walk, trial: Trial) -> Walk:
+def _tidy_unsplit(system: System, walk: Walk, trial: Trial) -> Walk:
     """After the last trial allowed: no sliding against the mode, support and patch by the place."""
     low, high = bounds(walk.theta.dtype)
     turned_back = trial.final & (trial.mode * walk.velocity < 0)
     walk = walk._replace(velocity=jnp.where(turned_back, 0.0, walk.velocity))
     passed = (walk.theta > high) | (walk.theta < low)
-    return hand_over(problem, walk, trial.final & passed, landed=trial.final)
+    return hand_over(system, walk, trial.final & passed, landed=trial.final)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
-    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.drive import System
     from stickslip.dynamics.biped.floor import Friction
     from stickslip.dynamics.biped.stepping.walk import Walk
 
@@ -69,10 +69,10 @@ class _Stages(NamedTuple):
 
 
 def classical_step(
-    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
+    system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> Taken:
     """The classical fourth-order step, as a loop so that the inertia is compiled once."""
-    last = _classical_stages(problem, friction, mode, walk, inertia, step)
+    last = _classical_stages(system, friction, mode, walk, inertia, step)
     velocity, slide = walk.velocity, walk.slide
     if friction is not None:
         velocity = walk.velocity + step * last.sum_foot
@@ -82,7 +82,7 @@ def classical_step(
         rate=last.rate,
         slide=slide,
         velocity=velocity,
-        end=problem.motion(friction, mode, last.inertia, last.rate, velocity),
+        end=system.motion(friction, mode, last.inertia, last.rate, velocity),
         inertia=last.inertia,
         middle=last.middle,
         work=None if last.sum_power is None else step * last.sum_power,
@@ -91,7 +91,7 @@ def classical_step(
 
 
 def _classical_stages(
-    problem: Problem, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
+    system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> _Stages:
     dtype = walk.theta.dtype
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
@@ -100,7 +100,7 @@ def _classical_stages(
 
     def body(index, now: _Stages) -> _Stages:
         velocity = walk.velocity if now.velocity is None else now.velocity
-        motion = problem.motion(friction, mode, now.inertia, now.rate, velocity)
+        motion = system.motion(friction, mode, now.inertia, now.rate, velocity)
         alpha, foot = motion.crank_acceleration, motion.foot_acceleration
         sum_rate = now.sum_rate + weights[index] * now.rate
         sum_alpha = now.sum_alpha + weights[index] * alpha
@@ -118,7 +118,7 @@ def _classical_stages(
             theta=theta,
             rate=rate,
             velocity=None if now.velocity is None else velocity,
-            inertia=problem.model.inertia.at(theta),
+            inertia=system.model.inertia.at(theta),
             sum_rate=sum_rate,
             sum_alpha=sum_alpha,
             sum_foot=now.sum_foot + weights[index] * foot,
@@ -133,13 +133,13 @@ def _classical_stages(
     begin = _Stages(
         theta=walk.theta,
         rate=walk.rate,
-        velocity=walk.velocity if isinstance(problem.scene.floor, Smoothed) else None,
+        velocity=walk.velocity if isinstance(system.scene.floor, Smoothed) else None,
         inertia=inertia,
         sum_rate=zero,
         sum_alpha=zero,
         sum_foot=zero,
         sum_slide=zero,
-        sum_power=zero if isinstance(problem.drive, CrankMotion) else None,
+        sum_power=zero if isinstance(system.drive, CrankMotion) else None,
         middle=Midpoint(*[zero] * len(Midpoint._fields)),
     )
     return jax.lax.fori_loop(0, 4, body, begin)
@@ -173,9 +173,7 @@ _ERROR = np.array(
 _END = 6
 
 
-def dormand_prince_step(
-    problem: Problem, friction: Friction | None, mode, walk: Walk, step
-) -> Taken:
+def dormand_prince_step(system: System, friction: Friction | None, mode, walk: Walk, step) -> Taken:
     """A fifth-order step with error estimates; the eight stages are one loop (see above)."""
     dtype = walk.theta.dtype
     tableau = jnp.asarray(_TABLEAU, dtype)
@@ -185,8 +183,8 @@ def dormand_prince_step(
 
     def stage(slopes, index):
         theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
-        inertia = problem.model.inertia.at(theta)
-        motion = problem.motion(friction, mode, inertia, rate, velocity)
+        inertia = system.model.inertia.at(theta)
+        motion = system.motion(friction, mode, inertia, rate, velocity)
         power = motion.torque * rate
         slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
         place = (theta, rate, slide, velocity, work)
@@ -209,7 +207,7 @@ def dormand_prince_step(
         end=end,
         inertia=inertia,
         middle=_midpoint(friction, middle),
-        work=work if isinstance(problem.drive, CrankMotion) else None,
+        work=work if isinstance(system.drive, CrankMotion) else None,
         errors=errors,
     )
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
-    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.drive import System
     from stickslip.dynamics.biped.stepping.ends import Ground
 
 
@@ -116,25 +116,25 @@ class _Event(NamedTuple):
     """The trial's end is close enough to the event to be moved onto it."""
 
 
-def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
+def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
-    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
-    inertia = problem.model.inertia.at(walk.theta)
-    begun = _begun(spec, problem, walk, friction, inertia)
+    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
+    inertia = system.model.inertia.at(walk.theta)
+    begun = _begun(spec, system, walk, friction, inertia)
     step, mode = begun.step, begun.mode
-    first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    first = system.motion(friction, mode, inertia, walk.rate, walk.velocity)
     if isinstance(spec, EventExact):
-        taken = dormand_prince_step(problem, friction, mode, walk, step)
+        taken = dormand_prince_step(system, friction, mode, walk, step)
     else:
-        taken = classical_step(problem, friction, mode, walk, inertia, step)
+        taken = classical_step(system, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
     samples = _sampled(friction, walk, first, taken, step)
-    grounds = _grounds(problem, samples, (first, taken.middle, end), inertia, taken)
-    ending = first_ending(problem, grounds)
-    event = _event(spec, problem, walk, begun, first, samples, ending, taken)
-    status = _status(problem, walk, first, grounds[0], taken, step)
+    grounds = _grounds(system, samples, (first, taken.middle, end), inertia, taken)
+    ending = first_ending(system, grounds)
+    event = _event(spec, system, walk, begun, first, samples, ending, taken)
+    status = _status(system, walk, first, grounds[0], taken, step)
     if isinstance(spec, EventExact):
-        event, status, size = _controlled(spec, problem, walk, begun, taken, event, status)
+        event, status, size = _controlled(spec, system, walk, begun, taken, event, status)
         switches = event.reached
     else:
         size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
@@ -166,18 +166,18 @@ def attempt(spec: RK4Split | EventExact, problem: Problem, walk: Walk) -> Trial:
 
 
 def _begun(
-    spec: RK4Split | EventExact, problem: Problem, walk: Walk, friction, inertia
+    spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia
 ) -> _Beginning:
     """Mode and length of the trial that starts here."""
     final = walk.trials >= spec.trials - 1
-    whole, near = walk.left <= 1.001 * walk.aim, problem.tiny()
-    mode = mode_at(problem, friction, walk, inertia)
+    whole, near = walk.left <= 1.001 * walk.aim, system.tiny()
+    mode = mode_at(system, friction, walk, inertia)
     if isinstance(spec, RK4Split):
         whole = whole | final  # the last trial goes to the end of the call
         # a foot that breaks loose again and again to no effect sticks
         mode = jnp.where(final & (walk.velocity == 0), 0.0, mode)
         # the cone's margin is noise within some roundings of its edge
-        noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * problem.duration
+        noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * system.duration
         near = jnp.where(walk.target == EventKind.SLIP, noise, near)
     return _Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
 
@@ -198,16 +198,16 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Sample
     )
 
 
-def _grounds(problem: Problem, samples: _Samples, motions, inertia: Coefficients, taken: Taken):
+def _grounds(system: System, samples: _Samples, motions, inertia: Coefficients, taken: Taken):
     """Ground forces at the three samples."""
     inertias = inertia, None, taken.inertia
     start, middle, end = map(Sample, samples.theta, samples.rate, motions, inertias)
-    return grounds_of(problem, lever_at(problem, start.theta), (start, middle, end))
+    return grounds_of(system, lever_at(system, start.theta), (start, middle, end))
 
 
 def _event(
     spec: RK4Split | EventExact,
-    problem: Problem,
+    system: System,
     walk: Walk,
     begun: _Beginning,
     first: Motion,
@@ -216,38 +216,38 @@ def _event(
     taken: Taken,
 ) -> _Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec, problem, begun, walk, first, samples, ending, taken)
+    kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
-    if isinstance(spec, EventExact) and not slips_freely(problem.scene):
-        at_once |= _is_noise(problem, walk, begun, samples, taken)
+    if isinstance(spec, EventExact) and not slips_freely(system.scene):
+        at_once |= _is_noise(system, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
     return _Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
-def _is_noise(problem: Problem, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
+def _is_noise(system: System, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
     """True if the step ends so near the onset or the stop that is aimed at that the cone's margin,
     or the foot's speed, is what roundings make of it: no aim comes nearer."""
     share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
     edge = share * jnp.abs(taken.end.friction_force)
-    speed = share * problem.model.gravity * begun.step
+    speed = share * system.model.gravity * begun.step
     onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
     stop = (begun.mode != 0) & (jnp.abs(samples.velocity[2]) <= speed)
     return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
-def _status(problem: Problem, walk: Walk, first: Motion, ground: Ground, taken: Taken, step):
+def _status(system: System, walk: Walk, first: Motion, ground: Ground, taken: Taken, step):
     """Status of the trial: the model holds at its start, and its step is valid."""
     end = taken.end
     sound = taken.theta + taken.rate + taken.slide + taken.velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
-    return status_at(problem, walk, first, ground, step, taken.theta, sound)
+    return status_at(system, walk, first, ground, step, taken.theta, sound)
 
 
 def _controlled(
     spec: EventExact,
-    problem: Problem,
+    system: System,
     walk: Walk,
     begun: _Beginning,
     taken: Taken,
@@ -257,7 +257,7 @@ def _controlled(
     """Event, status and next size with the step's error looked at: one that misses the tolerance is
     repeated shorter, whatever happens in it, and may overflow."""
     step = begun.step
-    size, fails = _next_size(spec, problem, walk, taken, step)
+    size, fails = _next_size(spec, system, walk, taken, step)
     kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
     time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
     event = _Event(kind, event.ending, time, event.happens | fails, event.reached & ~fails)
@@ -267,7 +267,7 @@ def _controlled(
     return event, status, size
 
 
-def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, step):
+def _next_size(spec: EventExact, system: System, walk: Walk, taken: Taken, step):
     """The next step's size by the estimated error, and whether this step fails its tolerance.
 
     Sizes are choices, not functions of the state: no derivative goes through them.
@@ -279,15 +279,15 @@ def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, ste
     if walk.size is None or taken.errors is None:
         raise TypeError("step control needs a walk and a step with an error estimate")
     # what roundings of the weight make of a step: near rest nothing is known to a part of itself
-    gravity = jnp.asarray(problem.model.gravity, dtype)
-    turn = gravity / problem.model.step_length
+    gravity = jnp.asarray(system.model.gravity, dtype)
+    turn = gravity / system.model.step_length
     known = jnp.stack([turn * step**2, turn * step, gravity * step**2, gravity * step])
     rounded = EDGE_ROUNDINGS * jnp.finfo(dtype).eps * known
     allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after)) + rounded
     worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
     worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
     factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
-    fails = (worst > 1) & (step > problem.tiny())
+    fails = (worst > 1) & (step > system.tiny())
     kept = jax.lax.stop_gradient(jnp.maximum(walk.size, step))  # a step cut short says little
     plain = jax.lax.stop_gradient(step)
     size = jnp.where(fails, plain * factor, jnp.where(step < walk.size, kept, plain * factor))
@@ -297,7 +297,7 @@ def _next_size(spec: EventExact, problem: Problem, walk: Walk, taken: Taken, ste
 
 def _first_event(
     spec: RK4Split | EventExact,
-    problem: Problem,
+    system: System,
     begun: _Beginning,
     walk: Walk,
     first: Motion,
@@ -306,7 +306,7 @@ def _first_event(
     taken: Taken,
 ):
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
-    floor, mode, step = problem.scene.floor, begun.mode, begun.step
+    floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.rate, taken.end
     last, margins = jnp.full_like(walk.target, END), ending.margins
@@ -320,7 +320,7 @@ def _first_event(
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
     best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
     best = _earlier(ended, best)
-    if slips_freely(problem.scene):
+    if slips_freely(system.scene):
         return best
     slides = mode != 0
     margins = [
@@ -337,7 +337,7 @@ def _first_event(
     best = _earlier((change, crossing), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
-        edge = edge - walk.steps.astype(edge.dtype) * problem.model.step_length
+        edge = edge - walk.steps.astype(edge.dtype) * system.model.step_length
         ahead = slides & jnp.isfinite(edge)
         edge = jnp.where(ahead, edge, 0.0)
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]

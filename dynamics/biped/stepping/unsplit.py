@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Motion
-    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.drive import System
 
 
 class _Reached(NamedTuple):
@@ -46,17 +46,17 @@ class _Reached(NamedTuple):
     work: Float[Array, ""]
 
 
-def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
+def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
     """Run a call to its end in `substeps` equal steps, with the same work always."""
-    size = problem.duration / spec.substeps
+    size = system.duration / spec.substeps
 
     def body(index: Int[Array, ""], walk: Walk) -> Walk:
         after, running = size, walk.status <= Status.SLIP_ONSET
         if isinstance(spec, Euler):
-            walk, after = _part(spec, problem, walk, size)
-        walk, _ = _part(spec, problem, walk, after)
-        walk = _exchange(problem, walk, running)
-        left = problem.duration - size * (index + 1).astype(size.dtype)
+            walk, after = _part(spec, system, walk, size)
+        walk, _ = _part(spec, system, walk, after)
+        walk = _exchange(system, walk, running)
+        left = system.duration - size * (index + 1).astype(size.dtype)
         last = index + 1 == spec.substeps
         running = walk.status <= Status.SLIP_ONSET
         return walk._replace(
@@ -67,15 +67,15 @@ def advance_unsplit(spec: Unsplit, problem: Problem, walk: Walk) -> Walk:
 
 
 def _part(
-    spec: Unsplit, problem: Problem, walk: Walk, step: Float[Array, ""]
+    spec: Unsplit, system: System, walk: Walk, step: Float[Array, ""]
 ) -> tuple[Walk, Float[Array, ""]]:
     """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
-    friction = friction_on(problem.scene.floor, walk.patch, walk.theta.dtype)
-    inertia = problem.model.inertia.at(walk.theta)
-    mode = mode_at(problem, friction, walk, inertia)
-    first = problem.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
+    inertia = system.model.inertia.at(walk.theta)
+    mode = mode_at(system, friction, walk, inertia)
+    first = system.motion(friction, mode, inertia, walk.rate, walk.velocity)
     if isinstance(spec, RK4):
-        taken = classical_step(problem, friction, mode, walk, inertia, step)
+        taken = classical_step(system, friction, mode, walk, inertia, step)
         work = taken.work
         if work is None:
             work = first.torque * (taken.theta - walk.theta)
@@ -86,15 +86,15 @@ def _part(
         reached = _semi_implicit(walk, first, step)
     sound = jnp.isfinite(reached.theta + reached.rate + reached.slide + reached.velocity)
     sample = Sample(walk.theta, walk.rate, first, inertia)
-    ground = ground_at(problem, lever_at(problem, walk.theta), sample)
-    found = status_at(problem, walk, first, ground, step, reached.theta, sound)
+    ground = ground_at(system, lever_at(system, walk.theta), sample)
+    found = status_at(system, walk, first, ground, step, reached.theta, sound)
     found = jnp.where(step > 0, found, Status.OK)  # a second part of no length judges nothing
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
     slips = runs & (walk.velocity == 0) & (mode != 0)
     moved = note(walk, slips, jnp.full_like(status, EventKind.SLIP))
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
-    if not slips_freely(problem.scene):
+    if not slips_freely(system.scene):
         reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
     moved = moved._replace(
         theta=reached.theta,
@@ -107,7 +107,7 @@ def _part(
         positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
     )
     moved = note(moved, runs & stops, jnp.full_like(status, EventKind.STICK))
-    moved = on_its_patch(problem.model, problem.scene, moved)
+    moved = on_its_patch(system.model, system.scene, moved)
     stays = walk._replace(status=status)
     return jax.tree.map(lambda new, old: jnp.where(runs, new, old), moved, stays), rest
 
@@ -156,9 +156,9 @@ def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reache
     return _Reached(theta, rate, walk.slide + step * velocity, velocity, work)
 
 
-def _exchange(problem: Problem, walk: Walk, running: Bool[Array, ""]) -> Walk:
+def _exchange(system: System, walk: Walk, running: Bool[Array, ""]) -> Walk:
     """Hand over the support if a step that was taken went past the end of the support phase."""
     low, high = bounds(walk.theta.dtype)
     passed = running & ((walk.theta > high) | (walk.theta < low))
     walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
-    return hand_over(problem, walk, passed)
+    return hand_over(system, walk, passed)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
-    from stickslip.dynamics.biped.drive import Problem
+    from stickslip.dynamics.biped.drive import System
     from stickslip.dynamics.biped.floor import Friction
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.state import BipedState
@@ -75,12 +75,12 @@ class Walk(NamedTuple):
 
 
 def mode_at(
-    problem: Problem, friction: Friction | None, walk: Walk, inertia: Coefficients
+    system: System, friction: Friction | None, walk: Walk, inertia: Coefficients
 ) -> Float[Array, ""]:
     """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
-    if friction is None or isinstance(problem.scene.floor, Smoothed):
+    if friction is None or isinstance(system.scene.floor, Smoothed):
         return jnp.zeros_like(walk.theta)
-    still = problem.still(inertia, walk.rate)
+    still = system.still(inertia, walk.rate)
     mode = mode_of(still, walk.velocity, friction.mu_static)
     return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
@@ -157,7 +157,7 @@ def bounds(dtype: DTypeLike) -> tuple[Float[Array, ""], Float[Array, ""]]:
 
 
 def status_at(
-    problem: Problem,
+    system: System,
     walk: Walk,
     first: Motion,
     ground: Ground,
@@ -177,34 +177,34 @@ def status_at(
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
     coarse = ~(turn <= jnp.pi / 2)  # a turn that is no number, too
     status = jnp.where(coarse, Status.NOT_CONVERGED, status)
-    ended = status_now(problem, ground)
+    ended = status_now(system, ground)
     status = jnp.where(ended > Status.OK, ended, status)
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
-    solvable = problem.model.closes & supports
+    solvable = system.model.closes & supports
     status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
 
 
-def entry_status(problem: Problem, walk: Walk, state: BipedState) -> Int[Array, ""]:
+def entry_status(system: System, walk: Walk, state: BipedState) -> Int[Array, ""]:
     """The status of a call before anything moves: OK, or the error of the input."""
     low, high = bounds(walk.theta.dtype)
     supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
     status = jnp.where(supports, walk.status, Status.NO_SOLUTION)
-    model = problem.model
-    given = (state, problem.drive, problem.duration, problem.scene.floor)
+    model = system.model
+    given = (state, system.drive, system.duration, system.scene.floor)
     given += (model.total_mass, model.step_length)
     return jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32)
 
 
 def hand_over(
-    problem: Problem, walk: Walk, exchange: Bool[Array, ""], landed: Bool[Array, ""] | None = None
+    system: System, walk: Walk, exchange: Bool[Array, ""], landed: Bool[Array, ""] | None = None
 ) -> Walk:
     """Pass the support to the other foot where `exchange`, or end the walk there.
 
     landed: where the patch is looked up; default: at the exchange.
     """
-    model, scene = problem.model, problem.scene
+    model, scene = system.model, system.scene
     low, high = bounds(walk.theta.dtype)
     one = scene.steps == "one"
     stops = exchange if one else exchange & ~model.symmetric

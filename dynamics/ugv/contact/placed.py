@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.ugv.contact.wheel import Contact
+from stickslip.dynamics.ugv.contact.wheel import WheelContact
 from stickslip.dynamics.ugv.params import UGVParams
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ class Pose(NamedTuple):
     far from x = 0 and y = 0; `in_world` adds it.
     """
 
-    rear: Contact
-    front: Contact
+    rear: WheelContact
+    front: WheelContact
     wheelbase: Float[Array, "..."]
     """R: between the wheel centres [m] (eq. 39)."""
     pitch: Float[Array, "..."]
@@ -59,7 +59,7 @@ class Pose(NamedTuple):
         """The same with every point in the world frame."""
         by = self.origin
 
-        def moved(wheel: Contact) -> Contact:
+        def moved(wheel: WheelContact) -> WheelContact:
             return wheel._replace(
                 x=wheel.x + by[..., 0], point=wheel.point + by, centre=wheel.centre + by
             )

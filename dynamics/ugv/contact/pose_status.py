@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.lanes import where_needed
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.contact.wheel import Contact, penetration
+from stickslip.dynamics.ugv.contact.wheel import WheelContact, penetration
 from stickslip.dynamics.ugv.ground.hollow import nowhere_hollow
 from stickslip.dynamics.ugv.ground.near import Near
 from stickslip.dynamics.ugv.params import UGVParams
@@ -49,7 +49,7 @@ def _entered(
 ) -> Bool[Array, "..."]:
     """True if the ground enters a wheel; looked up only where its own numbers leave it open."""
 
-    def look(ground: Near, rear: Contact, front: Contact, radius: Values, size: Values):
+    def look(ground: Near, rear: WheelContact, front: WheelContact, radius: Values, size: Values):
         wheels = rear, front
         depth = jnp.maximum(*(penetration(ground, wheel, radius, samples) for wheel in wheels))
         return depth > depth_allowed(size)

@@ -23,7 +23,7 @@ NARROWINGS = 10
 """Narrowings of the interval in which the ground is nearest to a wheel's centre."""
 
 
-class Contact(NamedTuple):
+class WheelContact(NamedTuple):
     """A wheel's contact with the ground; vectors [..., 2] in the world frame."""
 
     x: Float[Array, "..."]
@@ -49,12 +49,12 @@ class Contact(NamedTuple):
         return jnp.stack([-self.tangent[..., 1], self.tangent[..., 0]], -1)
 
 
-def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float) -> Contact:
+def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float) -> WheelContact:
     """The contact at x (eq. 38, with f' for the f that is printed there); no check for a second."""
     f, df, d2f = track.profile(x)
     q = jnp.sqrt(1 + df**2)
     cos, sin = 1 / q, df / q
-    return Contact(
+    return WheelContact(
         x=x,
         point=jnp.stack([x, f], -1),
         centre=jnp.stack([x - radius * sin, f + radius * cos], -1),
@@ -64,7 +64,7 @@ def contact(track: Track | Near, x: Float[Array, "..."], radius: Values | float)
 
 
 def penetration(
-    track: Track | Near, wheel: Contact, radius: Values | float, samples: int
+    track: Track | Near, wheel: WheelContact, radius: Values | float, samples: int
 ) -> Values:
     """Penetration of the ground into the wheel [m], >= 0: zero for a single contact.
 
@@ -85,14 +85,16 @@ def penetration(
     return jnp.maximum(radius - deepest, 0)
 
 
-def _below_rim(wheel: Contact, radius: Values, place: Int[Array, "..."], samples: int) -> Values:
+def _below_rim(
+    wheel: WheelContact, radius: Values, place: Int[Array, "..."], samples: int
+) -> Values:
     """x of the sample of that number [m], from the rear end of the wheel to the front one."""
     part = (jnp.asarray(place, wheel.x.dtype) + 0.01) / (samples - 0.98)
     return wheel.centre[..., 0] - radius * jnp.cos(jnp.pi * part)
 
 
 def _deepest_sample(
-    track: Track | Near, wheel: Contact, radius: Values, samples: int
+    track: Track | Near, wheel: WheelContact, radius: Values, samples: int
 ) -> tuple[Values, Int[Array, "..."], Bool[Array, "..."]]:
     """The least distance of a sample from the centre [m]; the number of the one in front of the
     nearest minimum beside the contact; whether there is one.
@@ -125,7 +127,7 @@ def _deepest_sample(
 def _narrowed_down(
     samples: int,
     track: Track | Near,
-    wheel: Contact,
+    wheel: WheelContact,
     radius: Values,
     place: Int[Array, "..."],
     found: Bool[Array, "..."],

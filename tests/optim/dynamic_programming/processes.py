@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.optim.dynamic_programming import Axis, Grid, Outcome, Sheet
+from stickslip.optim.dynamic_programming import Axis, Grid, Sheet, Transition
 
 
 @register_pytree
@@ -36,7 +36,7 @@ class Chain:
         after = state + action[0]
         ended = after > 4.5
         reward = jnp.where(ended, self.prize, 0.0) - self.cost * jnp.abs(action[0])
-        return Outcome(after, reward.astype(state.dtype), ended)
+        return Transition(after, reward.astype(state.dtype), ended)
 
 
 @register_pytree
@@ -63,7 +63,7 @@ class Cycle:
     def step(self, state, action):
         here = self.pays[jnp.round(state).astype(int) % 6]
         reward = jnp.where(action[0] > 0, here, 0.5)
-        return Outcome(state + action[0], reward, jnp.zeros((), bool))
+        return Transition(state + action[0], reward, jnp.zeros((), bool))
 
 
 @register_pytree
@@ -90,7 +90,7 @@ class DoubleIntegrator:
         x, v = state
         reward = -self.h * (x**2 + v**2 + action[0] ** 2 / 4)
         after = jnp.stack([x + self.h * v, v + self.h * action[0]])
-        return Outcome(after, reward, jnp.zeros((), bool))
+        return Transition(after, reward, jnp.zeros((), bool))
 
     def riccati(self, steps):
         """The matrix of -value of so many steps, in NumPy."""
@@ -127,4 +127,4 @@ class Balance:
     def step(self, state, action):
         after = 1.5 * state + action[0] / 4
         fell = jnp.abs(after) > 1
-        return Outcome(after, jnp.where(fell, -9.0, 1 + after), fell)
+        return Transition(after, jnp.where(fell, -9.0, 1 + after), fell)

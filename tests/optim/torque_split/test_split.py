@@ -8,7 +8,7 @@ import pytest
 from stickslip.dynamics.ugv import Track, UGVParams, ground_forces, pose
 from stickslip.dynamics.ugv.contact.systems import five
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.torque_split.family import Family, Setting
+from stickslip.optim.torque_split.family import Family, SplitData
 from stickslip.optim.torque_split.split import SPLIT_CRITERIA, TorqueSplit
 
 PARAMS = UGVParams()
@@ -185,7 +185,7 @@ def test_the_bound_holds_whatever_the_solver_returns_as_duals(family):
     solver = TorqueSplit("peak_torque")
     unit = PARAMS.weight * PARAMS.wheel_radius
     best = solver.solve(PARAMS, one, FRICTION).value / unit
-    setting = Setting(one, PARAMS.weight, FRICTION, None, 0.0, None)
+    setting = SplitData(one, PARAMS.weight, FRICTION, None, 0.0, None)
     numbers = setting.terms("peak_torque"), setting.limits(), 3 * best
     rng = np.random.default_rng(3)
     bounds = []

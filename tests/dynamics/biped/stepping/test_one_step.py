@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, step
-from stickslip.dynamics.biped.drive import Problem, Torque
+from stickslip.dynamics.biped.drive import System, Torque
 from stickslip.dynamics.biped.stepping import integrate
 from stickslip.dynamics.biped.stepping import stages as tableaux
 from stickslip.dynamics.biped.stepping.walk import Walk, start
@@ -106,21 +106,21 @@ def test_a_foot_that_would_turn_back_stops_after_v_squared_over_2_a(
     np.testing.assert_allclose(found[:2], want[:2], rtol=1e-11)
 
 
-def running(velocity: float = 0.2) -> tuple[Problem, Walk]:
+def running(velocity: float = 0.2) -> tuple[System, Walk]:
     """A call of SIZE, and where it begins."""
     scene, size = Scene.uniform(*MU), jnp.asarray(SIZE)
-    problem = Problem(default_model(), scene, Torque(jnp.asarray(TORQUE)), size)
+    system = System(default_model(), scene, Torque(jnp.asarray(TORQUE)), size)
     begin = state_of(phase=PHASE, crank_rate=RATE, foot_position=SLIDE, foot_velocity=velocity)
-    return problem, start(problem.model, scene, begin, size, RK4Split(), size.dtype)
+    return system, start(system.model, scene, begin, size, RK4Split(), size.dtype)
 
 
 @pytest.mark.parametrize("jerk", [0.0, 70.0])
 def test_moved_onto_an_event_a_step_follows_its_own_parabolas(float64, jerk):
     """Places as accelerations at its end say; rates with the accelerations' own change, too."""
-    problem, walk = running()
+    system, walk = running()
     (theta, rate, alpha), (slide, velocity, foot) = (2.6, 1.4, -9.0), (0.03, 0.1, 5.0)
     change, time = jerk * SIZE / 2, -0.008 * SIZE
-    trial = integrate._blank(problem, walk)._replace(
+    trial = integrate._blank(system, walk)._replace(
         step=jnp.asarray(SIZE),
         mode=jnp.asarray(1.0),
         theta=jnp.asarray(theta),
@@ -134,7 +134,7 @@ def test_moved_onto_an_event_a_step_follows_its_own_parabolas(float64, jerk):
         time=jnp.asarray(1 + time / SIZE),
         switches=jnp.asarray(True),
     )
-    moved = integrate._moved(problem, walk, trial)
+    moved = integrate._moved(system, walk, trial)
     half = time**2 / 2
 
     def near(value: float):
@@ -152,10 +152,10 @@ def test_moved_onto_an_event_a_step_follows_its_own_parabolas(float64, jerk):
 @pytest.mark.parametrize("mode", [1.0, -1.0])
 def test_after_the_last_trial_a_foot_slides_with_its_mode_or_rests(float64, mode):
     for final, way, kept in ((True, 1, True), (True, -1, False), (False, -1, True)):
-        problem, walk = running(0.2 * mode * way)
-        trial = integrate._blank(problem, walk)
+        system, walk = running(0.2 * mode * way)
+        trial = integrate._blank(system, walk)
         trial = trial._replace(mode=jnp.asarray(mode), final=jnp.asarray(final))
-        after = integrate._tidy_unsplit(problem, walk, trial)
+        after = integrate._tidy_unsplit(system, walk, trial)
         assert float(after.velocity) == (0.2 * mode * way if kept else 0.0)
 
 
