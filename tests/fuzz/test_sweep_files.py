@@ -109,7 +109,8 @@ def test_a_second_writer_is_refused_and_the_first_unharmed(tmp_path: Path):
         return subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
 
     alone = begun(tmp_path / "alone")
-    assert alone.communicate()[1] is not None and alone.returncode == 0
+    assert alone.communicate()[1] is not None
+    assert alone.returncode == 0
     first = begun(tmp_path / "both")
     while first.poll() is None and not list((tmp_path / "both").glob("data/*.parquet")):
         time.sleep(0.02)
@@ -117,5 +118,6 @@ def test_a_second_writer_is_refused_and_the_first_unharmed(tmp_path: Path):
     other = begun(tmp_path / "both", "{'resume': True}")
     assert "another process is sweeping there" in other.communicate()[1]
     first.send_signal(signal.SIGCONT)
-    assert first.communicate()[1] is not None and first.returncode == 0
+    assert first.communicate()[1] is not None
+    assert first.returncode == 0
     assert read_sweep(tmp_path / "both").equals(read_sweep(tmp_path / "alone"))
