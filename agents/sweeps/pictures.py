@@ -53,20 +53,23 @@ def write_pictures(
     """Write sweep.png and, where episodes failed, endings.png, numbered where there are several
     tasks. Nothing is drawn where nothing varies."""
     view, written = view_of(found), []
-    for t, task in enumerate(found.coordinates["task"] if view else ()):
+    if view is None:
+        return []
+    for t, task in enumerate(found.coordinates["task"]):
         number = f"-{t + 1}" if len(found.coordinates["task"]) > 1 else ""
         written.append(_draw_measures(found, t, view, slip, path / f"sweep{number}.png", str(task)))
-        if found["fell"][t].any() and "ending" in found.arrays:
-            written.append(_draw_endings(found, t, view, path / f"endings{number}.png", str(task)))
+        if failures := _failures(found, t):
+            target = path / f"endings{number}.png"
+            written.append(_draw_endings(found, t, view, failures, target, str(task)))
     return written
 
 
 def _mean(found: SweepArrays, values: np.ndarray, view: View) -> np.ndarray:
-    """Mean of values [policies, *axes, ...] over the axes that are not drawn."""
+    """Mean of finite values [policies, *axes, ...] over the axes that are not drawn."""
     dims = found.dims[2:-1]
     drawn = (SAMPLE,) if view.samples else view.names
     over = tuple(1 + place for place, dim in enumerate(dims) if dim not in drawn)
-    return values.mean(axis=over) if over else values
+    return np.ma.filled(np.ma.masked_invalid(values).mean(axis=over), np.nan) if over else values
 
 
 def _draw_measures(
@@ -109,11 +112,17 @@ def _draw_measures(
     return save_sheet(figure, path)
 
 
-def _draw_endings(found: SweepArrays, t: int, view: View, path: Path, task: str) -> Path:
+def _failures(found: SweepArrays, t: int) -> list[str]:
+    """Endings of a task's episodes that are failures."""
+    codes = np.unique(found["ending"][t]) if "ending" in found.arrays else ()
+    return [ENDINGS[code] for code in codes if ENDINGS[code] not in NO_FAILURES]
+
+
+def _draw_endings(
+    found: SweepArrays, t: int, view: View, names: Sequence[str], path: Path, task: str
+) -> Path:
     """Shares of the endings along one axis; over two, the most frequent where half fail."""
     codes = found["ending"][t]
-    failures = [name for name in ENDINGS if name not in NO_FAILURES]
-    names = [name for name in failures if (codes == ENDINGS.index(name)).any()]
     shares = np.stack([
         _mean(found, (codes == ENDINGS.index(name)).mean(axis=-1), view) for name in names
     ])  # fmt: skip
