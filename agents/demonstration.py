@@ -1,4 +1,4 @@
-"""What `stickslip demo` needs to know of a machine."""
+"""Demonstration of a machine by `stickslip demo`."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class Demonstration(ABC, Generic[Config]):
     after: ClassVar[float] = 6.0
     """About how long table and pictures take, in durations of the first evaluation."""
     files: ClassVar[Mapping[str, str]]
-    """What is left in the run's directory to look at, and what each is; TABLE aside."""
+    """Products in the run's directory with their descriptions, without TABLE."""
 
     @abstractmethod
     def config(self) -> Config:
-        """What is trained."""
+        """Training configuration."""
 
     @abstractmethod
     def task_in_words(self, config: Config) -> str:
-        """What is to be learnt, in a line or two."""
+        """Text of the task, in a line or two."""
 
     @abstractmethod
     def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:

@@ -1,4 +1,4 @@
-"""What a controller is, of any machine."""
+"""Protocols of controllers and planners."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ class Controller(Protocol[Memory, State_contra, Params_contra]):
 
 @runtime_checkable
 class Planner(Protocol[Env_contra, State_contra, Params_contra]):
-    """What knows an episode beforehand and computes a controller for all of it."""
+    """Planner that knows an episode in advance and computes a controller for all of it."""
 
     def path(
         self, env: Env_contra, params: Params_contra, state: State_contra
     ) -> Controller[Any, State_contra, Params_contra]:
-        """What is to be done in the episode that begins in `state`."""
+        """Plan for the episode that begins in `state`."""
         ...
 
     def validate(self) -> Self:
@@ -89,7 +89,7 @@ class Planner(Protocol[Env_contra, State_contra, Params_contra]):
 
 
 Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
-"""Who plays episodes of an environment with such states and parameters."""
+"""Controller, planner or policy of an environment with such states and parameters."""
 AnyPlayer: TypeAlias = Player[Any, Any]
 """Of some machine's environment."""
 Policy: TypeAlias = Controller[None, object, Timed]

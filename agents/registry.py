@@ -1,4 +1,4 @@
-"""Which machines there are, by name. stickslip.agents registers its own when it is imported."""
+"""Registry of machines by name. stickslip.agents registers its own when it is imported."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def machine_among(arguments: Sequence[str]) -> AnyMachine:
 
 
 def _task_among(arguments: Sequence[str]) -> str | None:
-    """What follows --task, in either way of writing it."""
+    """Value of --task in the arguments, in either form."""
     for word, after in zip(arguments, (*arguments[1:], None), strict=True):
         if word == "--task" or word.startswith("--task="):
             return after if word == "--task" else word.partition("=")[2]

@@ -1,4 +1,4 @@
-"""What controllers are called in plots, tables and sentences."""
+"""Names of controllers in plots, tables and texts."""
 
 from __future__ import annotations
 

@@ -126,5 +126,5 @@ def ecdf(
 
 
 def scale_of(run: Run, of: Cost) -> int:
-    """What an ECDF divides costs by."""
+    """Scale of the costs in an ECDF."""
     return suite()[run.instance].n if of == "evaluations" else 1

@@ -54,7 +54,7 @@ class Method:
         return self.constraints == "structure"
 
     def unsuited(self, instance: Instance) -> str:
-        """Why it does not take an instance; "" where it does."""
+        """Reason why the method does not suit an instance; "" where it does."""
         goals = len(instance.goals)
         if not self.goals[0] <= goals <= self.goals[1]:
             return f"takes {self.goals[0]} to {self.goals[1]} goals, not {goals}"

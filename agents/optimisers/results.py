@@ -80,7 +80,7 @@ DIGITS, SHORT = 6, 12
 """Of seconds after the point, and of digests."""
 MOST_ROWS, LARGEST = 5_000_000, 1e300
 BELOW_BOUND, CLOCK = 1e-6, 1e-5
-"""How far a value may lie below a proved bound, and seconds fall from row to row: roundings."""
+"""Tolerance of values below a proved bound, and of seconds that decrease: roundings."""
 
 
 @dataclass(frozen=True)

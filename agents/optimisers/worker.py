@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 MAKING = 900.0
-"""How long building and compiling an instance may take [s]."""
+"""Time limit for building and compiling an instance [s]."""
 STEP = 1.0
 """Longest time that counts between two looks [s]: while this process is halted, none does."""
 DIES_WITH_PARENT = 1

@@ -79,7 +79,7 @@ class Axis:
 
     @property
     def random(self) -> bool:
-        """Whether its values are sampled."""
+        """True if its values are sampled."""
         return self.kind in RANDOM
 
     @property
@@ -95,7 +95,7 @@ class Axis:
 
 
 AxisLike: TypeAlias = "Axis | str | float | Iterable[float]"
-"""What is taken for an axis: itself, its text, one value or several."""
+"""Accepted forms of an axis: itself, its text, one value or several."""
 
 
 @dataclass(frozen=True)

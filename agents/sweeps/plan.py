@@ -167,7 +167,7 @@ class Plan:
 
     @cached_property
     def definition(self) -> dict[str, object]:
-        """What decides the results, as JSON values."""
+        """Definition that decides the results, as JSON values."""
         axes = self.cases[0].fields
         return {
             "machine": self.machine.name,
@@ -192,7 +192,7 @@ class Plan:
         return axes | dict(swept.kept_units(self.cases[0].env))
 
     def about(self) -> dict[str, object]:
-        """What sweep.json says beside the definition."""
+        """Entries of sweep.json beside the definition."""
         random = [one.task for one in self.cases if one.random]
         return {
             "layout": self.layout._asdict(),

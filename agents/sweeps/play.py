@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     Keep = Callable[[PyTree, PyTree], PyTree]
 
 ENDINGS = tuple(one.name.lower() for one in Status)
-"""How an episode ended, by the number of its last status."""
+"""Ending of an episode by the number of its last status."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
 """XLA's word for a lack of memory."""
 

@@ -1,4 +1,4 @@
-"""What a sweep's policies come to, and which of them differ: paired 95 % intervals."""
+"""Summary of a sweep's policies, and their differences with paired 95 % intervals."""
 
 from __future__ import annotations
 
@@ -79,5 +79,5 @@ def best_of(found: SweepArrays, task: int) -> np.ndarray:
 
 
 def is_random(found: SweepArrays, task: int) -> bool:
-    """Whether a task's resets draw."""
+    """True if a task's resets draw."""
     return str(found.coordinates["task"][task]) in found.random

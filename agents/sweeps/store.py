@@ -102,7 +102,7 @@ def open_store(
 
 
 def read_head(path: Path, kind: str) -> Head:
-    """What a directory holds. ValueError naming the file where it is missing or damaged."""
+    """Head of a directory's data. ValueError naming the file where it is missing or damaged."""
     file = path / f"{kind}.json"
     try:
         with refusing("it"):
@@ -222,7 +222,7 @@ class _CellNames:
 
 
 def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
-    """Which entries of two definitions differ."""
+    """Entries that differ between two definitions."""
     found = []
     for name in sorted({*one, *other}):
         a, b = one.get(name), other.get(name)

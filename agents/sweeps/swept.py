@@ -1,4 +1,4 @@
-"""What a sweep may vary of a machine's task: numbers by dotted names, and their units."""
+"""Numbers of a machine's task that a sweep may vary, by dotted names, with units."""
 
 from __future__ import annotations
 
