@@ -1,19 +1,17 @@
-"""What each feature of a scene adds to the compiled program and to the time of a step.
+"""Size of the compiled program by feature of a scene.
 
-    python -m benchmarks.operations [--out FILE] [--sizes-only]
+    python -m benchmarks.operations [--out FILE]
 
 The program is a walk with fixed time steps, compiled for this machine in float32. Counted: its
 instructions, those among them that compute (not parameters, constants, copies or bookkeeping), and
-XLA's own count of flops and bytes. A loop's body counts once, however often it runs, so these are
-sizes of programs. Timed: microseconds per step of one walk under scan, and of one of 4096 walks
-under vmap; warm, compilation apart, best of several runs.
+XLA's own count of flops and bytes. A loop's body counts once, however often it runs.
 """
 
 from __future__ import annotations
 
 import re
-import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -22,7 +20,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, options, provenance, write_json
+from benchmarks.report import markdown, measured_parts, options
 from benchmarks.timing import without_kernels
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
@@ -57,11 +55,8 @@ BOOKKEEPING = {
 }
 """Instructions that compute nothing by themselves."""
 
-DT = 0.01
-"""Time step [s]."""
-STEPS = {1: 200, 4096: 10}
-"""How many steps the timed programs take, by batch."""
-"""What a page holds around the table."""
+DT, STEPS = 0.01, 200
+"""Time step [s] and number of steps."""
 AIM = 3.0
 """Crank rate that the walks are held near [rad/s]."""
 
@@ -119,15 +114,11 @@ def walk(case: Case, count: int, model: BipedModel, scene: Scene, state: BipedSt
     return move(model, scene, state, law, count * DT, DT, integrator=integrator)
 
 
-def start(case: Case, batch: int) -> tuple[BipedModel, Scene, BipedState]:
-    """Model, scene and `batch` states spread over phases, rates and foot velocities."""
-    draw = np.random.default_rng(1)
-    phase = draw.uniform(np.pi / 2, 3 * np.pi / 2, batch)
-    velocity = draw.uniform(-0.02, 0.02, batch) * (jax.tree.leaves(case.scene.floor) != [])
-    values = phase, draw.uniform(0.8, 1.2, batch) * AIM, velocity
-    phase, rate, velocity = (jnp.asarray(v, jnp.float32) for v in values)
-    zero, steps = jnp.zeros(batch, jnp.float32), jnp.zeros(batch, jnp.int32)
-    state = BipedState(phase, steps, rate, zero, velocity, zero)
+def start(case: Case) -> tuple[BipedModel, Scene, BipedState]:
+    """Model, scene and initial state."""
+    zero = jnp.zeros((), jnp.float32)
+    phase, rate = jnp.float32(2.5), jnp.float32(AIM)
+    state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
     scene = Scene(case.scene.floor, steps=case.scene.steps, outputs=case.scene.outputs)
     scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), scene)
     return _prepared(case.fidelity, case.scene.payload), scene, state
@@ -139,18 +130,10 @@ def _prepared(fidelity: str, payload: float | None) -> BipedModel:
     return jax.jit(partial(prepare, fidelity=fidelity, payload=payload))(params)
 
 
-def compiled_walk(case: Case, batch: int = 1) -> Any:
-    """The optimised program of a walk, to be called with what `start` gives; without kernels, in
-    which operations go by other names."""
-    one = partial(walk, case, STEPS.get(batch, 1))
-
-    def run(model, scene, states):
-        if batch == 1:
-            return one(model, scene, jax.tree.map(lambda leaf: leaf[0], states))
-        return jax.vmap(one, (None, None, 0))(model, scene, states)
-
+def compiled_walk(case: Case) -> Any:
+    """The optimised program of a walk; without kernels, in which operations go by other names."""
     with without_kernels():
-        return jax.jit(run).lower(*start(case, batch)).compile()
+        return jax.jit(partial(walk, case, STEPS)).lower(*start(case)).compile()
 
 
 def count(program: Any) -> dict[str, Any]:
@@ -166,46 +149,19 @@ def count(program: Any) -> dict[str, Any]:
     }
 
 
-def seconds_of(program: Any, arguments: Any) -> float:
-    """Seconds of one run, outputs waited for: the best of several after a first one."""
-    jax.block_until_ready(program(*arguments))
-    runs: list[float] = []
-    while sum(runs) < 0.3 or (len(runs) < 3 and sum(runs) < 3.0):
-        begin = time.perf_counter()
-        jax.block_until_ready(program(*arguments))
-        runs.append(time.perf_counter() - begin)
-    return min(runs)
-
-
-def row_of(name: str, case: Case, times: bool) -> dict[str, Any]:
-    """Sizes and, with `times`, microseconds per step and per walk."""
-    begin = time.perf_counter()
-    program = compiled_walk(case)
-    took = time.perf_counter() - begin
-    numbers = sum(np.size(leaf) for leaf in jax.tree.leaves(case.scene))
-    row = {"scene": name, "numbers in the scene": numbers, **count(program)}
-    if times:
-        row["compile [s]"] = f"{took:.1f}"
-        for batch, steps in STEPS.items():
-            timed = program if batch == 1 else compiled_walk(case, batch)
-            each = seconds_of(timed, start(case, batch)) / steps / batch
-            row[f"us per step, {batch}"] = f"{1e6 * each:.3g}"
-    return row
+def rows(quick: bool = False) -> Iterator[dict[str, Any]]:
+    """A row for each case."""
+    del quick
+    for name, case in cases().items():
+        numbers = sum(np.size(leaf) for leaf in jax.tree.leaves(case.scene))
+        yield {"scene": name, "numbers in the scene": numbers, **count(compiled_walk(case))}
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Count, time, print the table, write the JSON."""
-    parser = options("operations", __doc__)
-    parser.add_argument("--sizes-only", action="store_true", help="compile, but do not time")
-    given = parser.parse_args(arguments)
-    every, rows = cases(), []
-    for place, (name, case) in enumerate(every.items(), 1):
-        print(f"  {place}/{len(every)} {name}", flush=True)
-        rows.append(row_of(name, case, times=not given.sizes_only))
-    table = markdown([{k: v for k, v in row.items() if k != "kinds"} for row in rows])
-    print(table)
-    write_json({**provenance(), "rows": rows}, given.out)
-    print(f"Written to {given.out}")
+    """Count, print the table, write the JSON."""
+    given = options("operations", __doc__).parse_args(arguments)
+    content = measured_parts({"rows": rows}, ["rows"], False, given.out)
+    print(markdown([{k: v for k, v in row.items() if k != "kinds"} for row in content["rows"]]))
 
 
 if __name__ == "__main__":

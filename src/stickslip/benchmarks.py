@@ -42,7 +42,7 @@ BENCHMARKS = {
     ),
     "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
     "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
-    "operations": Benchmark("benchmarks.operations", "what each feature of a scene costs"),
+    "operations": Benchmark("benchmarks.operations", "size of the program by feature of a scene"),
     "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo"),
     "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
     "size": Benchmark("benchmarks.size", "lines, flags, and files that a call enters"),

@@ -146,7 +146,7 @@ def test_grip_takes_less_than_two_thirds_of_the_operations_of_a_floor_that_slips
     assert size("grip") < 0.667 * size("uniform")
     assert size("grip") < 0.6 * size("patches")
     flops = [operations.count(program(name))["flops"] for name in ("grip", "uniform")]
-    assert flops[0] < 0.5 * flops[1]
+    assert flops[0] < 0.667 * flops[1]
 
 
 def test_smoothed_friction_takes_fewer_operations_than_switching():
@@ -185,12 +185,9 @@ def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
     few = {name: operations.cases()[name] for name in ("grip", "uniform")}
     programs = {id(case): program(name) for name, case in few.items()}
     monkeypatch.setattr(operations, "cases", lambda: few)
-    monkeypatch.setattr(operations, "STEPS", {1: operations.STEPS[1]})
-    monkeypatch.setattr(operations, "compiled_walk", lambda case, batch=1: programs[id(case)])
-    monkeypatch.setattr(operations, "seconds_of", lambda *_: 2e-3)
-    path, page = tmp_path / "deep" / "operations.json", tmp_path / "page.md"
-    page.write_text("\nold\n".join(["before", *operations.MARKS, "after"]), encoding="utf-8")
-    operations.main(["--out", str(path), "--docs", str(page)])
+    monkeypatch.setattr(operations, "compiled_walk", lambda case: programs[id(case)])
+    path = tmp_path / "deep" / "operations.json"
+    operations.main(["--out", str(path)])
     content = json.loads(path.read_text(encoding="utf-8"))
     assert {"machine", "versions", "commit", "rows"} <= set(content)
     assert [row["scene"] for row in content["rows"]] == ["grip", "uniform"]
@@ -198,10 +195,3 @@ def test_the_benchmark_writes_what_it_prints(tmp_path, monkeypatch, capsys):
     for row in content["rows"]:
         assert f"| {row['instructions']:12d} |" in printed
         assert sum(row["kinds"].values()) == row["instructions"]
-        assert row["us per step, 1"] == "10"
-    assert [p.name for p in path.parent.iterdir()] == ["operations.json"]
-    told = page.read_text(encoding="utf-8")
-    assert told.startswith("before\nold\n" + operations.MARKS[0])
-    assert told.endswith(operations.MARKS[1] + "\nold\nafter")
-    assert told.count("old") == 2
-    assert "| grip" in told
