@@ -1,1 +1,1 @@
-"""Sweeps: many points of many tasks under many policies, chunk by chunk, into a directory."""
+"""Sweeps: policies on tasks at every point of a grid, cell by cell, into a directory."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.evaluation.statistics import mean_interval
 from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.data import SweepArrays, sweep_arrays
 from stickslip.agents.sweeps.statistics import half_width, is_random
@@ -55,8 +54,7 @@ def compare_command(given: Options) -> Content:
 
 
 def common(a: SweepArrays, b: SweepArrays) -> Common:
-    """Select the common points. ValueError where axes, samples or seeds differ, or no point is
-    common."""
+    """Select the common points. ValueError where axes or samples differ, or no point is common."""
     if a.dims != b.dims:
         raise ValueError(
             f"axes {', '.join(a.dims[2:-1]) or 'none'} and {', '.join(b.dims[2:-1]) or 'none'}; "
@@ -71,7 +69,7 @@ def common(a: SweepArrays, b: SweepArrays) -> Common:
             )
     renamed: dict[str, tuple[str, str]] = {}
     places: list[tuple[np.ndarray, np.ndarray]] = []
-    for dim in a.dims:
+    for dim in a.dims[:-1]:
         one, other = a.coordinates[dim], b.coordinates[dim]
         first, second = _shared(one, other)
         if dim in ("task", "policy") and not len(first) and len(one) == len(other) == 1:
@@ -91,20 +89,20 @@ def differences(both: Common) -> Table:
     """A row for each task and policy: mean returns, their difference B - A with its 95 % interval
     (paired by seeds), shares of points where either earns significantly more, and failures."""
     heads = [Column(name, words=True) for name in ("task", "policy")]
-    names = ("points", "episodes", "return_A", "return_B", "difference", "low", "high")
+    names = ("points", "return_A", "return_B", "difference", "low", "high")
     names += ("A_earns_more", "B_earns_more", "failures_A", "failures_B")
     rows = []
     for t, task in enumerate(both.a.coordinates["task"]):
         for p, policy in enumerate(both.a.coordinates["policy"]):
             a, b = (one["reward"][t, p].astype(float) for one in both[:2])
-            change, half = (b - a).mean(axis=-1), half_width(a, b, _random(both, t))
-            whole = mean_interval((b - a).reshape(-1, a.shape[-1]).mean(axis=0))
-            exact = not _random(both, t)
-            low, high = (whole.value, whole.value) if exact else (whole.low, whole.high)
+            change = b.mean(axis=-1) - a.mean(axis=-1)
+            half = half_width(a, b, _random(both, t))
+            over = [one.reshape(-1, one.shape[-1]).mean(axis=0)[None] for one in (a, b)]
+            value, error = float(change.mean()), float(half_width(*over, _random(both, t))[0])
             fell = [float(one["fell"][t, p].mean()) for one in both[:2]]
             shares = [float(np.mean(change < -half)), float(np.mean(change > half))]
-            row = [change.size, a.size, float(a.mean()), float(b.mean()), whole.value, low, high]
-            rows.append([str(task), str(policy), *row, *shares, *fell])
+            row = [change.size, float(a.mean()), float(b.mean()), value, value - error]
+            rows.append([str(task), str(policy), *row, value + error, *shares, *fell])
     return Table([*heads, *map(Column, names)], rows)
 
 
@@ -128,8 +126,8 @@ def point_table(both: Common) -> Table:
     return Table(heads, list(zip(*columns.values(), strict=True)))
 
 
-def _random(both: Common, task: int) -> bool:
-    return any(is_random(one, task) for one in both[:2])
+def _random(both: Common, task: int) -> tuple[bool, bool]:
+    return is_random(both.a, task), is_random(both.b, task)
 
 
 def _shared(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -144,8 +142,9 @@ def _shared(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _picked(found: SweepArrays, places: tuple[np.ndarray, ...]) -> SweepArrays:
+    """The sweep at places of every dimension but the episodes."""
     arrays = {name: one[np.ix_(*places)] for name, one in found.arrays.items()}
-    own = dict(zip(found.dims, places, strict=True))
+    own = dict(zip(found.dims, places, strict=False))
     labels = {n: one[own[n]] if n in own else one for n, one in found.coordinates.items()}
     return replace(found, coordinates=labels, arrays=arrays)
 
