@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -74,10 +73,8 @@ def train_command(given: Options) -> None:
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
-    from stickslip.agents.training import processes
     from stickslip.agents.training.run import best_evaluation, train
 
-    processes.join(given["coordinator"], given["process"], given["processes"])
     config = None if given["resume"] else from_flags(given, machine.configuration)
     algorithm = config.algorithm if config else ""
     whose = machine.name if config is None or config.task is None else config.task
@@ -91,15 +88,11 @@ def train_command(given: Options) -> None:
             resume=given["resume"],
             overwrite=given["overwrite"],
             stop=stop,
-            devices=given["devices"],
         )
     machine, where = machine_of_config(trained.config), shlex.quote(str(directory))
     if not trained.finished:
         again = f"stickslip train {machine.name} --out {where} --resume"
         raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")
-    if not processes.is_lead():
-        print(f"Trained {trained.timesteps:,} steps in all with the first process", file=sys.stderr)
-        return
     if not given["no_pictures"]:
         say_stage("drawing")
         machine.write_products(trained)

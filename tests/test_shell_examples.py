@@ -23,7 +23,7 @@ from tests.test_examples import commands
 NOT_RUN = {
     r"^(pip|make|dask|python) ": "installs, starts a cluster, or measures",
     r"bench throughput": "measures",
-    r"--scheduler|--coordinator|--devices": "needs what a test of its own starts",
+    r"--scheduler": "needs what a test of its own starts",
     r"--bound$": "proves for minutes; tests of bounds do",
 }
 """What of a line says that it is left out, and why."""

@@ -14,7 +14,6 @@ from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.devices import (
     COPIED,
     SPREAD,
-    asked_of_all,
     fetched,
     is_key,
     mesh_for,
@@ -66,7 +65,7 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
         stop: Callable[[], bool],
         devices: int | None = None,
     ):
-        super().__init__(config, same_step(env), params, report, asked_of_all(stop), devices)
+        super().__init__(config, same_step(env), params, report, stop, devices)
         self._sizes, self._rates = self.settings(config)
         self._mesh = mesh_for(devices, self._sizes.num_envs, self._sizes.batch_size)
         inputs, self._infos = shapes_of(self.env, params)
@@ -154,7 +153,7 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
     def policy(self) -> MLPPolicy:
         """See Trainer."""
         learner = self._learner
-        if self._mesh is not None:  # of this process alone: others do not ask
+        if self._mesh is not None:  # what acts with it does so on one device
             learner = jax.tree.map(jnp.asarray, fetched(learner))
         return self.network_of(learner).validate()
 

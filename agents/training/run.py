@@ -15,14 +15,13 @@ import math
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.agents.policy.file import save_policy
 from stickslip.agents.registry import machine_of_config
 from stickslip.agents.shipped.definition import named_task_entry
-from stickslip.agents.training import processes
 from stickslip.agents.training.checkpoint import (
     POLICY,
     TrainState,
@@ -50,7 +49,6 @@ if TYPE_CHECKING:
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.training.configuration import Config
-    from stickslip.agents.training.state_file import ModelState
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed whatever learns."""
@@ -72,15 +70,9 @@ def train(
     """`stickslip.agents.train`, which says what all of this is, without its report."""
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
     directory = Path(directory)
-    if not processes.is_lead():
-        return cast("Trained[Config]", processes.follow(directory, stop, devices))
     with ExitStack() as stack:
-
-        def begin() -> tuple[Run, ModelState | None]:
-            return _opened(config, directory, stack, resume=resume, overwrite=overwrite)
-
-        run, model = processes.leading(begin)
-        return _Training(run, model, bar, stop, stack, after, devices).train()
+        run = _opened(config, directory, stack, resume=resume, overwrite=overwrite)
+        return _Training(run, bar, stop, stack, after, devices).train()
 
 
 def _opened(
@@ -90,8 +82,8 @@ def _opened(
     *,
     resume: bool,
     overwrite: bool,
-) -> tuple[Run, ModelState | None]:
-    """The run to write to, its lock held until the stack is left, and what it goes on from."""
+) -> Run:
+    """The run to write to, its lock held until the stack is left."""
     if config is not None:
         require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
     for package in PACKAGES:
@@ -102,18 +94,15 @@ def _opened(
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
     stack.enter_context(only_writer(directory))
-    run = open_run(directory, config, resume=resume, overwrite=overwrite)
-    processes.require_together(run.config)
-    return run, None if run.latest is None else read_model(run.latest)
+    return open_run(directory, config, resume=resume, overwrite=overwrite)
 
 
 class _Training:
-    """One process's part of a run."""
+    """A run that learns."""
 
     def __init__(
         self,
         run: Run,
-        model: ModelState | None,
         bar: bool | None,
         stop: Callable[[], bool],
         stack: ExitStack,
@@ -134,8 +123,8 @@ class _Training:
         given = run.config, self.task.env, self.task.training, self._report, stop
         self.trainer = kind(*given) if devices is None else kind(*given, devices)
         stack.callback(self.trainer.close)
-        if run.latest is not None and model is not None:
-            _take_up(self.trainer, run.latest, model)
+        if run.latest is not None:
+            _take_up(self.trainer, run.latest)
         self.trainer.timesteps = at
         self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
         self.metrics = MetricsFile(
@@ -252,8 +241,9 @@ def metric_columns(machine: AnyMachine, trainer: AnyTrainer) -> tuple[str, ...]:
     return (*COLUMNS, *machine.episode, *trainer.losses)
 
 
-def _take_up(trainer: AnyTrainer, checkpoint: Path, state: ModelState) -> None:
+def _take_up(trainer: AnyTrainer, checkpoint: Path) -> None:
     """Go on from a checkpoint. ValueError naming it where it is of something else."""
+    state = read_model(checkpoint)
     try:
         trainer.put_state(state)
     except ValueError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.agents.training import processes, run
+from stickslip.agents.training import run
 from stickslip.agents.training.trained import Trained
 
 if TYPE_CHECKING:
@@ -33,16 +33,12 @@ def train(
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
     evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
     for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
-    and Trained.finished is false. devices: of each process, that the environments are divided
-    among; default: all that divide them evenly. ValueError for a directory in use and for anything
-    damaged in it.
+    and Trained.finished is false. devices: that the environments are divided among; default: all
+    that divide them evenly. ValueError for a directory in use and for anything damaged in it.
 
     report: once the training is finished, report.html is written beside its data: curves of the
     whole run, resumptions included, the configuration, and the policy's episode of seed 0, whose
     program takes some seconds to compile. Where that fails, a RuntimeWarning says so.
-
-    Where jax.distributed has several processes, all of them call this, and the first one alone
-    reads and writes the directory and reads config.
     """
     trained = run.train(
         config,
@@ -54,7 +50,7 @@ def train(
         after=after,
         devices=devices,
     )
-    if report and trained.finished and processes.is_lead():
+    if report and trained.finished:
         from stickslip.agents.reports.trained import report_training
 
         report_training(trained)

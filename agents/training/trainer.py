@@ -65,8 +65,8 @@ class Trainer(ABC, Generic[Config, State, Params]):
         stop: Callable[[], bool],
         devices: int | None = None,
     ):
-        """config: the machine's. env, params: of training episodes. devices: of each process, for
-        a trainer that learns on several; default: all.
+        """config: the machine's. env, params: of training episodes. devices: for a trainer that
+        learns on several; default: all that divide the environments evenly.
 
         report: to be called after updates. stop: to be asked after every step, or every few that
         are one program; once true, learning ends and `stopped` is set.

@@ -43,31 +43,12 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     parser.add_argument(
         "--no-pictures", action="store_true", help="no plots, no animation, no report.html"
     )
-    _add_devices(parser)
     parser.description = (
         f"{parser.description} The settings of train {machine.name} come after the options; "
         "config.json keeps them."
     )
     add_flags(parser, machine.configuration)
     completes(parser._option_string_actions.get("--task"), tasks())
-
-
-def _add_devices(parser: argparse.ArgumentParser) -> None:
-    """What is learnt on; no part of the configuration, since the learning curve is the same."""
-    group = parser.add_argument_group("devices (trainer jax)")
-    group.add_argument(
-        "--devices",
-        type=int,
-        metavar="INT",
-        help="of this process, that the environments are divided among (default: all)",
-    )
-    group.add_argument(
-        "--coordinator",
-        metavar="HOST:PORT",
-        help="of the first of several processes that train together; auto: as JAX finds it",
-    )
-    group.add_argument("--process", type=int, metavar="INT", help="which one this is, from 0")
-    group.add_argument("--processes", type=int, metavar="INT", help="how many they are")
 
 
 def run(given: argparse.Namespace) -> Outcome:
