@@ -33,7 +33,7 @@ from stickslip.agents.tasks.places import (
     read_named,
     require_one_table,
 )
-from stickslip.agents.training.configuration import flags_given, from_flags
+from stickslip.agents.training.command_line import settings_given
 from stickslip.agents.view_files import (
     require_folder,
     require_new,
@@ -65,17 +65,17 @@ EPISODES = 32
 def train_command(given: Options) -> None:
     """`stickslip train`."""
     machine, out = machine_by_name(given["machine"]), given["out"]
-    changed = flags_given(given, machine.configuration)
     if given["resume"] and out is None:
         raise ValueError("--resume needs the run's directory; accepted: with --out DIR")
+    changed = settings_given(given, machine.configuration)
     if given["resume"] and changed:
-        names = ", ".join("--" + name.replace("_", "-") for name in changed)
+        names = ", ".join(changed)
         raise ValueError(
             f"--resume goes on with the run's own configuration; accepted: without {names}"
         )
     from stickslip.agents.training.run import best_evaluation, train
 
-    config = None if given["resume"] else from_flags(given, machine.configuration)
+    config = None if given["resume"] else machine.configuration.of(**changed)
     algorithm = config.algorithm if config else ""
     whose = machine.name if config is None or config.task is None else config.task
     if out is not None:

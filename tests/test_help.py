@@ -37,7 +37,8 @@ def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
 def test_help_names_every_field_of_the_configuration(capsys):
     shown = help_of(capsys, "train")
     for name in (one.name for one in every_field(TrainConfig)):
-        assert f"--{name.replace('_', '-')}" in shown
+        flag = f" --{name.replace('_', '-')} "
+        assert (flag if name in TrainConfig.FLAGS else f" {name}=") in shown
 
 
 def test_help_names_what_may_be_named(capsys):
@@ -78,12 +79,10 @@ def test_help_does_without_the_source_of_the_tracks(capsys, monkeypatch: pytest.
 
 
 @pytest.mark.parametrize("kind", [TrainConfig, UGVTrainConfig])
-def test_flags_of_training_stand_in_groups_with_the_defaults_of_each_algorithm(capsys, kind):
+def test_settings_stand_below_the_flags_with_the_defaults_of_each_algorithm(capsys, kind):
     shown = help_of(capsys, "train", kind.machine)
-    names = [one.name for one in every_field(kind)]
-    assert next(iter(kind.GROUPS)) == names[0]
-    for first, title in kind.GROUPS.items():
-        assert f" {title}: --{first.replace('_', '-')} " in shown
+    _, settings = shown.split("settings, as --set NAME=VALUE: ")
+    assert "--" not in settings.partition("examples:")[0]
     if kind is TrainConfig:
         others = {**{name: DEFAULTS[name] for name in ("sac", "shac")}, "sb3": SB3}
         told = "".join(f"; {name}: {one['timesteps']}" for name, one in others.items())

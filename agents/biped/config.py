@@ -1,4 +1,4 @@
-"""The configuration of the biped's training runs: every number of it, as a flag and as JSON."""
+"""The configuration of the biped's training runs."""
 
 from __future__ import annotations
 
@@ -142,6 +142,14 @@ class TrainConfig(LearningConfiguration):
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"
+    FLAGS: ClassVar = (
+        *LearningConfiguration.FLAGS,
+        "scene",
+        "mu_static",
+        "mu_kinetic",
+        "payload",
+        "commanded_rate",
+    )
     FIXED: ClassVar = (
         "scene",
         "mu_static",
@@ -162,16 +170,6 @@ class TrainConfig(LearningConfiguration):
         "slip_weight": 3.0,
         "energy_weight": 0.5,
         "fall_penalty": 1.0,
-    }
-    GROUPS: ClassVar = {
-        "algorithm": "run",
-        "scene": "task",
-        "random_friction": "training episodes and their reward",
-        "num_envs": "learning",
-        "rollout_steps": "PPO",
-        "buffer_size": "SAC",
-        "horizon": "SHAC",
-        "checkpoint_interval": "checkpoints and evaluations",
     }
     EXCLUSIVE: ClassVar = {
         ("scene", "mu_static"): "floor",

@@ -86,7 +86,7 @@ def _in_words(one: Record) -> str:
         f"  trained        {trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
         f"  with           {_packages(trained['versions'])}",
         f"  on             {_packages(trained['machine'])}",
-        f"{'Carried over, trained by' if one.carried_over else 'Again'}: {one.command}",
+        f"{'Carried over, trained as by' if one.carried_over else 'Again'}: {one.command}",
     ]
     return "\n".join(lines)
 
@@ -107,5 +107,5 @@ def _content(one: Record) -> Mapping[str, object]:
         "score": None if one.score is None else one.score._asdict(),
         "unit": one.task.unit,
         "earned": one.earned,
-        "trained": one.trained,
+        "trained": {**one.trained, "command": one.command},
     }

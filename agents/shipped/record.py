@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stickslip.agents.policy.file import read_policy
+from stickslip.agents.registry import read_configuration
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
+from stickslip.agents.training.command_line import command_of
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.known import earned_in, known_of
 from stickslip.envs.tasks.ladder import WITHDRAWN
@@ -26,8 +29,8 @@ EARNED, TRAINED = "earned", "trained"
 @dataclass(frozen=True)
 class Record:
     """A policy of the package. earned: over the task's own episodes, by return, low, high, failures
-    and returns, of each; low and high are None where there is one. trained: command, config,
-    timesteps, best_after, versions, machine."""
+    and returns, of each; low and high are None where there is one. trained: config, timesteps,
+    best_after, versions, machine."""
 
     name: str
     """As it was asked for."""
@@ -60,14 +63,19 @@ class Record:
 
     @property
     def command(self) -> str:
-        """Command that trained it, and trains it again unless it is `carried_over`."""
-        return str(self.trained["command"])
+        """Command that trains it again; where it is `carried_over`, on its task of today."""
+        config: dict[str, Json] = {**self._config, "task": self.task.name}
+        return command_of(read_configuration(json.dumps(config)))
 
     @property
     def carried_over(self) -> bool:
         """Trained on a version of its task that is withdrawn since, and measured on this one."""
+        return self._config.get("task") in WITHDRAWN
+
+    @property
+    def _config(self) -> dict[str, Json]:
         config = self.trained["config"]
-        return isinstance(config, dict) and config.get("task") in WITHDRAWN
+        return config if isinstance(config, dict) else {}
 
 
 def record_of(name: str) -> Record:
@@ -83,6 +91,7 @@ def record_of(name: str) -> Record:
             f"{path}: it lacks its task or its record; accepted: as `python -m benchmarks.policies`"
             f" writes it, not {shown(sorted(metadata))}"
         )
+    trained = {entry: one for entry, one in trained.items() if entry != "command"}
     return Record(name, path, task, policy.layer_sizes, earned, trained)
 
 

@@ -1,4 +1,4 @@
-"""What configurations of training runs share: checked fields, JSON, flags of the command line."""
+"""What configurations of training runs share: checked fields, JSON, digests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from stickslip.agents.training.fixed import own_task, refuse_fixed
 from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
-    import argparse
     from collections.abc import Container, Mapping
 
     from stickslip.agents.foreign.reading import Json
@@ -121,8 +120,8 @@ class Configuration(Settings):
     USUALLY: ClassVar[Mapping[str, Json]] = {}
     """Fields of training episodes alone -> what None stands for without a named task. Beside one
     None is the task's own, and is not written."""
-    GROUPS: ClassVar[dict[str, str]] = {}
-    """First field of each group of flags -> the group's title."""
+    FLAGS: ClassVar[tuple[str, ...]] = ()
+    """Fields that have a flag in `stickslip train`; all others are given by `--set`."""
     EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
     """Pairs of fields of which at most one is given, and what both of them decide."""
 
@@ -229,24 +228,24 @@ class Configuration(Settings):
         if (machine := content.pop("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         rules = {one.name: rule_of(one) for one in every_field(cls)}
-        flat = {name: BEFORE[name] for name in BEFORE if name in rules} | _flat(content, cls)
+        entries = {name: BEFORE[name] for name in BEFORE if name in rules} | flat(content, cls)
         decided: set[str] = set()
-        if flat.get("task") is not None:
-            flat = _without(BEFORE, cls.USUALLY, of=rules) | _flat(content, cls)
+        if entries.get("task") is not None:
+            entries = _without(BEFORE, cls.USUALLY, of=rules) | flat(content, cls)
             decided = {*cls.FIXED, *cls.USUALLY}
-        unused = _unused(cls, flat.get("algorithm"))
-        flat |= {
+        unused = _unused(cls, entries.get("algorithm"))
+        entries |= {
             one.name: one.default
             for one in every_field(cls)
-            if one.group in unused and one.name not in flat
+            if one.group in unused and one.name not in entries
         }
-        rules = {name: rules[name] for name in rules if name in flat or name not in decided}
-        return cls._grouped(require_entries(flat, rules))
+        rules = {name: rules[name] for name in rules if name in entries or name not in decided}
+        return cls._grouped(require_entries(entries, rules))
 
     @property
     def digest(self) -> str:
         """A name for exactly this configuration; the same as before there were groups."""
-        content = _flat(self._written(), type(self))
+        content = flat(self._written(), type(self))
         return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
 
 
@@ -256,52 +255,6 @@ def content_of(text: str) -> dict[str, Json]:
     earlier = isinstance(content, dict) and content.get("version") == FLAT
     version = FLAT if earlier else VERSION
     return require_head(content, FORMAT, version, "the configuration of a training run")
-
-
-def add_flags(parser: argparse.ArgumentParser, kind: type[Configuration]) -> None:
-    """One flag for each field, in groups; only those given appear in the parsed arguments."""
-    import argparse
-
-    under: argparse._ActionsContainer = parser
-    for one in every_field(kind):
-        if one.name in kind.GROUPS:
-            under = parser.add_argument_group(kind.GROUPS[one.name])
-        rule = rule_of(one)
-        options: dict[str, Any] = {"default": argparse.SUPPRESS, "dest": one.name}
-        options["help"] = _help_of(one, kind).replace("%", "%%")
-        if rule.kind is bool:
-            options["action"] = argparse.BooleanOptionalAction
-        elif rule.kind == "range":
-            options |= {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
-        else:
-            options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
-        under.add_argument("--" + one.name.replace("_", "-"), **options)
-
-
-def _help_of(one: Field, kind: type[Configuration]) -> str:
-    """What a field is, what it may be where that is a name, and its defaults."""
-    rule = rule_of(one)
-    choices = f": {', '.join(rule.choices)}" if rule.choices else ""
-    usual = kind.USUALLY.get(one.name, one.default)
-    defaults = "none" if usual is None else f"{usual}"
-    defaults += ", with a task its own" if one.name in kind.USUALLY else ""
-    rules = {of.name: rule_of(of) for of in every_field(kind)}
-    for asked in ("algorithm", "trainer"):
-        for choice in rules[asked].choices if asked in rules else ():
-            others = kind._defaults(**{"algorithm": "ppo", asked: choice})
-            other = others.get(one.name, one.default)
-            defaults += f"; {choice}: {other}" if other != one.default else ""
-    return f"{rule.about}{choices} (default: {defaults})"
-
-
-def flags_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, Any]:
-    """Those of the parsed arguments that are fields of the configuration."""
-    return {one.name: given[one.name] for one in every_field(kind) if one.name in given}
-
-
-def from_flags(given: Mapping[str, Any], kind: type[Config]) -> Config:
-    """The configuration that parsed arguments ask for."""
-    return kind.of(**flags_given(given, kind))
 
 
 def _without(
@@ -315,7 +268,7 @@ def _without(
     }
 
 
-def _flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:
+def flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:
     """The entries of groups in the place of the groups. ValueError for what is no group of these,
     and for an entry that stands in and beside one."""
     names = {one.name: one.metadata["group"] for one in _fields(kind) if "group" in one.metadata}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from stickslip.agents.foreign.reading import LARGEST_TEXT
 from stickslip.agents.foreign.rules import Rule
@@ -104,6 +104,16 @@ class LearningConfiguration(Configuration):
     """Where "sac" is among the algorithms."""
     shac: SHACSettings
     """Where "shac" is."""
+
+    FLAGS: ClassVar = (
+        "task",
+        "algorithm",
+        "trainer",
+        "seed",
+        "timesteps",
+        "num_envs",
+        "learning_rate",
+    )
 
     def __post_init__(self):
         super().__post_init__()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stickslip.agents.training.configuration import group, later_group
 from stickslip.agents.training.groups import (
@@ -40,14 +39,6 @@ class StandardConfig(LearningConfiguration):
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)
     evaluation_episodes: int = shared("evaluation_episodes", 32)
-
-    GROUPS: ClassVar = {
-        "algorithm": "run",
-        "num_envs": "learning",
-        "rollout_steps": "PPO",
-        "horizon": "SHAC",
-        "checkpoint_interval": "checkpoints and evaluations",
-    }
 
     def _check_together(self) -> None:
         require_whole_batches(self)

@@ -1,4 +1,4 @@
-"""The configuration of the UGV's training runs: every number of it, as a flag and as JSON."""
+"""The configuration of the UGV's training runs."""
 
 from __future__ import annotations
 
@@ -108,6 +108,7 @@ class UGVTrainConfig(LearningConfiguration):
     evaluation_episodes: int = shared("evaluation_episodes", 32)
 
     machine = "ugv"
+    FLAGS: ClassVar = (*LearningConfiguration.FLAGS, "criterion", "tracks", "friction")
     FIXED: ClassVar = (
         "criterion",
         "tracks",
@@ -121,16 +122,6 @@ class UGVTrainConfig(LearningConfiguration):
         "preview_noise",
     )
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
-    GROUPS: ClassVar = {
-        "algorithm": "run",
-        "criterion": "task",
-        "preview": "what is observed of the ground",
-        "reward_scale": "training reward",
-        "num_envs": "learning",
-        "rollout_steps": "PPO",
-        "horizon": "SHAC",
-        "checkpoint_interval": "checkpoints and evaluations",
-    }
     EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
     @classmethod

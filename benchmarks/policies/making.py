@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -61,7 +62,7 @@ def trained(config: Configuration, folder: Path, say: Callable[[str], None]) -> 
         goes_on = (path / CONFIG).exists()
         command = command_of(config, str(path))
         say(command)
-        words = ["train", "--out", str(path), "--resume"] if goes_on else command.split()[1:]
+        words = ["train", "--out", str(path), "--resume"] if goes_on else shlex.split(command)[1:]
         run_command([*words, "--no-pictures"])
     return Run(path, *best_evaluation(path))
 
@@ -112,7 +113,6 @@ def _record(task: TaskDefinition, run: Run) -> dict[str, Any]:
     config: Any = read_config(run.path)
     versions, machine = json.loads(read_text(run.path / VERSIONS)), provenance()["machine"]
     return {
-        "command": command_of(config),
         "config": json.loads(config.to_json()),
         "seeds_tried": list(recipe_of(task).seeds),
         "timesteps": int(read_columns(run.path / "evaluations.csv")["timesteps"][-1]),

@@ -61,7 +61,7 @@ EXTRAS = {
     "argcomplete": "completion",
 }
 """Optional packages and the extra that brings them."""
-COMPILE_NOTHING = ("bench", "completion")
+COMPILE_NOTHING = ("bench", "compare", "completion", "export", "policies", "tasks")
 """Commands that need no compiled programs, or have processes that see to theirs."""
 
 
@@ -131,7 +131,7 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     return parser
 
 
-def _add_flags(name: str, parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
     """A command's own flags, and those that every command has."""
     module = command_by_name(name)
     module.add_flags(parser, arguments)
@@ -141,12 +141,13 @@ def _add_flags(name: str, parser: argparse.ArgumentParser, arguments: Sequence[s
             action="store_true",
             help="print one JSON object and nothing else, with every number (docs/commands.md)",
         )
-    parser.add_argument(
-        "--no-cache",
-        dest="keep_programs",
-        action="store_false",
-        help="compile everything again, and keep no compiled program for the next command",
-    )
+    if name not in COMPILE_NOTHING:
+        parser.add_argument(
+            "--no-cache",
+            dest="keep_programs",
+            action="store_false",
+            help="compile everything again, and keep no compiled program for the next command",
+        )
     add_examples(parser, module.EXAMPLES)
 
 

@@ -1,8 +1,12 @@
-"""The parser of the command line: options given once, refusals as ValueError, tables in help."""
+"""The parser of the command line: options given once, settings, refusals as ValueError.
+
+A command has flags for what is often asked and settings for the rest: `--set name=value`.
+"""
 
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import sys
 import textwrap
@@ -11,10 +15,12 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from stickslip.completing import files
-from stickslip.dynamics.plain_checks import nearest, shown
+from stickslip.dynamics.plain_checks import nearest, require_known, shown
 
 MEAN_RATES = {"--mean-rate", "--commanded-rate", "--speed"}
 """What somebody may call a mean crank rate."""
+SETTING = re.compile(r"[A-Za-z][\w-]*=")
+"""How a word begins that gives a setting."""
 
 
 class _Once(argparse.Action):
@@ -22,7 +28,13 @@ class _Once(argparse.Action):
 
     given = False
 
-    def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option: str | None = None,
+    ) -> None:
         if option is not None and self.given:
             parser.error(f"{'/'.join(self.option_strings)} is given twice")
         self.given = True
@@ -48,8 +60,56 @@ class Names(argparse._AppendAction):
         self.names = tuple(names)
 
 
+class _Set(argparse.Action):
+    """Hands `name=value` to the setting of that name, or to the flag that takes a value."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option: str | None = None,
+    ) -> None:
+        name, equals, text = str(values).partition("=")
+        name = name.replace("-", "_")
+        if not equals:
+            raise argparse.ArgumentError(self, f"{shown(values)}; accepted: NAME=VALUE")
+        action = parser._option_string_actions.get(flag_of(name))
+        if not isinstance(action, argparse._StoreAction):
+            settings = parser.settings if isinstance(parser, Parser) else {}
+            require_known([name], settings, "setting")
+            action = settings[name]
+        words = [text] if action.nargs is None else text.split(",")
+        if isinstance(action.nargs, int) and len(words) != action.nargs:
+            accepted = f"{action.nargs} values with a comma between them"
+            raise argparse.ArgumentError(action, f"{shown(text)}; accepted: {accepted}")
+        action(parser, namespace, parser._get_values(action, words), option)
+
+
+def flag_of(name: str) -> str:
+    """The flag of a name: --na-me of na_me."""
+    return "--" + name.replace("_", "-")
+
+
+def truth(text: str) -> bool:
+    """The value of a setting that is true or false."""
+    if text not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{shown(text)}; accepted: true, false")
+    return text == "true"
+
+
 class _Help(argparse.HelpFormatter):
-    """Breaks no name at its hyphens, and leaves a text of several lines as it is."""
+    """Shows a setting as `name=VALUE`, breaks no name at its hyphens, and leaves a text of several
+    lines as it is."""
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        if not action.option_strings or action.option_strings[0].startswith("-"):
+            return super()._format_action_invocation(action)
+        values = action.metavar or action.dest.upper()
+        if isinstance(values, str):
+            count = action.nargs if isinstance(action.nargs, int) else 1
+            values = (*[values] * count, *(["..."] if action.nargs == "+" else []))
+        return f"{action.dest}={','.join(values)}"
 
     def _split_lines(self, text: str, width: int) -> list[str]:
         return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)
@@ -68,6 +128,33 @@ class Parser(argparse.ArgumentParser):
         for name in (None, "store"):
             self.register("action", name, _StoreOnce)
         self.register("action", argparse.BooleanOptionalAction, _SwitchOnce)
+        self.settings: dict[str, argparse.Action] = {}
+        self._shown_last: argparse._ArgumentGroup | None = None
+
+    def add_setting(self, name: str, **options: Any) -> argparse.Action:
+        """Add a setting with the options of `add_argument`; nargs: values between commas."""
+        if self._shown_last is None:
+            self.add_argument(
+                "--set",
+                action=_Set,
+                default=argparse.SUPPRESS,
+                metavar="NAME=VALUE",
+                help="one of the settings below; more may follow, and the flag may come again",
+            )
+            self._shown_last = self.add_argument_group("settings, as --set NAME=VALUE")
+        if options.get("type") is truth:
+            options["metavar"] = "BOOL"
+        action = _StoreOnce([name], dest=name, **options)
+        self.settings[name] = action
+        self._shown_last._group_actions.append(action)
+        if action.default is not argparse.SUPPRESS:
+            self.set_defaults(**{name: action.default})
+        return action
+
+    def format_help(self) -> str:
+        """As ever, with the settings behind all flags."""
+        self._action_groups.sort(key=lambda group: group is self._shown_last)
+        return super().format_help()
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """As ever; an option that the command does not have is told first, with the nearest."""
@@ -78,11 +165,13 @@ class Parser(argparse.ArgumentParser):
         for word in words[: words.index("--") if "--" in words else None]:
             name = word.partition("=")[0]
             if name.startswith("--") and name not in known:
-                command.error(f"unrecognized arguments: {name[:200]}{_nearest(name, known)}")
-        words = _values_joined(_names_last(words, command), command._option_string_actions)
+                near = _nearest(name, known, command.settings)
+                command.error(f"unrecognized arguments: {name[:200]}{near}")
+        words = _names_last(_settings_apart(words), command)
+        words = _values_joined(words, command._option_string_actions)
         return super().parse_args([*words, *passed_on], namespace)
 
-    def _command_in(self, words: Sequence[str]) -> argparse.ArgumentParser:
+    def _command_in(self, words: Sequence[str]) -> Parser:
         """The parser of the command that is called, or this one."""
         for action in self._actions:
             if isinstance(action, argparse._SubParsersAction):
@@ -104,10 +193,34 @@ def _split(words: list[str], command: argparse.ArgumentParser) -> tuple[list[str
     return words, ()
 
 
-def _nearest(name: str, known: Iterable[str]) -> str:
+def _nearest(name: str, known: set[str], settings: Iterable[str]) -> str:
     """See `nearest`; the mean crank rate is a gait's, or what a walker is commanded."""
-    other = [one for one in known if {one, name} <= MEAN_RATES]
-    return f" (did you mean {other[0]}?)" if other else nearest(name, known)
+    if other := [one for one in known if {one, name} <= MEAN_RATES]:
+        return f" (did you mean {other[0]}?)"
+    flags = {flag_of(one): f"--set {one}=VALUE" for one in settings}
+    if name in flags:
+        return f"; accepted: {flags[name]}"
+    found = nearest(name, known | flags.keys())
+    for flag, setting in flags.items():
+        found = found.replace(f" {flag}?", f" {setting}?")
+    return found
+
+
+def _settings_apart(words: Sequence[str]) -> list[str]:
+    """The words with `--set a=1 b=2` as `--set=a=1 --set=b=2`."""
+    found: list[str] = []
+    inside = False
+    for place, word in enumerate(words):
+        if word == "--":
+            return [*found, *words[place:]]
+        if inside and SETTING.match(word):
+            if found[-1] == "--set":
+                found.pop()
+            found.append(f"--set={word}")
+        else:
+            found.append(word)
+            inside = word == "--set"
+    return found
 
 
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:

@@ -23,12 +23,13 @@ from stickslip.envs import BipedEnv
 TINY = [
     "--timesteps=128",
     "--num-envs=4",
-    "--rollout-steps=32",
-    "--batch-size=64",
-    "--epochs=1",
-    "--hidden=8",
-    "--evaluation-episodes=2",
-    "--checkpoint-interval=128",
+    "--set",
+    "rollout_steps=32",
+    "batch_size=64",
+    "epochs=1",
+    "hidden=8",
+    "evaluation_episodes=2",
+    "checkpoint_interval=128",
 ]
 
 
@@ -64,17 +65,26 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("", "COMMAND"),
         ("dance", "invalid choice: 'dance'"),
         ("train horse", "invalid choice: 'horse'"),
-        ("train biped --epochs few", "--epochs: invalid int value: 'few'"),
-        ("train biped --epochs 0", "epochs = 0"),
+        ("train biped --set epochs=few", "epochs: invalid int value: 'few'"),
+        ("train biped --set epochs", "--set: 'epochs'; accepted: NAME=VALUE"),
+        ("train biped --set epohcs=3", "'epohcs' is no setting; accepted: see_friction, "),
+        ("train biped --set epohcs=3", "(did you mean epochs?)"),
+        ("train biped --set epochs=3 epochs=4", "epochs is given twice"),
+        ("train biped --seed 1 --set seed=2", "--seed is given twice"),
+        ("train biped --set see_patch=yes", "see_patch: 'yes'; accepted: true, false"),
+        ("train biped --set random_mass=1", "'1'; accepted: 2 values with a comma"),
+        ("train biped --epochs 3", "--epochs; accepted: --set epochs=VALUE"),
+        ("train biped --config nowhere.toml", "nowhere.toml: no such file"),
+        ("train biped --set epochs=0", "epochs = 0"),
         ("train biped --learning-rate nan", "learning_rate = nan"),
         ("train biped --mu-static 0.05 --mu-kinetic 0.06", "mu_kinetic = 0.06 exceeds mu_static"),
         ("train biped --mu-kinetic 0.06", "mu_kinetic = 0.06 without mu_static"),
         ("train biped --scene moon", "scene = 'moon' is unknown; accepted: 'sl"),
         ("train biped --algorithm dqn", "algorithm = 'dqn'"),
-        ("train biped --random-mass 2 1", "random_mass = "),
+        ("train biped --set random_mass=2,1", "random_mass = "),
         ("train biped --resume", "--resume needs the run's directory"),
         ("train biped --resume --out nowhere", "nowhere holds no training run"),
-        ("train biped --resume --out x --seed 1", "accepted: without --seed"),
+        ("train biped --resume --out x --seed 1", "accepted: without seed"),
         ("evaluate", "POLICY"),
         ("evaluate nobody", "'nobody' is neither a baseline nor a file; accepted: constant-torque"),
         (
@@ -95,12 +105,12 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("evaluate computed-torque --scene icepatch", "did you mean ice-patch?"),
         ("evaluate computed-torque --payloads 2", "did you mean --payload?"),
         ("evaluate computed-torque --episodes 99999999", "episodes = 99999999"),
-        ("train --slip-wieght 2", "did you mean --slip-weight?"),
+        ("train --slip-wieght 2", "did you mean --set slip_weight=VALUE?"),
         ("train --timesteps 1e6", "--timesteps: invalid int value: '1e6'"),
         ("train --timesteps 1000000000000", "timesteps = 1000000000000"),
-        ("train --num-envs 60000 --rollout-steps 100000000", "STICKSLIP_MEMORY_LIMIT"),
-        ("train --algorithm sac --buffer-size 1000000000000", "STICKSLIP_MEMORY_LIMIT"),
-        ("train --hidden 4096 --layers 8", "what fits a policy file"),
+        ("train --num-envs 60000 --set rollout_steps=100000000", "STICKSLIP_MEMORY_LIMIT"),
+        ("train --algorithm sac --set buffer_size=1000000000000", "STICKSLIP_MEMORY_LIMIT"),
+        ("train --set hidden=4096 layers=8", "what fits a policy file"),
         ("train --learning-rate 1e-46", "out of range in float32"),
         ("train --out /dev/null", "/dev/null is a file"),
         ("evaluate /dev/zero", "not a plain file"),
@@ -140,7 +150,7 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
 def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
     pytest.importorskip("tensorboard")
     monkeypatch.setattr("stickslip.agents.biped.pictures.products.FILM_TIME", 0.2)
-    assert main(["train", "biped", "--out", "a run", *TINY, "--slip-weight=2"]) == OK
+    assert main(["train", "biped", "--out", "a run", *TINY, "slip_weight=2"]) == OK
     printed = capsys.readouterr().out
     assert "Trained 128 steps" in printed
     assert "stickslip evaluate 'a run' constant-torque" in printed  # as a shell takes it

@@ -41,7 +41,7 @@ def test_a_third_machine_is_short():
 
 def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     pytest.importorskip("tensorboard")
-    assert main(["train", "mass", "--out", "run", "--batch-size", "32"]) == OK
+    assert main(["train", "mass", "--out", "run", "--set", "batch_size=32"]) == OK
     assert "stickslip evaluate run pull" in capsys.readouterr().out
     names = ("policy.npz", "learning.png", "episode.png", "episode.gif", "config.json")
     assert all((Path("run") / name).stat().st_size > 100 for name in names)

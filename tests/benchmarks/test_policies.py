@@ -16,8 +16,9 @@ from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.registry import read_configuration
-from stickslip.agents.shipped.names import shipped_names
+from stickslip.agents.shipped.names import policy_name, shipped_names
 from stickslip.agents.shipped.record import record_of
+from stickslip.agents.training.command_line import command_of
 from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
@@ -47,7 +48,7 @@ def test_a_recipe_is_trained_measured_and_written_and_comes_out_again(tmp_path, 
     said: list[str] = []
     run = making.best_of(TASKS[NAME], tmp_path / "runs", said.append)
     path = making.put_into_package(TASKS[NAME], run, tmp_path)
-    assert path.name == "biped-sprint-v0.npz"
+    assert path.name == f"{policy_name(NAME)}.npz"
     about = read_metadata(path)
     seed = about["trained"]["config"]["seed"]
     tried = [float(line.split()[1].rstrip(",")) for line in said if ": " in line]
@@ -55,7 +56,7 @@ def test_a_recipe_is_trained_measured_and_written_and_comes_out_again(tmp_path, 
     assert run.earned == pytest.approx(max(tried), rel=1e-5)
     config = read_configuration(json.dumps(about["trained"]["config"]))
     assert config == configuration(TASKS[NAME], seed)
-    words = shlex.split(about["trained"]["command"])[1:]
+    words = shlex.split(command_of(config))[1:]
     assert main([*words, "--out", str(tmp_path / "again"), "--no-pictures"]) == OK
     again = load_policy(tmp_path / "again" / "policy.npz")
     assert making.same_policy(load_policy(path), again)

@@ -25,17 +25,18 @@ TRAIN = [
     "train",
     "--timesteps=512",
     "--num-envs=4",
-    "--rollout-steps=32",
-    "--batch-size=64",
-    "--epochs=1",
-    "--hidden=8",
-    "--evaluation-episodes=1",
-    "--checkpoint-interval=128",
+    "--set",
+    "rollout_steps=32",
+    "batch_size=64",
+    "epochs=1",
+    "hidden=8",
+    "evaluation_episodes=1",
+    "checkpoint_interval=128",
     "--no-pictures",
 ]
 SIZES = (4, 16, 32, 48, 64, 80, 96, 128)
 """Of disks too small for a training [kB]; pages of 4 kB are given out whole."""
-OPTIMISE = ["optimise", "ugv", "--track", "bump", "--spacing", "0.5", "--angles", "5"]
+OPTIMISE = ["optimise", "ugv", "--track", "bump", "--set", "spacing=0.5", "angles=5"]
 SPACE, READ_ONLY = "No space left on device", "Read-only file system"
 
 

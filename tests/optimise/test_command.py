@@ -17,7 +17,7 @@ from stickslip.optimise.command import spacing_of
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.picture import chosen
 
-SMALL = ["optimise", "ugv", "--spacing=1", "--leg-rate=none", "--angles=4", "--no-polish"]
+SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
 
 
@@ -139,26 +139,26 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ("ugv --track rough --track-option key=much", "key = 'much'; accepted"),
         ("ugv --criterion speed", "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
         ("ugv --method magic", "method = 'magic' is unknown; accepted: 'grid', 'dp'"),
-        ("ugv --leg-rate fast", "--leg-rate 'fast'; accepted: a number > 0 [rad/m], or none"),
-        ("ugv --leg-rate -1", "leg_rate = -1.0"),
+        ("ugv --set leg_rate=fast", "leg_rate 'fast'; accepted: a number > 0 [rad/m], or none"),
+        ("ugv --set leg_rate=-1", "leg_rate = -1.0"),
         ("ugv --friction nan", "friction = nan"),
-        ("ugv --spacing 0", "spacing = 0.0"),
-        ("ugv --start 9", "start = 9 m, end = 8 m"),
-        ("ugv --start-angles 1 9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2 angles"),
-        ("ugv --angles 1", "angles = 1; accepted: an integer >= 2"),
+        ("ugv --set spacing=0", "spacing = 0.0"),
+        ("ugv --set start=9", "start = 9 m, end = 8 m"),
+        ("ugv --set start_angles=1,9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2"),
+        ("ugv --set angles=1", "angles = 1; accepted: an integer >= 2"),
         (
-            "ugv --angles 1000000",
+            "ugv --set angles=1000000",
             "1000000 x 1000000 at 67 waypoints makes 6.7e+13 stations",
         ),
         (
-            "ugv --spacing 1e-9",
+            "ugv --set spacing=1e-9",
             "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
         ),
-        ("ugv --spacing 1e-300", "makes 6.56e+300 waypoints"),
+        ("ugv --set spacing=1e-300", "makes 6.56e+300 waypoints"),
         ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
         (
-            "ugv --track flat --track-option end=5000 --spacing 0.1 --polish",
-            "fewer --angles, --no-polish",
+            "ugv --track flat --track-option end=5000 --set spacing=0.1 polish=true",
+            "fewer angles, polish=false",
         ),
         ("ugv --seed 3", "--seed with --method dp; accepted: without it"),
     ],

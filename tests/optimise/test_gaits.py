@@ -11,7 +11,7 @@ import pytest
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.envs.rendering.html.reading import read_episodes
 
-SMALL = ["optimise", "biped", "--cells=40", "--mu=0.1"]
+SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 
 
 @pytest.fixture(autouse=True)
@@ -21,9 +21,8 @@ def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
-    assert (
-        main([*SMALL, "--objective=energy", "--mean-rate=4", "--reserve=0.05", "--out=run"]) == OK
-    )
+    asked = ["--objective=energy", "--mean-rate=4", "--set=reserve=0.05", "--out=run"]
+    assert main([*SMALL, *asked]) == OK
     printed = capsys.readouterr().out
     found = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["result"]
     with Path("run/gait.csv").open(newline="", encoding="utf-8") as file:
@@ -75,14 +74,14 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
         ("--mu -1", "mu = -1.0"),
         ("--mu 0.1 0.2", r"mu has shape \(2,\); accepted: one number"),
         ("--torque-limit much", "--torque-limit 'much'"),
-        ("--end 0", "--end without --steps"),
+        ("--set end=0", "end without --steps"),
         ("--steps 0", "steps_taken = 0"),
-        ("--cells 3", "steps = 3"),
-        ("--cells 999999999", "nodes, about"),
-        ("--reserve 1", "reserve = 1.0"),
-        ("--feedback -1", "feedback = -1.0"),
+        ("--set cells=3", "steps = 3"),
+        ("--set cells=999999999", "nodes, about"),
+        ("--set reserve=1", "reserve = 1.0"),
+        ("--set feedback=-1", "feedback = -1.0"),
         ("--payload nan", "payload = nan"),
-        ("--gravity 0", "gravity = 0.0"),
+        ("--set gravity=0", "gravity = 0.0"),
         ("--mean-rates 3", "did you mean --mean-rate"),
         ("--speed 3", "did you mean --mean-rate"),
         ("--commanded-rate 3", "did you mean --mean-rate"),

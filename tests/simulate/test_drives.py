@@ -10,7 +10,7 @@ from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.simulate.posture import read_posture
 
-HELD = ["simulate", "ugv", "--angles", "60", "90", "--spacing=1"]
+HELD = ["simulate", "ugv", "--angles", "60", "90", "--set", "spacing=1"]
 
 
 @pytest.fixture(autouse=True)
@@ -59,9 +59,9 @@ def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):
         ("--angles 60 200", "each from 30 to 150 degrees"),
         ("--angles 60 nan", "each from 30 to 150 degrees"),
         ("--angles 60 90 --track moon", "neither a name nor a file"),
-        ("--angles 60 90 --spacing 1e-12", "waypoints"),
+        ("--angles 60 90 --set spacing=1e-12", "waypoints"),
         ("--posture nowhere.csv", "nowhere.csv"),
-        ("--posture a.csv --start 1", "--start with --posture"),
+        ("--posture a.csv --set start=1", "start with --posture"),
         ("--angles 60 90 --max-torque lots", "--max-torque 'lots'"),
         ("--angles 60 90 --out drive.xls", "accepted: .csv, .parquet"),
     ],

@@ -32,7 +32,7 @@ from stickslip.simulate import biped, names, walk, walk_table
 from stickslip.simulate.expression import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
-HOW = ["--integrator=semi_implicit", "--step=0.0025"]  # the quickest to compile
+HOW = ["--set", "integrator=semi_implicit", "step=0.0025"]  # the quickest to compile
 WALK += [*HOW, "--seconds=0.3", "--period=0.01"]
 LAW = "8 * (3 - crank_rate)"
 
@@ -157,7 +157,7 @@ def test_a_walk_in_double_precision_has_the_robot_of_double_precision(monkeypatc
 
     monkeypatch.setattr(biped, "walked", noted)
     with jax.enable_x64(False):
-        assert main([*WALK, "--torque=1", "--dtype=float64"]) == WRONG_INPUT
+        assert main([*WALK, "--torque=1", "--set", "dtype=float64"]) == WRONG_INPUT
     expected = BipedParams.from_bars(), Scene.named("wet")
     for one, other in zip(
         jax.tree.leaves(tuple(given.values())), jax.tree.leaves(expected), strict=True
@@ -186,16 +186,16 @@ def test_no_file_is_replaced_unasked(capsys):
         ("--torque 1 --period 0", "--period = 0"),
         ("--torque 1 --out walk.txt", "accepted: .csv, .parquet"),
         ("--torque 1 --plot walk.jpg", "accepted: .png"),
-        ("--torque 1 --phase 0", "pi/2 to 3 pi/2"),
+        ("--torque 1 --set phase=0", "pi/2 to 3 pi/2"),
         ("--torque 1 --scene wet --mu-static 1", "both say which floor"),
         ("--torque 1 --mu-static 1 2", "or --edges too"),
         ("--torque 1 --edges 1", "--edges without --mu-static"),
-        ("--torque 1 --mu-static 1 --kinetic-ratio 1.5", "a share, 0 to 1"),
-        ("--torque 1 --mu-static 1 --kinetic-ratio 1 --mu-kinetic 1", "accepted: one of them"),
+        ("--torque 1 --mu-static 1 --set kinetic_ratio=1.5", "a share, 0 to 1"),
+        ("--torque 1 --mu-static 1 --mu-kinetic 1 --set kinetic_ratio=1", "one of them"),
         ("--torque 1 --mu-static 1 2 --edges 2 3", "one more entry than edges"),
         ("--torque 1 --tolerance 1e-30", "no measured setting keeps it"),
         ("--torque 1 --tolerance 1 --setting fast", "accepted: one of them"),
-        ("--torque 1 --step 0.1", "which chooses its own steps"),
+        ("--torque 1 --set step=0.1", "which chooses its own steps"),
         ("--torque 1 --payload -1", "payload = -1"),
         ("--seconds 1", "required: --torque"),
     ],
@@ -216,7 +216,7 @@ def test_the_floors_numbers_are_not_rounded_where_the_walk_is_not(monkeypatch: p
         raise ValueError("enough")
 
     monkeypatch.setattr(biped, "walked", walked)
-    floor = ["--mu-static", "0.5", "0.1", "--kinetic-ratio=0.7", "--edges=0.3", "--payload=0.1"]
+    floor = ["--mu-static", "0.5", "0.1", "--edges=0.3", "--payload=0.1", "--set=kinetic_ratio=0.7"]
     assert main(["simulate", "biped", "--torque=1", *floor]) == WRONG_INPUT
     (scene,) = scenes
     assert np.asarray(scene.floor.edges).tolist() == [0.3]

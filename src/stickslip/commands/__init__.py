@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from stickslip.commands.outcome import Outcome
+    from stickslip.parser import Parser
 
 
 class Command(Protocol):
@@ -23,7 +24,7 @@ class Command(Protocol):
     EXAMPLES: Mapping[str, str]
     JSON: bool
 
-    def add_flags(self, parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    def add_flags(self, parser: Parser, arguments: Sequence[str]) -> None:
         """Add the flags. arguments: all of the command line, since machines have flags of their
         own."""
         ...

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.optimise.gait_flags import GaitFlags
+    from stickslip.parser import Parser
 
 JSON = True
 EXAMPLES = {
@@ -21,14 +22,14 @@ EXAMPLES = {
         "the steady gait at 3 rad/s that asks least of the floor"
     ),
     "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "
-    "--reserve 0.02 --zmp --out runs/start": (
+    "--set reserve=0.02 zmp=true --out runs/start": (
         "four steps from rest, as fast as 3 N m and the floor allow; as a replay, too, it holds"
     ),
 }
 MACHINES = ("ugv", "biped")
 
 
-def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """What to optimise, and the flags of that."""
     from stickslip.optimise.flags import add_flags
     from stickslip.optimise.gait_flags import add_gait_flags

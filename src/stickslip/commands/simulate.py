@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
+    from stickslip.parser import Parser
     from stickslip.simulate.biped_flags import WalkFlags
     from stickslip.simulate.ugv_flags import DriveFlags
 
@@ -20,7 +21,7 @@ EXAMPLES = {
     'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
     "--period 0.005 --seconds 3 --plot walk.png": "a law for the torque: rows and a picture",
     "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
-    "--kinetic-ratio 0.8 --seconds 0.9 --out ice.parquet": "a constant torque onto a patch of ice",
+    "--set kinetic_ratio=0.8 --seconds 0.9 --out ice.parquet": "a patch of ice",
     "stickslip simulate biped --torque walk.csv --crank-rate 3 --scene wet --period 0.005 "
     "--tolerance 1e-3 --json --out again.csv": "an earlier walk's torques, as exact as needed",
     "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
@@ -32,7 +33,7 @@ EXAMPLES = {
 }
 
 
-def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Which machine, its own flags, and the files."""
     from stickslip.simulate.biped_flags import add_biped_flags
     from stickslip.simulate.ugv_flags import add_ugv_flags

@@ -79,13 +79,13 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
 
 @contextmanager
 def _flags_named() -> Iterator[None]:
-    """Add to a refusal for want of memory which flags ask for less."""
+    """Add to a refusal for want of memory which settings ask for less."""
     try:
         yield
     except ValueError as error:
         if MEMORY_LIMIT not in str(error):
             raise
-        less = "a greater --spacing, --start and --end nearer together, fewer --angles, --no-polish"
+        less = "a greater spacing, start and end nearer together, fewer angles, polish=false"
         raise ValueError(f"{error}; less takes {less}") from error
 
 
@@ -107,7 +107,7 @@ def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
         spacing=spacing_of(track, flags),
         start=flags["start"],
         end=flags["end"],
-        leg_rate=limit_of("--leg-rate", flags["leg_rate"], "rad/m"),
+        leg_rate=limit_of("leg_rate", flags["leg_rate"], "rad/m"),
         friction=flags["friction"],
         max_torque=limit_of("--max-torque", flags["max_torque"], "N m"),
         start_angles=flags["start_angles"],

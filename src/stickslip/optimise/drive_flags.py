@@ -1,4 +1,4 @@
-"""Flags of a UGV's drive that several commands have: words and numbers only."""
+"""Flags and settings of a UGV's drive that several commands have."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from stickslip.parser import completes
 
 if TYPE_CHECKING:
     import argparse
+
+    from stickslip.parser import Parser
 
 
 def add_track(group: argparse._ArgumentGroup) -> None:
@@ -40,37 +42,31 @@ def add_track(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def add_way(
-    group: argparse._ArgumentGroup, spacing: float | None, default: str, only: str = ""
-) -> None:
-    """From where to where, and how far waypoints are apart; only: when these flags count."""
-    group.add_argument(
-        "--spacing",
-        type=float,
-        default=spacing,
-        metavar="M",
-        help=f"of waypoints{only} [m] (default: {default})",
+def add_way(parser: Parser, default: str, only: str = "") -> None:
+    """From where to where, and how far waypoints are apart; only: when these settings count."""
+    parser.add_setting(
+        "spacing", type=float, metavar="M", help=f"of waypoints{only} [m] (default: {default})"
     )
     for name, which in (("start", "first"), ("end", "last")):
-        group.add_argument(
-            f"--{name}", type=float, metavar="M", help=f"{which} place of the front wheel{only}"
+        parser.add_setting(
+            name, type=float, metavar="M", help=f"{which} place of the front wheel{only}"
         )
 
 
-def add_limits(group: argparse._ArgumentGroup) -> None:
+def add_limits(parser: Parser) -> None:
     """What legs and motors may do."""
-    group.add_argument(
-        "--leg-rate",
-        default="1.0",
-        metavar="RATE",
-        help="what a leg may turn for each metre [rad/m], or none for no limit "
-        "(default: %(default)s)",
-    )
-    group.add_argument(
+    parser.add_argument(
         "--max-torque",
         default="none",
         metavar="NM",
         help="of each wheel's motor, either way [N m], or none for no limit (default: %(default)s)",
+    )
+    parser.add_setting(
+        "leg_rate",
+        default="1.0",
+        metavar="RATE",
+        help="what a leg may turn for each metre [rad/m], or none for no limit "
+        "(default: %(default)s)",
     )
 
 

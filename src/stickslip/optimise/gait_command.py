@@ -24,8 +24,8 @@ from stickslip.records.table import json_text
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
 REPORT = "report.html"
 NOT_WALKED = (
-    "no replay walks this gait, on the edge of what the model covers; --min-normal, --zmp and "
-    "--reserve keep away from it"
+    "no replay walks this gait, on the edge of what the model covers; the settings min_normal, "
+    "zmp and reserve keep away from it"
 )
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
@@ -99,7 +99,7 @@ def gait_problem_of(flags: GaitFlags) -> GaitProblem:
     if walk is None:
         for name, value in (("start", flags["start"]), ("end", end)):
             if value is not None:
-                raise ValueError(f"--{name} without --steps; accepted: with a walk of --steps N")
+                raise ValueError(f"{name} without --steps; accepted: with a walk of --steps N")
         if isinstance(mu, list):
             raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
         return GaitProblem.periodic(

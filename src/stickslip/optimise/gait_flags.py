@@ -1,13 +1,15 @@
-"""The flags of `stickslip optimise biped`: words and numbers only, nothing heavy is imported."""
+"""Flags and settings of `stickslip optimise biped`; nothing heavy is imported."""
 
 from __future__ import annotations
 
-import argparse
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 from stickslip.optim.gait.names import METHODS, OBJECTIVES
 from stickslip.optimise.file_flags import add_files
-from stickslip.parser import add_tables, completes
+from stickslip.parser import add_tables, completes, truth
+
+if TYPE_CHECKING:
+    from stickslip.parser import Parser
 
 
 class GaitFlags(TypedDict):
@@ -33,64 +35,64 @@ class GaitFlags(TypedDict):
     pictures: bool
 
 
-def add_gait_flags(parser: argparse.ArgumentParser) -> None:
+def add_gait_flags(parser: Parser) -> None:
     """The problem's flags and those of the files; what names mean stands below."""
-    _add_problem(parser.add_argument_group("problem"))
-    _add_walk(parser.add_argument_group("walk"))
+    _add_problem(parser)
+    _add_walk(parser)
     add_files(parser, "runs/biped-OBJECTIVE", "gait")
     add_tables(parser, {"objectives": OBJECTIVES, "methods": METHODS})
 
 
-def _add_problem(group: argparse._ArgumentGroup) -> None:
-    objective = group.add_argument(
+def _add_problem(parser: Parser) -> None:
+    objective = parser.add_argument(
         "--objective",
         default="time",
         metavar="NAME",
         help="what is to be small, see below, or a sum: time=1,energy=0.2 (default: %(default)s)",
     )
     completes(objective, OBJECTIVES)
-    group.add_argument(
+    parser.add_argument(
         "--mu",
         type=float,
         nargs="+",
         metavar="MU",
         help="static friction, one number or one a step (default: the foot never slips)",
     )
-    group.add_argument(
+    parser.add_argument(
         "--mean-rate",
         type=float,
         metavar="RATE",
         help="at least this mean crank rate [rad/s] (default: any)",
     )
-    group.add_argument(
+    parser.add_argument(
         "--torque-limit",
         default="4",
         metavar="NM",
         help="of the motor [N m], or none (default: %(default)s)",
     )
-    group.add_argument("--payload", type=float, default=0.0, metavar="KG", help="on the hip [kg]")
-    group.add_argument(
-        "--gravity", type=float, default=9.81, metavar="G", help="[m/s^2] (default: %(default)s)"
+    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="on the hip [kg]")
+    parser.add_setting(
+        "gravity", type=float, default=9.81, metavar="G", help="[m/s^2] (default: %(default)s)"
     )
-    group.add_argument(
-        "--min-normal",
+    parser.add_setting(
+        "min_normal",
         type=float,
         default=0.0,
         metavar="N",
         help="least normal force [N] (default: %(default)s)",
     )
-    group.add_argument(
-        "--zmp", action="store_true", help="keep the zero-moment point inside the foot"
+    parser.add_setting(
+        "zmp", type=truth, default=False, help="keep the zero-moment point inside the foot"
     )
-    group.add_argument(
-        "--copper-loss",
+    parser.add_setting(
+        "copper_loss",
         type=float,
         default=0.5,
         metavar="W",
         help="of the objective energy [W/(N m)^2] (default: %(default)s)",
     )
-    group.add_argument(
-        "--reserve",
+    parser.add_setting(
+        "reserve",
         type=float,
         default=0.0,
         metavar="SHARE",
@@ -99,31 +101,31 @@ def _add_problem(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_walk(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
+def _add_walk(parser: Parser) -> None:
+    parser.add_argument(
         "--steps", type=int, metavar="N", help="a walk of so many (default: one periodic step)"
     )
-    group.add_argument(
-        "--start",
+    parser.add_setting(
+        "start",
         type=float,
         metavar="RATE",
         help="crank rate at the beginning of a walk [rad/s] (default: 0, rest)",
     )
-    group.add_argument(
-        "--end",
+    parser.add_setting(
+        "end",
         type=float,
         metavar="RATE",
         help="crank rate at its end [rad/s], 0 for a stop (default: any)",
     )
-    group.add_argument(
-        "--cells",
+    parser.add_setting(
+        "cells",
         type=int,
         default=200,
         metavar="N",
         help="of the grid in each step (default: 200)",
     )
-    group.add_argument(
-        "--feedback",
+    parser.add_setting(
+        "feedback",
         type=float,
         default=2.0,
         metavar="GAIN",

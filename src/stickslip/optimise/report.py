@@ -94,12 +94,12 @@ def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
     if abs(result.discretisation) > NOTABLE:
         said.append(
             f"between the waypoints the value is {_off(problem, result)} off: {spacing:.3g} m "
-            "apart they are too far from each other for this ground; take a smaller --spacing"
+            "apart they are too far from each other for this ground; take a smaller spacing"
         )
     if result.feasible and not result.fine_feasible:
         said.append(
             "between the waypoints the drive breaks a constraint: "
-            f"{_missed(problem, result.fine_residuals)}; take a smaller --spacing"
+            f"{_missed(problem, result.fine_residuals)}; take a smaller spacing"
         )
     return said
 
@@ -156,7 +156,7 @@ def _wheels(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
     least = float(np.min(np.hypot(*(front - rear).T)))
     needed = 2 * float(problem.params.wheel_radius) + float(problem.params.wheel_gap)
     found = f"centres {least:.4g} m apart or more, {needed:.4g} m needed"
-    return f"{found}, which --overlap let pass" if problem.solver.overlap else found
+    return f"{found}, which overlap=true let pass" if problem.solver.overlap else found
 
 
 def table(lines: list[tuple[str, str]]) -> str:

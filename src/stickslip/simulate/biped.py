@@ -109,7 +109,7 @@ def scene_of(given: WalkFlags) -> Scene:
         payload=given["payload"], steps="one" if given["one_step"] else "continuous"
     )
     if static is None:
-        others = {"--mu-kinetic": kinetic, "--kinetic-ratio": ratio, "--edges": edges}
+        others = {"--mu-kinetic": kinetic, "kinetic_ratio": ratio, "--edges": edges}
         for flag, value in others.items():
             if value is not None:
                 raise ValueError(f"{flag} without --mu-static; accepted: both, or neither")
@@ -121,8 +121,8 @@ def scene_of(given: WalkFlags) -> Scene:
         )
     if ratio is not None:
         if kinetic is not None:
-            raise ValueError("--mu-kinetic with --kinetic-ratio; accepted: one of them")
-        require_number("--kinetic-ratio", ratio, low=0.0, high=1.0, accepted="a share, 0 to 1")
+            raise ValueError("--mu-kinetic with kinetic_ratio; accepted: one of them")
+        require_number("kinetic_ratio", ratio, low=0.0, high=1.0, accepted="a share, 0 to 1")
         kinetic = [ratio * one for one in static]
     if edges is not None:
         return Scene.patches(edges, static, kinetic, **options)
@@ -156,8 +156,8 @@ def setting_of(given: WalkFlags) -> Setting:
     if given["step"] is not None:
         if isinstance(found.integrator, EventExact):
             raise ValueError(
-                "--step with the integrator event_exact, which chooses its own steps; accepted: "
-                "with --integrator, another one"
+                "step with the integrator event_exact, which chooses its own steps; accepted: "
+                "another integrator"
             )
         found = replace(found, dt=given["step"])
     return found if given["dtype"] is None else replace(found, dtype=given["dtype"])

@@ -1,4 +1,4 @@
-"""The flags of `stickslip simulate biped`: words and numbers only, nothing heavy is imported."""
+"""Flags and settings of `stickslip simulate biped`; nothing heavy is imported."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, TypedDict
 
 from stickslip.commands.shared import add_columns
 from stickslip.dynamics.names import SCENES
-from stickslip.parser import add_tables, completes
+from stickslip.parser import add_tables, completes, truth
 from stickslip.simulate.names import DTYPES, FIDELITIES, INTEGRATORS, SETTINGS
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping
+
+    from stickslip.parser import Parser
 
 
 class WalkFlags(TypedDict):
@@ -53,7 +55,7 @@ NAMES = {
 }
 
 
-def add_biped_flags(parser: argparse.ArgumentParser) -> None:
+def add_biped_flags(parser: Parser) -> None:
     """The torque, the walk, the floor, how it is computed, and the files."""
     parser.add_argument(
         "--torque",
@@ -65,10 +67,8 @@ def add_biped_flags(parser: argparse.ArgumentParser) -> None:
     add_columns(parser, "a file of torques", "time=t_s,torque=motor")
     _add_walk(parser.add_argument_group("walk"))
     _add_floor(parser.add_argument_group("floor and load"))
-    _add_setting(parser.add_argument_group("how it is computed"))
-    parser.add_argument(
-        "--joints", action="store_true", help="also the 68 components of the joints' forces"
-    )
+    _add_method(parser.add_argument_group("how it is computed"))
+    _add_settings(parser)
     tables: dict[str, Mapping[str, str]] = {
         "names in a torque": NAMES,
         "settings": SETTINGS,
@@ -92,21 +92,11 @@ def _add_walk(group: argparse._ArgumentGroup) -> None:
         help="between two rows, for which a torque is held [s] (default: %(default)s)",
     )
     group.add_argument(
-        "--phase",
+        "--crank-rate",
         type=float,
-        metavar="RAD",
-        help="crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
-    )
-    for name, unit in (("crank-rate", "rad/s"), ("foot-velocity", "m/s")):
-        group.add_argument(
-            f"--{name}",
-            type=float,
-            default=0.0,
-            metavar="RATE" if unit == "rad/s" else "SPEED",
-            help=f"at the start [{unit}] (default: %(default)s)",
-        )
-    group.add_argument(
-        "--one-step", action="store_true", help="end at the first exchange of support"
+        default=0.0,
+        metavar="RATE",
+        help="at the start [rad/s] (default: %(default)s)",
     )
 
 
@@ -133,23 +123,17 @@ def _add_floor(group: argparse._ArgumentGroup) -> None:
         help="kinetic friction of the same (default: the static one)",
     )
     group.add_argument(
-        "--kinetic-ratio",
-        type=float,
-        metavar="SHARE",
-        help="kinetic friction as a share of the static one, 0 to 1, instead of --mu-kinetic",
-    )
-    group.add_argument(
         "--edges", type=float, nargs="+", metavar="M", help="where friction changes [m]"
     )
     group.add_argument("--payload", type=float, metavar="KG", help="mass on the hip [kg]")
 
 
-def _add_setting(group: argparse._ArgumentGroup) -> None:
+def _add_method(group: argparse._ArgumentGroup) -> None:
     setting = group.add_argument(
         "--setting",
         choices=tuple(SETTINGS),
         metavar="NAME",
-        help="see below (default: exact); what follows changes parts of it",
+        help="fidelity, integrator, step and precision, see below (default: exact)",
     )
     completes(setting, SETTINGS)
     group.add_argument(
@@ -159,15 +143,47 @@ def _add_setting(group: argparse._ArgumentGroup) -> None:
         help="instead: the cheapest measured setting whose error stays below so much in each "
         "simulated second [rad/s], as `recommend` finds it",
     )
+
+
+def _add_settings(parser: Parser) -> None:
+    parser.add_setting(
+        "phase",
+        type=float,
+        metavar="RAD",
+        help="crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
+    )
+    parser.add_setting(
+        "foot_velocity",
+        type=float,
+        default=0.0,
+        metavar="SPEED",
+        help="at the start [m/s] (default: %(default)s)",
+    )
+    parser.add_setting(
+        "one_step", type=truth, default=False, help="end at the first exchange of support"
+    )
+    parser.add_setting(
+        "kinetic_ratio",
+        type=float,
+        metavar="SHARE",
+        help="kinetic friction as a share of the static one, 0 to 1, instead of --mu-kinetic",
+    )
     for name, known in (("fidelity", FIDELITIES), ("integrator", INTEGRATORS)):
-        action = group.add_argument(
-            f"--{name}", choices=tuple(known), metavar="NAME", help=f"{', '.join(known)}, see below"
+        parser.add_setting(
+            name, choices=tuple(known), metavar="NAME", help=f"{', '.join(known)}, see below"
         )
-        completes(action, known)
-    group.add_argument(
-        "--step",
+    parser.add_setting(
+        "step",
         type=float,
         metavar="S",
-        help="the integrator's longest step [s] (default: the setting's; with --integrator 0.005)",
+        help="the integrator's longest step [s] (default: the setting's; with integrator= 0.005)",
     )
-    group.add_argument("--dtype", choices=DTYPES, help="precision")
+    parser.add_setting(
+        "dtype", choices=DTYPES, metavar="NAME", help=f"precision: {', '.join(DTYPES)}"
+    )
+    parser.add_setting(
+        "joints",
+        type=truth,
+        default=False,
+        help="also the 68 components of the joints' forces",
+    )

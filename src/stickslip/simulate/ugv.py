@@ -74,7 +74,7 @@ def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
     track = track_of(given["track"], given["track_options"], given["columns"])
     limits = {
-        "leg_rate": limit_of("--leg-rate", given["leg_rate"], "rad/m"),
+        "leg_rate": limit_of("leg_rate", given["leg_rate"], "rad/m"),
         "max_torque": limit_of("--max-torque", given["max_torque"], "N m"),
         "friction": given["friction"],
     }
@@ -82,7 +82,7 @@ def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:
     if given["posture"] is not None:
         for name, value in (("spacing", given["spacing"]), *places.items()):
             if value is not None:
-                raise ValueError(f"--{name} with --posture, which has waypoints of its own")
+                raise ValueError(f"{name} with --posture, which has waypoints of its own")
         posture = read_posture(given["posture"])
         return PostureProblem(UGVParams(), track, posture.x, **limits), posture.angles.reshape(-1)
     spacing = SPACING if given["spacing"] is None else given["spacing"]

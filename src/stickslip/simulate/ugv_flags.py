@@ -1,4 +1,4 @@
-"""The flags of `stickslip simulate ugv`: words and numbers only, nothing heavy is imported."""
+"""Flags and settings of `stickslip simulate ugv`; nothing heavy is imported."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stickslip.optimise.drive_flags import add_limits, add_track, add_way, optio
 from stickslip.parser import add_tables
 
 if TYPE_CHECKING:
-    import argparse
+    from stickslip.parser import Parser
 
 
 class DriveFlags(TypedDict):
@@ -31,7 +31,7 @@ class DriveFlags(TypedDict):
     overwrite: bool
 
 
-def add_ugv_flags(parser: argparse.ArgumentParser) -> None:
+def add_ugv_flags(parser: Parser) -> None:
     """The posture, the ground and the limits."""
     posture = parser.add_argument_group("posture (one of them)")
     posture.add_argument(
@@ -48,6 +48,6 @@ def add_ugv_flags(parser: argparse.ArgumentParser) -> None:
     )
     ground = parser.add_argument_group("ground")
     add_track(ground)
-    add_way(ground, None, "0.1", only=", with --angles")
-    add_limits(parser.add_argument_group("limits"))
+    add_way(parser, "0.1", only=", with --angles")
+    add_limits(parser)
     add_tables(parser, {"track options": options_in_words(), "criteria": CRITERIA_IN_WORDS})

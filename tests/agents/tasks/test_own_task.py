@@ -223,14 +223,20 @@ def test_view_shows_a_policy_on_its_own_task(capsys):
         ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
         ("train --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("train --scene slippery --mu-static 0.05", "both say which floor"),
-        ("train --payload 1 --random-payload 0 2", "payload with random_payload"),
-        ("train --commanded-rate 3 --random-commanded-rate 2 4", "commanded_rate with random_com"),
-        ("train --random-commanded-rate 4 5", "commanded_rate = 3.0 outside random_commanded_rate"),
-        ("train --algorithm sac --epochs 3", "epochs with algorithm = 'sac'"),
-        ("train --buffer-size 10", "buffer_size with algorithm = 'ppo'"),
-        ("train --see-friction --no-see-friction", "is given twice"),
-        ("train ugv --friction 0.5 --random-friction 0.4 0.6", "friction with random_friction"),
-        ("train ugv --random-friction 0.1 0.3", "friction = 0.8 outside random_friction"),
+        ("train --payload 1 --set random_payload=0,2", "payload with random_payload"),
+        (
+            "train --commanded-rate 3 --set random_commanded_rate=2,4",
+            "commanded_rate with random_com",
+        ),
+        (
+            "train --set random_commanded_rate=4,5",
+            "commanded_rate = 3.0 outside random_commanded_rate",
+        ),
+        ("train --algorithm sac --set epochs=3", "epochs with algorithm = 'sac'"),
+        ("train --set buffer_size=10", "buffer_size with algorithm = 'ppo'"),
+        ("train --set see_friction=true see_friction=false", "is given twice"),
+        ("train ugv --friction 0.5 --set random_friction=0.4,0.6", "friction with random_friction"),
+        ("train ugv --set random_friction=0.1,0.3", "friction = 0.8 outside random_friction"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(capsys, arguments: str, said: str):

@@ -1,26 +1,24 @@
 """The configuration of a training run and the table of its metrics."""
 
-import argparse
 import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from stickslip.agents.biped.config import DEFAULTS, TrainConfig
 from stickslip.agents.registry import read_configuration
+from stickslip.agents.training.command_line import from_flags
 from stickslip.agents.training.configuration import (
     Configuration,
-    add_flags,
     every_field,
-    from_flags,
-    rule_of,
 )
 from stickslip.agents.training.groups import PPOSettings
 from stickslip.agents.training.metrics import MetricsFile, read_columns, read_rows
 from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.commands.train import add_fields
+from stickslip.parser import Parser
 
 
 @pytest.mark.parametrize(
@@ -181,26 +179,14 @@ def test_what_is_no_configuration_is_refused(text: str):
         TrainConfig.from_json(text)
 
 
-def test_every_field_has_a_flag():
-    parser = argparse.ArgumentParser()
-    add_flags(parser, TrainConfig)
+def test_every_field_has_a_flag_or_a_setting():
+    names = [one.name for one in every_field(TrainConfig)]
+    parser = Parser()
+    add_fields(parser, TrainConfig)
+    flags = {one.dest for one in parser._actions} - {"help", "set"}
+    assert flags == set(TrainConfig.FLAGS)
+    assert [*parser.settings] == [name for name in names if name not in flags]
     assert from_flags(vars(parser.parse_args([])), TrainConfig) == TrainConfig.of()
-    flags: list[str] = []
-    expected: dict[str, Any] = {}
-    for one in every_field(TrainConfig):
-        rule = rule_of(one)
-        drawn = ("random_payload", "random_commanded_rate", "scene", "task")
-        if one.name in drawn or rule.about.startswith(("sac: ", "shac: ", "sb3: ")):
-            continue  # not beside payload, commanded_rate, mu_static, all of these, PPO in JAX
-        value: Any = 0.05 if one.default is None else one.default
-        value = {bool: True, "range": (0.5, 0.75)}.get(rule.kind, value)
-        words = {bool: (), "range": value}.get(rule.kind, (value,))
-        flags += ["--" + one.name.replace("_", "-"), *map(str, words)]
-        expected[one.name] = value
-    assert from_flags(vars(parser.parse_args(flags)), TrainConfig) == TrainConfig.of(**expected)
-    assert from_flags(
-        vars(parser.parse_args(["--algorithm", "sac"])), TrainConfig
-    ) == TrainConfig.of(algorithm="sac")
 
 
 def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
