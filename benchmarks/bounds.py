@@ -1,10 +1,11 @@
-"""What no drive of the UGV can beat, and the best drive known, on the named tracks.
+"""Lower bounds of the UGV's cost, and the best known cost, on the named tracks.
 
-`python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]`
-prints what it measures; --update also writes benchmarks/results/bounds.json, row by row, the bounds
-alone into agents/ugv/proved.json, and puts the table of all rows into docs/ugv_bounds.md; --out
-writes the rows to that file instead. Rows that are not asked for keep what was measured before;
-naming no track measures none, so that `--tracks --update` puts what is there into the page.
+    python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]
+
+--update writes benchmarks/results/bounds.json, row by row, the bounds alone into
+agents/ugv/proved.json, and the table into docs/ugv_bounds.md; --out writes the rows to that file
+instead. Rows that are not asked for keep what was measured before: `--tracks --update` measures
+none and puts what is there into the page.
 """
 
 from __future__ import annotations
@@ -58,24 +59,15 @@ def measure(track: str, criterion: str) -> dict[str, Any]:
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Bound, best known and gap of each."""
-    shown = []
+    """Bound of each criterion and track, with the best known's gap to it."""
+    lines: dict[str, dict[str, str]] = {}
     for row in rows:
-        gap, unit = row["gap"], "" if row["unit"] == "-" else f" {row['unit']}"
-        shown.append(
-            {
-                "track": row["track"],
-                "criterion": row["criterion"],
-                "legs straight": f"{row['legs straight']:.5g}{unit}",
-                "no path over dp's grid below": f"{row['over the grid']:.5g}",
-                "best known": f"{row['best known']:.5g}",
-                "no drive below": f"{row['bound']:.5g}",
-                "gap": f"{gap:.1%}" if row["best known"] > 1e-6 * abs(row["legs straight"]) or
-                row["best known"] < 0 else "-",
-                "cells [rad]": f"{row['levels'][-1]['cells']:.3f}",
-            }
-        )  # fmt: skip
-    return markdown(shown)
+        name = row["criterion"] if row["unit"] == "-" else f"{row['criterion']} [{row['unit']}]"
+        line = lines.setdefault(name, {"criterion": name} | dict.fromkeys(TRACKS, "-"))
+        known = row["best known"]
+        apart = known < 0 or known > 1e-6 * abs(row["legs straight"])
+        line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if apart else "")
+    return markdown(list(lines.values()))
 
 
 def main(arguments: list[str]) -> None:

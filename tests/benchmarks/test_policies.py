@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.policies import making
+from benchmarks.policies.__main__ import table
 from benchmarks.policies.recipes import RECIPES, configuration, recipe_of
-from benchmarks.policies.tables import table
 from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
