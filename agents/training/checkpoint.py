@@ -48,7 +48,7 @@ RULES = {
 
 @dataclass(frozen=True)
 class TrainState:
-    """Where a run is. config: digest of the configuration. seconds: trained so far [s]."""
+    """State of a run. config: digest of the configuration. seconds: trained so far [s]."""
 
     timesteps: int
     seconds: float
@@ -104,7 +104,7 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
 
 
 def foreign_to(directory: Path) -> list[Path]:
-    """What is in a folder of checkpoints, or in one of them, that no run wrote; links always."""
+    """Files in a folder of checkpoints, or in one of them, that no run wrote; links always."""
     if directory.is_symlink() or not directory.is_dir():
         return [directory]
     foreign = []
@@ -123,7 +123,7 @@ def _is_checkpoints(name: str) -> bool:
 
 
 def read_state(folder: Path) -> TrainState:
-    """What a checkpoint says of itself. ValueError if it is not a whole checkpoint."""
+    """Metadata of a checkpoint. ValueError if it is not a whole checkpoint."""
     try:
         with refusing("it"):
             content = parse_json(read_text(folder / STATE), "it")

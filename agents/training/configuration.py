@@ -81,7 +81,7 @@ def every_field(kind: type[Configuration]) -> list[Field]:
 
 
 def rule_of(one: Field | DataclassField[Any]) -> Rule:
-    """What a field accepts."""
+    """Rule of a field's accepted values."""
     return one.metadata["rule"]
 
 
@@ -183,7 +183,7 @@ class Configuration(Settings):
 
     @classmethod
     def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
-        """Where the defaults of an algorithm and a trainer differ from the fields' own.
+        """Defaults of an algorithm and a trainer that differ from the fields' own.
 
         trainer: None where none is asked for, the algorithm's usual one is meant then.
         """

@@ -1,4 +1,4 @@
-"""What a named task leaves of a training configuration."""
+"""Fields of a training configuration that a named task does not decide."""
 
 from __future__ import annotations
 

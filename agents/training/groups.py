@@ -13,7 +13,7 @@ from stickslip.dynamics.plain_checks import require_memory
 
 T = TypeVar("T")
 MOST_STEPS = 10**12 - 1
-"""What the name of a checkpoint has room for."""
+"""Largest step count in the name of a checkpoint."""
 RESIDUALS = 20_000
 """About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
 SHARED = {
@@ -101,9 +101,9 @@ class LearningConfiguration(Configuration):
     threads: int
     ppo: PPOSettings
     sac: SACSettings
-    """Where "sac" is among the algorithms."""
+    """Settings of "sac", where the algorithms have it."""
     shac: SHACSettings
-    """Where "shac" is."""
+    """Settings of "shac", where the algorithms have it."""
 
     FLAGS: ClassVar = (
         "task",
@@ -127,7 +127,7 @@ class LearningConfiguration(Configuration):
 
 
 def steps_an_update(config: LearningConfiguration) -> tuple[str, int]:
-    """How many steps each environment makes, and which setting says so."""
+    """Steps of each environment in an update, and the setting that decides them."""
     if config.algorithm == "shac":
         return "horizon", config.shac.horizon
     return "rollout_steps", config.ppo.rollout_steps

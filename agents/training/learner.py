@@ -1,4 +1,4 @@
-"""What learning in JAX begins with, whatever the algorithm: networks, what was seen, episodes.
+"""Start of learning in JAX for any algorithm: networks, observation statistics, episodes.
 
 Observations are normalised by mean and variance of all that were seen before a rollout: acting and
 learning use the same numbers, which change between updates only.
@@ -89,7 +89,7 @@ def widened(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
 
 
 class Start(NamedTuple):
-    """What a training begins with, beside its learner."""
+    """Start of a training, without its learner."""
 
     progress: Progress
     key: Array

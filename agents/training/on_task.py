@@ -38,7 +38,7 @@ def evaluation_row(
     policy: Policy,
     config: Configuration,
 ) -> dict[str, float]:
-    """What an evaluation says of a policy, by those columns.
+    """Row of an evaluation of a policy, by those columns.
 
     On a named task: over episodes from TEST_SEEDS on, which training never sees and neither the
     task's own scores nor those of `stickslip evaluate --task` are made of; one where a reset draws

@@ -1,4 +1,4 @@
-"""How far training is: a bar on a terminal, a line an evaluation everywhere."""
+"""Progress of training: a bar on a terminal, a line for each evaluation everywhere."""
 
 from __future__ import annotations
 

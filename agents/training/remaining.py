@@ -1,4 +1,4 @@
-"""How long a run will go on, from how it went lately."""
+"""Estimate of a run's remaining time, from its recent speed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ PERIODS = 2
 
 
 class Point(NamedTuple):
-    """How far a run was when."""
+    """Steps of a run at a time."""
 
     seconds: float
     timesteps: int

@@ -38,7 +38,7 @@ def pack(content: ModelState) -> bytes:
 
 
 def unpack(raw: bytes, largest: int) -> ModelState:
-    """What `pack` packed. ValueError, without a path, for anything else.
+    """Inverse of `pack`. ValueError, without a path, for anything else.
 
     largest: bytes that the file and its contents may have.
     """

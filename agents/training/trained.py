@@ -1,4 +1,4 @@
-"""What comes of training."""
+"""Result of training."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
 
 
 class Trained(NamedTuple, Generic[Config_co]):
-    """What came of a call of `train`."""
+    """Result of a call of `train`."""
 
     directory: Path
     policy: Path
@@ -27,12 +27,12 @@ class Trained(NamedTuple, Generic[Config_co]):
 
     @property
     def percent(self) -> int:
-        """How much of the training is done, 100 at its end only."""
+        """Percentage of the training that is done, 100 at its end only."""
         return min(100 * self.timesteps // self.config.timesteps, 100)
 
     @property
     def name(self) -> str:
-        """What to call the policy: one that is not trained to the end says so."""
+        """Name of the policy, which says if it is not trained to the end."""
         if self.finished:
             return "trained policy"
         return f"policy after {self.percent} % of its training"

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv, Params, State
 
 KEPT = ("obs", "action", "next_obs")
-"""What a rollout keeps of each step."""
+"""Kept data of each step of a rollout."""
 VALUE_WEIGHT = 0.5
 """Of the value's squared error in the loss."""
 STEEPEST = 0.5
@@ -51,7 +51,7 @@ STEEPEST = 0.5
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
-"""What a gradient step changes: actor and critic, and the optimiser's state."""
+"""Carry of a gradient step: actor and critic, and the optimiser's state."""
 
 
 class Learner(NamedTuple):
@@ -73,11 +73,11 @@ class Batch(NamedTuple):
     """Of the action when it was chosen."""
     advantage: Array
     value: Array
-    """What the critic is to say: its estimate then, and the advantage."""
+    """Target of the critic: its old estimate plus the advantage."""
 
 
 def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learner:
-    """A fresh learner for so many numbers in an observation and in an action."""
+    """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
     networks = first_layers(inputs, outputs, sizes, key)
     return Learner(*networks, OPTIMISER.init(networks), nothing_seen(inputs))
 
@@ -167,7 +167,7 @@ def log_probability(action: Array, mean: Array, noise: Array) -> Array:
 
 
 def judged(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
-    """What a rollout teaches."""
+    """Samples of a rollout for the update."""
     obs, action = found.kept["obs"], found.kept["action"]
     critic = network(learner.critic, learner.seen)
     value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))

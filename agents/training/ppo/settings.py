@@ -1,4 +1,4 @@
-"""What proximal policy optimisation is told: what a program is compiled for, and its numbers."""
+"""Settings of proximal policy optimisation: static sizes, and traced numbers."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Sizes:
 
 
 class Now(NamedTuple):
-    """What changes on the way."""
+    """Numbers that change during training."""
 
     learning_rate: Float[Array, ""]
     noise: Float[Array, ""]
@@ -101,7 +101,7 @@ class Rates:
 
 
 def settings_of(config: LearningConfiguration) -> tuple[Sizes, Rates]:
-    """What a training configuration says."""
+    """Settings of a training configuration."""
     ppo = config.ppo
     sizes = Sizes(
         num_envs=config.num_envs,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-"""What a replay buffer holds."""
+"""Arrays of a replay buffer."""
 LOSSES = {
     "ppo": {
         "policy_loss": "policy_gradient_loss",
@@ -43,7 +43,7 @@ LOSSES = {
 
 @dataclass
 class Course:
-    """How far a run has come, for everything that changes on the way. share: 0 to 1."""
+    """Progress of a run, for schedules. share: 0 to 1."""
 
     share: float = 0.0
 

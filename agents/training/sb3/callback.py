@@ -1,4 +1,4 @@
-"""What happens while Stable-Baselines3 learns: schedules, reports, interruption."""
+"""Callback of Stable-Baselines3: schedules, reports, interruption."""
 
 from __future__ import annotations
 

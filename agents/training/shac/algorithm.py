@@ -80,7 +80,7 @@ def begin_learning(inputs: int, outputs: int, sizes: ShortSizes, key: Array) -> 
 
 
 def acting(learner: ShortLearner) -> MLPPolicy:
-    """What is shipped of a learner."""
+    """Policy of a learner."""
     return network(learner.actor, learner.seen, squash="tanh")
 
 
@@ -133,7 +133,7 @@ def _pulled(
     params: Params,
     given: tuple[Array, Leaves, Array],
 ) -> tuple[Leaves, Array]:
-    """What is handed back to a step's state and action.
+    """Cotangents of a step's state and action.
 
     numbers, whole: the state's leaves that have derivatives, and the others.
     """

@@ -1,4 +1,4 @@
-"""What short-horizon actor-critic is told: what a program is compiled for, and its numbers."""
+"""Settings of short-horizon actor-critic: static sizes, and traced numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ShortRates(Rates):
 
 
 def settings_of(config: LearningConfiguration) -> tuple[ShortSizes, ShortRates]:
-    """What a training configuration says."""
+    """Settings of a training configuration."""
     shac = config.shac
     sizes = ShortSizes(
         num_envs=config.num_envs,
