@@ -43,7 +43,7 @@ __all__ = [
 LONGEST = 1200
 """Characters of a message."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
-"""What XLA calls a lack of memory."""
+"""XLA's messages about a lack of memory."""
 EXTRAS = {
     "stable_baselines3": "sb3",
     "torch": "sb3",

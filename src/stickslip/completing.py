@@ -1,4 +1,4 @@
-"""What a shell is told when it asks what may follow on a command line of `stickslip`.
+"""Completion of `stickslip`'s command lines in a shell.
 
 argcomplete runs this program for each Tab with the line so far in its environment, so commands have
 the flags of the machine that stands on the line, which no script written beforehand could know.
@@ -30,7 +30,7 @@ _stickslip() {
 compdef _stickslip stickslip
 """,
 )
-"""What zsh needs around it: its completion switched on; files where the program offers nothing."""
+"""Additions for zsh: its completion switched on, files where the program offers nothing."""
 
 
 def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) -> None:
@@ -45,7 +45,7 @@ def complete(make_parser: Callable[[Sequence[str]], argparse.ArgumentParser]) ->
 
 
 def script(shell: str) -> str:
-    """What a shell is to read once so that it asks."""
+    """Script that enables completion in a shell."""
     import argcomplete
 
     code = argcomplete.shellcode([PROGRAM], shell=shell)

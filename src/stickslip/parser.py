@@ -179,12 +179,12 @@ class Parser(argparse.ArgumentParser):
         return self
 
     def error(self, message: str) -> NoReturn:
-        """What argparse calls."""
+        """Report an error; argparse calls this."""
         raise ValueError(f"{message} (see {self.prog} --help)")
 
 
 def _split(words: list[str], command: argparse.ArgumentParser) -> tuple[list[str], Sequence[str]]:
-    """What this parser reads, and what a command that runs another passes on to it unread."""
+    """Split the words into this parser's own and those that are passed on unread."""
     if any(one.nargs == argparse.REMAINDER for one in command._actions):
         begins = words.index(command.prog.split()[-1]) + 1
         for place in range(begins, len(words)):

@@ -36,7 +36,7 @@ OFF = "off"
 LARGEST = 128 * 2**20
 """All programs kept, of all versions and machines [bytes]; beyond, the oldest go."""
 SHORTEST = 0.1
-"""What compiles faster is not kept [s]."""
+"""Least compile time of a kept program [s]."""
 FORGOTTEN = 30 * 24 * 3600.0
 """When a working folder without an owner goes, where it cannot be seen whether it has one [s]."""
 SUFFIX = "-cache"
@@ -78,7 +78,7 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
 
 
 def programs_folder(environment: Mapping[str, str], system: str) -> Path | None:
-    """Where the user's programs are kept, if anywhere: in the cache folder of the system's kind."""
+    """Folder of the user's kept programs, or None: the cache folder of the system's kind."""
     if asked := environment.get(FOLDER):
         return None if asked.lower() == OFF else Path(asked)
     if system == "win32":
@@ -129,7 +129,7 @@ def kept_programs(store: Path) -> Iterator[None]:
 
 
 def _crashes(system: str) -> bool:
-    """Whether kept programs are known to end a process: on macOS before jaxlib 0.10."""
+    """True if kept programs are known to end a process: on macOS before jaxlib 0.10."""
     import jaxlib
 
     return system == "darwin" and tuple(map(int, jaxlib.__version__.split(".")[:2])) < (0, 10)
@@ -202,7 +202,7 @@ def _publish(store: Path, work: Path) -> None:
 
 
 def _is_whole(content: bytes) -> bool:
-    """Whether JAX wrote it to its end: a full disk cuts it short."""
+    """True if JAX wrote it to its end: a full disk cuts it short."""
     try:
         if not content.startswith(b"\x28\xb5\x2f\xfd"):
             zlib.decompress(content)

@@ -12,7 +12,7 @@ from typing import IO
 PLAIN = "stickslip-plain"
 """Name of the error handler."""
 INSTEAD = {"─": "-", "±": "+-", "×": "x", "–": "-", "…": "...", "²": "2", "°": " deg"}
-"""What is written where the encoding has no such letter; a question mark for others."""
+"""Replacements for letters that the encoding lacks; a question mark for others."""
 
 
 def prepare_streams() -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Command(Protocol):
-    """What a command's module has."""
+    """Protocol of a command's module."""
 
     EXAMPLES: Mapping[str, str]
     JSON: bool
@@ -51,7 +51,7 @@ COMMANDS = {
     "bench": "measure: speed, accuracy, optimisers, this package beside others",
     "completion": "what makes a shell complete commands, flags and names",
 }
-"""What each does, in the order of the help; its module has its name."""
+"""Descriptions of the commands, in the order of the help; a module has its command's name."""
 
 
 def command_by_name(name: str) -> Command:

@@ -22,7 +22,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Which benchmark; all that follows its name is its own."""
+    """Add the benchmark's name; all that follows it is its own."""
     del arguments
     name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
     completes(name, BENCHMARKS)

@@ -21,7 +21,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Who, on which task or scene, how often."""
+    """Add flags of players, task or scene, and episodes."""
     del arguments
     add_who(parser, many=True)
     parser.add_argument(

@@ -21,7 +21,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Which policy, into which file."""
+    """Add the policy and the file."""
     del arguments
     add_who(parser, "one of those below, a file or a run")
     parser.add_argument(

@@ -30,7 +30,7 @@ MACHINES = ("ugv", "biped")
 
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
-    """What to optimise, and the flags of that."""
+    """Add the machine and its flags."""
     from stickslip.optimise.flags import add_flags
     from stickslip.optimise.gait_flags import add_gait_flags
 

@@ -1,4 +1,4 @@
-"""What a command ends with: an exit status, and what it found."""
+"""Outcome of a command: an exit status and its results."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Which policies."""
+    """Add the policies' names."""
     del arguments
     tables = shipped()
     names = parser.add_argument(

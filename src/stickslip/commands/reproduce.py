@@ -20,7 +20,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Which figures."""
+    """Add the figures' names."""
     del arguments
     from stickslip.paper.registry import EVERYTHING, FIGURES
 

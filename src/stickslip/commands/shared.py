@@ -1,4 +1,4 @@
-"""What several commands have: who is named, on which scene, with what else of the task changed."""
+"""Flags of several commands: players, scenes and changes of the task."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WHO = "a policy of the package, a policy file, a run's directory or a baseline, 
 
 
 def add_who(parser: argparse.ArgumentParser, about: str = WHO, many: bool = False) -> None:
-    """Who is to play: names and files."""
+    """Add players: names and files."""
     nargs = "+" if many else None
     completes(parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about), players())
 
@@ -25,7 +25,7 @@ def add_overwrite(parser: argparse.ArgumentParser, what: str = "the files") -> N
 
 
 def add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
-    """Which scene, and what else of the task to change, machine by machine."""
+    """Add the scene and changes of the task, machine by machine."""
     from stickslip.agents.registry import machines
 
     every = machines()
@@ -84,7 +84,7 @@ def tasks() -> tuple[str, ...]:
 
 
 def add_columns(group: argparse._ActionsContainer, file: str, example: str) -> None:
-    """Which columns of a table are meant."""
+    """Add --columns, which names a table's columns."""
     group.add_argument(
         "--columns",
         metavar="NAME=HEAD,...",

@@ -34,7 +34,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
-    """Which machine, its own flags, and the files."""
+    """Add the machine, its flags and the files."""
     from stickslip.simulate.biped_flags import add_biped_flags
     from stickslip.simulate.ugv_flags import add_ugv_flags
 

@@ -20,7 +20,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Which tasks."""
+    """Add the tasks' names."""
     del arguments
     from stickslip.envs.tasks.ladder import TASKS
 

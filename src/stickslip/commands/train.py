@@ -80,7 +80,7 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
 
 
 def _about(one: Field, kind: type[Configuration]) -> str:
-    """What a field is, what it may be where that is a name, and its defaults."""
+    """Help of a field: meaning, accepted names and defaults."""
     from stickslip.agents.training.configuration import every_field, rule_of
 
     rule = rule_of(one)

@@ -22,7 +22,7 @@ EXAMPLES = {
 
 
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Who, where, how long, into which files."""
+    """Add players, task, duration and files."""
     del arguments
     add_who(parser, many=True)
     parser.add_argument(

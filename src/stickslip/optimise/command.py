@@ -90,7 +90,7 @@ def _flags_named() -> Iterator[None]:
 
 
 def spacing_of(track: Track, flags: Mapping[str, Any]) -> float:
-    """What is asked for, or by the length of the way: see SPACING [m]."""
+    """Requested spacing, or the default for the track's length: see SPACING [m]."""
     if flags["spacing"] is not None:
         return flags["spacing"]
     ends = (flags["start"], track.start), (flags["end"], track.end)
@@ -117,7 +117,7 @@ def problem_of(flags: Mapping[str, Any]) -> PostureProblem:
 
 
 def _folder(flags: Mapping[str, Any]) -> Path:
-    """Where the files go; ValueError if something is there and may not be replaced."""
+    """Directory of the files; ValueError if it exists and may not be replaced."""
     default = f"ugv-{Path(flags['track']).stem}-{flags['criterion']}-{flags['method']}"
     out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
     return require_folder(out, flags["overwrite"])
@@ -167,7 +167,7 @@ def _drive(
 
 
 def _page_without(problem: PostureProblem, result: PostureResult, track: str) -> str:
-    """What was asked for and why there is no drive."""
+    """Page of the request and the reason why there is no drive."""
     from stickslip.envs.rendering.html.document import page_text
     from stickslip.optimise.page import result_page
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def add_track(group: argparse._ArgumentGroup) -> None:
-    """Which ground, and how much friction it has."""
+    """Add flags of ground and friction."""
     track = group.add_argument(
         "--track",
         default="bump",
@@ -54,7 +54,7 @@ def add_way(parser: Parser, default: str, only: str = "") -> None:
 
 
 def add_limits(parser: Parser) -> None:
-    """What legs and motors may do."""
+    """Add flags of the limits of legs and motors."""
     parser.add_argument(
         "--max-torque",
         default="none",

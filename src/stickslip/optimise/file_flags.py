@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def add_files(parser: argparse.ArgumentParser, default: str, what: str) -> None:
-    """Where they go, and which; what: a plot shows."""
+    """Add flags of output files; what: a plot shows."""
     parser.add_argument("--out", metavar="DIR", help=f"where files go (default: {default})")
     add_overwrite(parser, "the result in --out")
     parser.add_argument(

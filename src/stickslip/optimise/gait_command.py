@@ -171,7 +171,7 @@ def _asked(flags: GaitFlags) -> dict[str, object]:
 
 
 def _folder(flags: GaitFlags) -> Path:
-    """Where the files go; ValueError if something is there and may not be replaced."""
+    """Directory of the files; ValueError if it exists and may not be replaced."""
     default = f"biped-{flags['objective'].replace('=', '').replace(',', '-')}"
     out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
     return require_folder(out, flags["overwrite"])

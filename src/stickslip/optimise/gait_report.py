@@ -23,7 +23,7 @@ NO_LIMIT = 1e3
 def gait_rows(
     problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
 ) -> list[tuple[str, str]]:
-    """What the command prints, a name and its value a row."""
+    """Rows of the printed report: a name and its value."""
     unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
     walk = "one periodic step" if problem.is_periodic else f"{problem.steps_taken} steps"
     found = [
@@ -48,7 +48,7 @@ def gait_rows(
 
 
 def presses(gait: Gait) -> np.ndarray:
-    """Where the foot is pressed down by more than a share UNLOADED of the weight: elsewhere a
+    """Mask of nodes where the normal force exceeds a share UNLOADED of the weight: elsewhere a
     friction use or a zero-moment point is a quotient of nothing."""
     return gait.normal_force > UNLOADED * gait.nodes.robot.weight
 

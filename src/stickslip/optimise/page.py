@@ -1,4 +1,4 @@
-"""What an optimisation ends with, as a page: numbers, picture, and what it found to play."""
+"""Page of an optimisation's result: numbers, picture and an episode to play."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def result_page(
     episodes: tuple[Shown, ...],
     picture: bytes | None = None,
 ) -> Page:
-    """What an optimisation ends with. rows: as the command prints them."""
+    """Page of an optimisation's result. rows: as the command prints them."""
     table = Table(COLUMNS, [row for row in rows if row[1]])
     pictures = () if picture is None else (("The same as a picture", picture),)
     return Page(title, tables=(("", table),), episodes=episodes, pictures=pictures)

@@ -66,7 +66,7 @@ def chosen(problem: PostureProblem, most: int) -> np.ndarray:
 
 
 def scene_height(problem: PostureProblem, placed: Pose) -> float:
-    """What the scene's panel needs for equal scales [inches], within what a page has."""
+    """Height of the scene's panel for equal scales [inches], within the page."""
     left, right, bottom, top = extent(problem.params, placed)
     return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
@@ -90,7 +90,7 @@ def draw_torque(axis: Axes, stations: Station) -> None:
 
 
 def draw_grip(axis: Axes, problem: PostureProblem, stations: Station) -> None:
-    """What friction each wheel has left; below 0 it slips."""
+    """Draw the grip margin of each wheel; below 0 it slips."""
     looks = (("rear", REAR), ("front", FRONT))
     for (name, look), (F, N, mu) in zip(looks, stations.wheels, strict=True):
         axis.plot(stations.x, mu * N - np.abs(F), label=name, **look)

@@ -1,4 +1,4 @@
-"""What the machines' `stickslip optimise` have in common: where files go, and limits as flags."""
+"""Shared parts of `stickslip optimise`: output files, and limits as flags."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def energies(problem: PostureProblem, x: Float[np.ndarray, "n"] | None) -> dict[
 def rows(
     problem: PostureProblem, result: PostureResult, spent: Mapping[str, float]
 ) -> list[tuple[str, str]]:
-    """What the command prints, a name and its value a row. spent: `energies`."""
+    """Rows of the printed report: a name and its value. spent: `energies`."""
     unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
     about = getattr(problem.criterion, "about", "")
     found = [
@@ -135,7 +135,7 @@ def _between(problem: PostureProblem, result: PostureResult, unit: str) -> str:
 
 
 def _off(problem: PostureProblem, result: PostureResult) -> str:
-    """How far the value between waypoints is off: a share, or of a value near 0 the difference."""
+    """Deviation of the value between waypoints: relative, or near 0 the difference."""
     share = result.discretisation
     if abs(share) <= MOST_SHARE:
         return f"{share:+.1%}"
@@ -144,14 +144,14 @@ def _off(problem: PostureProblem, result: PostureResult) -> str:
 
 
 def _missed(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
-    """What is missed by more than what counts as feasible: a rounding is none of it."""
+    """Violations beyond the tolerance of feasibility."""
     worst = {name: by for name, by in residuals.items() if by > tolerated(problem, name)}
     shown = ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items())
     return shown or f"nothing ({', '.join(residuals)})"
 
 
 def _wheels(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
-    """How far the wheels' centres are apart at least, and whether that is asked for."""
+    """Least distance of the wheels' centres, and whether it is constrained."""
     rear, front = (np.asarray(of) for of in legs(problem.params, problem.angles(x)))
     least = float(np.min(np.hypot(*(front - rear).T)))
     needed = 2 * float(problem.params.wheel_radius) + float(problem.params.wheel_gap)

@@ -1,4 +1,4 @@
-"""What `--track-option` may be for each named track, for the help."""
+"""Options of each named track (`--track-option`), for the help."""
 
 from __future__ import annotations
 

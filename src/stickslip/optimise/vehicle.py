@@ -27,7 +27,7 @@ def poses(
     leg_angles: Float[np.ndarray, "n 2"],
     solver: PoseSolver = NEWTON,
 ) -> Pose:
-    """Where the vehicle stands with its front wheel at each x [m], as NumPy float64 arrays."""
+    """Poses of the vehicle with its front wheel at each x [m], as NumPy float64 arrays."""
     with jax.enable_x64(True):
         vehicle, ground = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), (params, track))
         placed = pose(vehicle, ground, jnp.asarray(x), jnp.asarray(leg_angles), solver=solver)
@@ -35,7 +35,7 @@ def poses(
 
 
 def extent(params: UGVParams, placed: Pose) -> tuple[float, float, float, float]:
-    """What the vehicles take: left, right, bottom, top [m], wheels included."""
+    """Extent of the vehicles: left, right, bottom, top [m], wheels included."""
     r = float(params.wheel_radius)
     wheels = np.concatenate([placed.rear.centre, placed.front.centre])
     hinges = np.concatenate([placed.rear_hinge, placed.front_hinge])

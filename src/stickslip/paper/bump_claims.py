@@ -1,4 +1,4 @@
-"""What the chapter says of Fig. 24, judged by all pairs of leg angles held over the bump."""
+"""Claims about Fig. 24, judged by all pairs of leg angles held over the bump."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def sheet(
 
 
 def name_panel(axis: Axes, label: str, note: str = "", below: str = "") -> None:
-    """What is drawn and its unit over the panel, a note beside it, the x axis below."""
+    """Label a panel: quantity and unit above, a note beside it, the x axis below."""
     axis.set_title(label, loc="left", fontsize=9.5, color=theme.INK, pad=4)
     axis.set_title(note, loc="right", fontsize=8.5, color=theme.MUTED, pad=4)
     axis.set_xlabel(below, fontsize=9, color=theme.MUTED)

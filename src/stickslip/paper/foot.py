@@ -99,7 +99,7 @@ def _equations(linear: float, moment: float, weight: float, zmp: np.ndarray) -> 
 
 
 def _pins(placed: Kinematics) -> Claim:
-    """Which bar can hold the foot's second pin: its other end must stay equally far away."""
+    """Claim about the bar on the foot's second pin: its other end must keep its distance."""
     far = reaches(placed)
     fits = [name for name, lengths in far.items() if np.ptp(lengths) < ROUNDING * lengths.max()]
     shown = "; ".join(
@@ -116,7 +116,7 @@ def _pins(placed: Kinematics) -> Claim:
 
 
 def reaches(placed: Kinematics) -> dict[str, np.ndarray]:
-    """How far from the supporting foot's second pin the far end of each bar is [n, m].
+    """Distance of each bar's far end from the supporting foot's second pin [n, m].
 
     Link 11 is parallel to the tibia, link 12 to the femur (eq. 9). placed: of n crank angles.
     """
@@ -129,7 +129,7 @@ def reaches(placed: Kinematics) -> dict[str, np.ndarray]:
 
 
 def _below(residual: float) -> str:
-    """What is left over by rounding, which differs from machine to machine, to a power of ten."""
+    """Rounding residual, rounded up to a power of ten since machines differ."""
     return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
 
 

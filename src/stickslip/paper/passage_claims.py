@@ -1,4 +1,4 @@
-"""What the chapter says of Fig. 25, judged by drives over the bump."""
+"""Claims about Fig. 25, judged by drives over the bump."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stickslip.optim import Station
 from stickslip.paper.result import NOT_STATED, Claim, by_construction, share_of, verdict_of
 
 RATE = 1.0
-"""What the legs may turn for each metre of the front wheel [rad/m]; the chapter has no limit."""
+"""Limit of the legs' turn for each metre of the front wheel [rad/m]; the chapter has none."""
 HELD, LIMITED, FREE, POINTWISE = "legs held", f"up to {RATE:g} rad/m", "no limit", "point by point"
 VARIATION = "torque_variation"
 CRITERIA = (VARIATION, "peak_torque", "wheel_energy", "total_energy")
@@ -54,7 +54,7 @@ def varies_less(drives: Drives, pair: tuple[float, float], angles: int) -> Claim
 
 
 def between(drives: Drives) -> Claim:
-    """What becomes of the drives where no planner looked."""
+    """Claim about the drives between the planner's points."""
     shares = _below(drives, (LIMITED, FREE), [one.between[VARIATION] for one in drives.values()])
     own, closer = drives[HELD].spacings
     told = [f"{abs(100 * of):.0f} % {'below' if of > 0 else 'above'}" for of in shares]

@@ -1,4 +1,4 @@
-"""What a figure's module hands over: columns of data, a drawing and claims with a verdict."""
+"""Result of a figure's module: columns of data, a drawing and claims with a verdict."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Columns = Mapping[str, np.ndarray | Sequence[Any]]
 
 @dataclass(frozen=True)
 class Claim:
-    """What the chapter states, what comes out here, whether the two agree, and why.
+    """A claim of the chapter, the measurement, a verdict and its reason.
 
     verdict: one of VERDICTS.
     """
@@ -65,7 +65,7 @@ def by_calibration(holds: object) -> str:
 
 @dataclass(frozen=True)
 class Setting:
-    """How finely a figure is computed.
+    """Resolution of a figure.
 
     samples: points a step of the biped. They are integration steps, too, split at every switching
     instant, so a coarse grid costs few digits. Of Fig. 24's curves: points along the bump. say:

@@ -52,7 +52,7 @@ class Error(NamedTuple):
 
 @dataclass(frozen=True)
 class Exact:
-    """What the errors count from."""
+    """Reference of the errors."""
 
     start: Trajectory
     walk: Walk
@@ -151,7 +151,7 @@ def _least_torque(params: BipedParams, paper: Paper, count: int, dt: float) -> f
 
 
 def _walks(params: BipedParams, paper: Paper, torque: float, count: int, dt: float) -> bool:
-    """Whether the crank gets through the first step before it turns back."""
+    """True if the crank gets through the first step before it turns back."""
     state = BipedState()
     for _ in range(8):
         course = _euler(params, paper, state, torque, count, dt)

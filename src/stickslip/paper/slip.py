@@ -108,7 +108,7 @@ def least_rate(params: BipedParams, mu: float, samples: int) -> float:
 
 
 def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
-    """Where in the step [-] the swinging leg's ankle, knee and centre of mass are highest."""
+    """Phases [-] at which the swinging leg's ankle, knee and centre of mass are highest."""
     pose = poses(params, phases(samples))
     swing = [place for place, name in enumerate(BODIES) if name.endswith("p")]
     mass = np.asarray(params.mass)[[int(BODIES[place].rstrip("p")) - 1 for place in swing]]

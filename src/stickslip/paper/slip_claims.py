@@ -1,4 +1,4 @@
-"""What the chapter says of the slides of Figs. 17 and 19, judged by walks at constant crank rate.
+"""Claims about the slides of Figs. 17 and 19, judged by walks at constant crank rate.
 
 They are looked at in the second step: the first begins with the foot at rest.
 """
@@ -15,7 +15,7 @@ from stickslip.paper.walks import PERIODS, SAME_INSTANT, Slide, Walk
 
 STATED_FRICTION = 0.08
 MID_STEP = (0.4, 0.6)
-"""What counts as "at mid-step", as shares of the step [-]."""
+"""Range that counts as "at mid-step", as shares of the step [-]."""
 QUARTER = 0.25
 NEAR = 0.05
 """A slide ends "when the leg is highest" if it does so within this time [T]."""

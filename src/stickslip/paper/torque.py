@@ -76,7 +76,7 @@ def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
 
 
 def peak_of(values: np.ndarray) -> tuple[float, float]:
-    """Where along an even grid the greatest value is, from 0 to 1, and the value, both by the
+    """Position of the greatest value on an even grid, from 0 to 1, and the value, both by the
     parabola through it and its neighbours."""
     i, last = int(np.argmax(values)), len(values) - 1
     if i in (0, last):

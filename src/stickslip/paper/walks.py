@@ -88,7 +88,7 @@ class Walk:
         return tuple(parts)
 
     def way(self, step: int) -> float:
-        """How far the foot slides within a step, forwards and backwards added up [m]."""
+        """Distance that the foot slides within a step, forwards and backwards added up [m]."""
         return sum(abs(one.displacement) for one in self.within(step))
 
     def _at(self, share: float) -> float:
@@ -158,7 +158,7 @@ def slides_of(course: Trajectory, period: float) -> tuple[Slide, ...]:
 
 
 def _resting_place(course: Trajectory, stop: float, again: float) -> float:
-    """Where the foot rests from `stop` until `again` [m].
+    """Position at which the foot rests from `stop` until `again` [m].
 
     If a sample falls in between, it has the place. Else half the speed of a sample is the mean
     speed between it and the rest, to third order in the distance: the nearer sample counts more.

@@ -1,4 +1,4 @@
-"""What all folders write with: rows with units as text (`table.py`), files whole (`files.py`).
+"""Tables with units (`table.py`) and atomic file writes (`files.py`), for all folders.
 
 And how their work is asked to end (`signals.py`).
 

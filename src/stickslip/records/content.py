@@ -1,4 +1,4 @@
-"""What a command found, for programs: tables whose columns have units, and facts, as JSON."""
+"""Results of a command as JSON: tables whose columns have units, and facts."""
 
 from __future__ import annotations
 

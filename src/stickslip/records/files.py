@@ -56,7 +56,7 @@ def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
 
 
 def is_remains(name: str, of: Container[str]) -> bool:
-    """Whether a file's name is one that `write_whole` leaves where it is killed, of these files."""
+    """True if a file's name is one that a killed `write_whole` of these files leaves."""
     found = REMAINS.fullmatch(name)
     return found is not None and found.group(1) in of
 

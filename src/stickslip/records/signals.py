@@ -44,7 +44,7 @@ def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
 
 
 class Stop:
-    """Whether the work should stop at its next step: the first signal says so.
+    """Stop request, set by the first signal, read at each step of the work.
 
     A second Ctrl-C ends it at once; SIGTERM and SIGHUP may come twice (from kernel and shell).
     """

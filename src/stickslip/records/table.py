@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 BAR = "&#124;"
-"""What stands for | in a cell of Markdown."""
+"""Escape of | in a cell of Markdown."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """What the cells of a column are. unit: "-" for none. words: they stand to the left."""
+    """Name and format of a column. unit: "-" for none. words: left-aligned text."""
 
     name: str
     unit: str = "-"
@@ -170,7 +170,7 @@ def json_text(content: Mapping[str, Any]) -> str:
 
 
 def undefined(value: Any) -> bool:
-    """Whether a value is a float that is not finite."""
+    """True if a value is a float that is not finite."""
     return isinstance(value, float) and not isfinite(value)
 
 

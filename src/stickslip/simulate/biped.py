@@ -140,7 +140,7 @@ def _one(flag: str, values: Sequence[float]) -> float:
 
 
 def setting_of(given: WalkFlags) -> Setting:
-    """How the walk is computed. ValueError for flags that contradict each other."""
+    """Setting of the walk. ValueError for flags that contradict each other."""
     if given["tolerance"] is not None:
         if given["setting"] is not None:
             raise ValueError(
@@ -164,7 +164,7 @@ def setting_of(given: WalkFlags) -> Setting:
 
 
 def state_of(given: WalkFlags) -> BipedState:
-    """Where the walk begins."""
+    """Initial state of the walk."""
     return BipedState(
         phase=np.float64(SUPPORT_START if given["phase"] is None else given["phase"]),
         crank_rate=np.float64(given["crank_rate"]),
@@ -173,7 +173,7 @@ def state_of(given: WalkFlags) -> BipedState:
 
 
 def picture_path(text: str | None, overwrite: bool) -> Path | None:
-    """Where a picture goes, if one is asked for; matplotlib is looked for now."""
+    """Path of the picture, if one is requested; checks that matplotlib is installed."""
     if text is None:
         return None
     path = Path(text)
@@ -198,7 +198,7 @@ def _width(summary: Table) -> int:
 
 
 def promise_of(given: WalkFlags, setting: Setting, walk: Walk) -> str | None:
-    """What --tolerance promises of the setting, and whether that covers the walk; None without."""
+    """Promise of the setting for --tolerance, and whether it covers the walk; None without."""
     if given["tolerance"] is None:
         return None
     found = recommend(given["tolerance"], scene_of(given))

@@ -32,13 +32,13 @@ STATE: dict[str, Callable[[BipedState], Number]] = {
     "foot_velocity": lambda state: state.foot_velocity,
     "steps": lambda state: state.steps,
 }
-"""What changes along a walk."""
+"""Variables along a walk."""
 CONSTANTS = {"pi": math.pi}
 ONE = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt", "abs", "sign", "floor")
 FUNCTIONS = dict.fromkeys(ONE, 1) | {"min": 2, "max": 2, "clip": 3}
 """Number of arguments."""
 NUMPY = {"min": "minimum", "max": "maximum"}
-"""What NumPy and JAX call a function, where it is another name."""
+"""Names of functions in NumPy and JAX, where they differ."""
 OPERATORS: dict[type[ast.AST], str] = {
     ast.Add: "add",
     ast.Sub: "subtract",
@@ -56,7 +56,7 @@ OPERATORS: dict[type[ast.AST], str] = {
     ast.Or: "logical_or",
     ast.Not: "logical_not",
 }
-"""What NumPy and JAX call them."""
+"""Names in NumPy and JAX."""
 ACCEPTED = (
     f"arithmetic of numbers, {', '.join((*STATE, *CONSTANTS))}, with + - * / % **, comparisons, "
     f"`a if c else b` and {', '.join(FUNCTIONS)}"
@@ -133,7 +133,7 @@ def _require(node: ast.AST, text: str, depth: int) -> Any:
 
 
 def _parts(node: ast.AST) -> list[ast.AST] | None:
-    """What a part is made of; None for one that is not accepted."""
+    """Children of a node; None for one that is not accepted."""
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return [] if _finite(value) else None
@@ -173,7 +173,7 @@ def _finite(value: float) -> bool:
 
 
 def _said(node: ast.AST) -> str:
-    """What is wrong with a part."""
+    """Message about a node that is not accepted."""
     match node:
         case ast.Name(id=name):
             return f"{shown(name)} is unknown{nearest(name, (*STATE, *CONSTANTS, *FUNCTIONS))}"

@@ -14,7 +14,7 @@ TABLES = (".csv", ".parquet")
 
 
 def table_path(text: str, overwrite: bool) -> Path:
-    """Where a table goes. ValueError for another kind, a folder, and what is not to be replaced;
+    """Path of a table. ValueError for another kind, a folder, a file that is not to be replaced;
     the package that writes Parquet is imported now, not when everything is computed."""
     from stickslip.agents.view_files import require_new, require_suffix
 

@@ -41,7 +41,7 @@ STATUS = {
     "OVERLOAD": "a wheel needs more torque than its motor gives",
     "OVERLAP": "the wheels overlap: the legs are folded too far",
 }
-"""What each Status says of what was simulated."""
+"""Meaning of each Status for a simulation."""
 FALLS = ("TOPPLE", "LIFT_OFF")
 WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
 """Statuses of a walk that came to the end of what was asked."""

@@ -1,4 +1,4 @@
-"""What `--torque` may be: a number, a file of times and torques, or arithmetic of the state."""
+"""Forms of `--torque`: a number, a file of times and torques, or arithmetic of the state."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
 
 
 def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
-    """What the drive is worth by every criterion: the lower the better."""
+    """Value of the drive by every criterion: the lower the better."""
     heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
     rows = []
     for name in CRITERIA:

@@ -42,7 +42,7 @@ SHORTEST, LONGEST = 1e-6, 1e7
 
 @dataclass(frozen=True)
 class Walk:
-    """What was walked, as NumPy arrays: states [n + 1], torques and contacts [n].
+    """Simulated walk as NumPy arrays: states [n + 1], torques and contacts [n].
 
     status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
     between two states [s]. torque: held when it ended [N m]. A period that ends NON_FINITE is left
@@ -61,12 +61,12 @@ class Walk:
 
     @property
     def count(self) -> int:
-        """How many periods were walked."""
+        """Number of simulated periods."""
         return len(self.trajectory.torques)
 
 
 def periods(seconds: float, period: float) -> tuple[int, float]:
-    """How many periods of which length [s] a walk has; ValueError for more than memory holds."""
+    """Number and length [s] of a walk's periods; ValueError for more than memory holds."""
     accepted = f"from {SHORTEST:g} to {LONGEST:g} s"
     for name, value in (("--seconds", seconds), ("--period", period)):
         require_number(name, value, low=SHORTEST, high=LONGEST, accepted=accepted)
@@ -139,7 +139,7 @@ def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Sc
 
 
 def _trimmed(part: Trajectory, most: int) -> tuple[Trajectory, tuple[int, float] | None]:
-    """What was walked of a piece, as NumPy arrays, and, where the walk is over with it, the status
+    """Simulated part of a piece, as NumPy arrays, and, where the walk ends in it, the status
     of that and the torque [N m]."""
     part = jax.tree.map(np.asarray, part)
     ended = np.flatnonzero(part.contacts.status[:most] > Status.SLIP_ONSET)

@@ -80,7 +80,7 @@ def event_table(walk: Walk) -> Table:
 
 
 def meaning_of(walk: Walk, steps: int = 0, distance: float = 0.0) -> str:
-    """How it ended; of a torque that is no number, which one, when and at what crank rate."""
+    """Text of the walk's end; of a torque that is not a number: which, when, at what crank rate."""
     meaning = STATUS[walk.status.name]
     if walk.status <= Status.SLIP_ONSET and (steps == 0 or distance < 0):
         place = f"ended {abs(distance):.3g} m {'behind' if distance < 0 else 'ahead'}"
