@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
-    from stickslip.agents.training.train import Trained, train
+    from stickslip.agents.training.run import train
+    from stickslip.agents.training.trained import Trained
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
     from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
@@ -77,10 +78,8 @@ else:
             "sweeps.sweep": ("sweep",),
             "sweeps.axes": ("Axis",),
             "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
-            "training.train": (
-                "Trained",
-                "train",
-            ),
+            "training.run": ("train",),
+            "training.trained": ("Trained",),
             "ugv.config": ("UGVTrainConfig",),
             "ugv.controllers": (
                 "FixedPosture",

@@ -16,8 +16,6 @@ from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.run import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
-from stickslip.agents.reports.evaluated import report_of, write_evaluation
-from stickslip.agents.reports.trained import report_training
 from stickslip.agents.tasks.named import (
     common_task,
     earned_in_words,
@@ -53,9 +51,11 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import AnyMachine, Options
-    from stickslip.agents.reports.evaluated import Playing
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
     from stickslip.agents.tasks.places import Named, Place
 
+    Playing: TypeAlias = tuple[str, str, AnyEnv, AnyPlayer, Timed]
+    """Scene, name, environment, player and parameters."""
     Played: TypeAlias = tuple[Evaluation, dict[str, str], list[Playing]]
 
 EPISODES = 32
@@ -96,7 +96,6 @@ def train_command(given: Options) -> None:
     if not given["no_pictures"]:
         say_stage("drawing")
         machine.write_products(trained)
-        report_training(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s, evaluations aside; "
         f"all of it in {directory}"
@@ -139,13 +138,11 @@ def evaluate_command(given: Options) -> Content:
     if given["out"] is not None:
         require_folder(given["out"])
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
-    page = report_of(given)
-    written = targets + ([] if page is None else [page])
-    require_new(written, given["overwrite"])
+    require_new(targets, given["overwrite"])
 
     task = common_task(given)
     play = _on_places if task is None else partial(_on_task, task)
-    table, tasks, players = play(given, written)
+    table, tasks, players = play(given, targets)
     tables = {"evaluation": table.as_table()}
     print("\n" + table.to_text())
     if given["amplification"]:
@@ -156,11 +153,8 @@ def evaluate_command(given: Options) -> Content:
     if targets:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
-    if page is not None:
-        write_evaluation(table, tasks, players, page, given["overwrite"], task, _running)
-    if written:
-        print("Written: " + ", ".join(map(str, written)))
-    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, written))}
+        print("Written: " + ", ".join(map(str, targets)))
+    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
     return Content(tables, about)
 
 

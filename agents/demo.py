@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.demonstration import TABLE, Demonstration
 from stickslip.agents.registry import machine_by_name, machines
-from stickslip.agents.reports.trained import report_training
 from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.agents.training.directory import read_config
 from stickslip.agents.training.run import train
@@ -74,7 +73,6 @@ def demo(
         say(f"Time is up after {so_far}; the next demo goes on from there.")
     say("\nComparing with the baselines ...")
     text = demonstration.show(trained, say)
-    report_training(trained)
     write_whole(directory / TABLE, text)  # last: it says that the rest is there
     say(f"\nThe whole demo took {monotonic() - begun:.0f} s.")
     return _list_files(directory, demonstration, say)

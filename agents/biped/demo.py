@@ -16,7 +16,6 @@ from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
-from stickslip.agents.reports.writing import REPORT
 from stickslip.agents.shown_names import shown_name
 
 if TYPE_CHECKING:
@@ -37,7 +36,6 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         "comparison.png": "the policy beside the baselines, from rest",
         "episode.png": "the policy's torque, speed and friction, from rest",
         FILM: "the policy walking",
-        REPORT: "all of it as a page for a browser, the policy's episode to play",
         "policy.npz": "the policy, for stickslip evaluate and stickslip view",
         "table.csv": "the table above (table.json: every episode)",
     }

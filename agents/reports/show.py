@@ -8,21 +8,28 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.given import require_places, validated_player
+from stickslip.agents.evaluation.rollout import horizon, planned, rollout, without_resets
+from stickslip.agents.registry import machine_of_env
 from stickslip.agents.reports.course import scale_of
-from stickslip.agents.reports.evaluated import first_episodes
 from stickslip.agents.reports.writing import write_page
+from stickslip.agents.shown_names import shown_name
 from stickslip.dynamics.checks import require_integer
-from stickslip.envs.rendering.html.data import Page
+from stickslip.envs.rendering.html.data import MOST_SAMPLES, Page
 from stickslip.envs.rendering.html.document import page_text
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
-    from stickslip.agents.protocol import Params, Player, State
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.tasks.scale import Scale
 
 TALL = 860
 """Height of a page in a notebook [px]."""
+MOST_EPISODES = 6
+"""On the page of `show`."""
 
 
 @dataclass(frozen=True)
@@ -73,3 +80,23 @@ def show(
     every = [(where, name, env, one, params) for name, one in named.items()]
     shown = first_episodes(every, seed, scale_of(task))
     return View(Page(f"{', '.join(named)} on {where}", episodes=shown))
+
+
+def first_episodes(
+    players: Iterable[tuple[str, str, AnyEnv, AnyPlayer, Timed]],
+    seed: int,
+    scale: Scale | None = None,
+) -> tuple[Shown, ...]:
+    """The episode of a seed of the first few: scene, name, environment, player and parameters.
+
+    Longer ones than a page holds are left out.
+    """
+    found = []
+    every = [one for one in players if horizon(one[-1]) < MOST_SAMPLES][:MOST_EPISODES]
+    scenes = {one[0] for one in every}
+    for scene, name, env, player, params in every:
+        env = without_resets(env)
+        played = rollout(env, planned(env, player, params, seed), params, seed)
+        whose = shown_name(name) if len(scenes) == 1 else f"{shown_name(name)} on {scene}"
+        found.append(machine_of_env(env).shown(played, env, params, whose, scale))
+    return tuple(found)

@@ -52,7 +52,6 @@ PRODUCTS = (
     "learning.png",
     "comparison.png",
     "episode.png",
-    "report.html",
 )
 """Files of every machine's run; each machine's film is among them, too."""
 

@@ -67,7 +67,14 @@ def train(
     after: float = 0.0,
     devices: int | None = None,
 ) -> Trained[Config]:
-    """`stickslip.agents.train`, which says what all of this is, without its report."""
+    """Train in a directory and return the result. Needs the extra `train`.
+
+    config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
+    evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
+    for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
+    and Trained.finished is false. devices: that the environments are divided among; default: all
+    that divide them evenly. ValueError for a directory in use and for anything damaged in it.
+    """
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
     directory = Path(directory)
     with ExitStack() as stack:

@@ -8,7 +8,6 @@ from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.policy import load_policy
-from stickslip.agents.reports.writing import REPORT
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.evaluate import keep_of
@@ -50,7 +49,6 @@ class UGVDemonstration(Demonstration):
         "comparison.png": "the policy beside baselines, planner and optimum, over one bump",
         "episode.png": "the policy's drive over that bump",
         FILM: "the policy driving over it",
-        REPORT: "all of it as a page for a browser, the policy's episode to play",
         "policy.npz": "the policy, for stickslip evaluate and stickslip view",
         "table.csv": "the table above (table.json: every episode)",
     }

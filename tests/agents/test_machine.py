@@ -1,7 +1,6 @@
 """A machine and a trainer that nobody foresaw are used like the others."""
 
 import json
-import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,8 +17,6 @@ from stickslip.agents.training.checkpoint import folder_name
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.trainer import TRAINERS
 from stickslip.cli import OK, WRONG_INPUT, main
-from stickslip.envs.rendering.html.encode import decoded
-from stickslip.envs.rendering.html.reading import read_episodes
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, Pull
 from tests.agents.runs import assert_same_run
 
@@ -115,24 +112,14 @@ def test_another_trainer_gets_checkpoints_metrics_and_resumption(tmp_path, monke
     pytest.importorskip("tensorboard")
     monkeypatch.setitem(TRAINERS, "jax", "tests.agents.climber:Climber")
     config = MassConfig.of(timesteps=512, seed=5)
-    whole = train(config, tmp_path / "whole", bar=False, report=False)
+    whole = train(config, tmp_path / "whole", bar=False)
     cut = iter([False] * 5 + [True] * 9)
     assert not train(config, tmp_path / "cut", bar=False, stop=lambda: next(cut)).finished
     shutil.rmtree(tmp_path / "cut" / "checkpoints" / folder_name(384))  # as if killed before
-    assert not (tmp_path / "cut" / "report.html").exists()
     again = train(None, tmp_path / "cut", resume=True, bar=False)
     assert whole.finished
     assert again.finished
     assert_same_run(whole.directory, again.directory)
-    page = (again.directory / "report.html").read_text(encoding="utf-8")
-    (data,) = re.findall(r'id="data">(.*?)</script>', page)
-    found = {one["panel"]["title"]: decoded(one["x"]) for one in json.loads(data)["curves"]}
-    assert found["return in training episodes"][[0, -1]].tolist() == [64.0, 512.0]  # all of it
-    (played,) = read_episodes(again.directory / "report.html")
-    assert played.name == "trained policy"
-    monkeypatch.setattr("stickslip.agents.reports.trained.training_page", lambda *given: 1 / 0)
-    with pytest.warns(RuntimeWarning, match=r"cut: its data are whole, but report\.html .*Zero"):
-        assert train(None, tmp_path / "cut", resume=True, bar=False).finished
     metrics = read_columns(whole.directory / "metrics.csv")
     assert metrics["timesteps"] == list(range(64, 513, 64))
     assert np.all(np.isfinite(metrics["spread"]))

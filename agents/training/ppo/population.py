@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.reports.show import View
     from stickslip.envs.functional import FunctionalEnv
 
 RETURN = "episode_return"
@@ -56,17 +55,6 @@ class Population(NamedTuple):
             lambda leaf: leaf[member], (self.learner.actor, self.learner.seen)
         )
         return network(actor, seen).validate()
-
-    def view(self) -> View:
-        """Returns and losses of the members, as a table and curves; `View.save` makes a page of it.
-        Episodes of a member: `show` plays its `policy`."""
-        from stickslip.agents.reports.population import population_view
-
-        return population_view(self.losses, len(jax.tree.leaves(self.learner)[0]), self.timesteps)
-
-    def _repr_html_(self) -> str:
-        """The same in a notebook."""
-        return self.view()._repr_html_()
 
 
 def train_population(

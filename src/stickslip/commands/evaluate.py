@@ -43,10 +43,7 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
         action="store_true",
         help="biped: also how many times a small difference of the start grows in an episode",
     )
-    parser.add_argument(
-        "--out", metavar="DIR", help="write evaluation.csv and .json and report.html there"
-    )
-    parser.add_argument("--html", metavar="FILE", help="the report alone, or elsewhere")
+    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     add_scene(parser, many=True)
 

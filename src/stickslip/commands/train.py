@@ -45,9 +45,7 @@ def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
     parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
-    parser.add_argument(
-        "--no-pictures", action="store_true", help="no plots, no animation, no report.html"
-    )
+    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
     parser.add_argument(
         "--config",
         metavar="FILE",

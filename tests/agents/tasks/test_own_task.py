@@ -138,8 +138,7 @@ def rows_of(path: str) -> list[dict]:
     return json.loads(Path(path, "evaluation.json").read_text())["rows"]
 
 
-def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys, monkeypatch):
-    monkeypatch.setattr("stickslip.agents.commands.report_of", lambda given: None)  # no episodes
+def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     env, params = strange_biped()
     size = len(env.observation_bounds(params)[0])
     name = still("own.npz", size, describe_environment(env, params), push=0.2)

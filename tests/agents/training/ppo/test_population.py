@@ -9,7 +9,6 @@ import pytest
 
 from stickslip.agents import register
 from stickslip.agents.registry import unregister
-from stickslip.agents.reports.population import population_view
 from stickslip.agents.training.ppo import Population, Rates, Sizes, settings_of, train_population
 from stickslip.agents.training.ppo.trainer import PPOTrainer
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
@@ -39,22 +38,6 @@ def assert_close(one: Population, first: int, other: Population, second: int, at
 @pytest.fixture(scope="module")
 def three() -> Population:
     return trained([4, 9, 4])
-
-
-def test_a_population_shows_what_its_members_earn(three):
-    page = three.view().page
-    first = page.curves[0]
-    assert first.panel.title == "return of training episodes"
-    assert [line.name for line in first.panel.lines] == ["member 0", "member 1", "member 2"]
-    np.testing.assert_array_equal(first.panel.lines[1].values, three.losses["return"][1])
-    assert first.x[-1] == STEPS
-    assert len(page.curves) == len(three.losses)
-    many = {"return": np.array([[1.0, i] for i in range(9)]), "loss": np.zeros((9, 2))}
-    view = population_view(many, 9, 20)
-    lines = {line.name: line.values[-1] for line in view.page.curves[0].panel.lines}
-    assert lines == {"greatest": 8.0, "median": 4.0, "least": 0.0}
-    assert [row[0] for row in view.page.tables[0][1].rows][:2] == [8, 7]
-    assert "member 2" in three._repr_html_()
 
 
 def test_a_member_is_the_trainers_own_run_of_its_seed(three):
