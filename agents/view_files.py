@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.shipped.names import shipped_path
-from stickslip.envs.rendering.film.animation import require_format
+from stickslip.envs.rendering.animation import require_format
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

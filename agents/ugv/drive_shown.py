@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.ugv.shown import STATES, drive_numbers, drive_panels
 from stickslip.envs.rendering.html.data import Shown
-from stickslip.envs.rendering.ugv.drawn import ugv_drawing
+from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim.posture.criteria import CRITERIA, station_cost, step_cost, steps
 

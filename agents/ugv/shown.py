@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.agents.reports.course import facts, from_start, panel, reward_panels, samples
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.html.data import Event, Line, Panel, Shown
-from stickslip.envs.rendering.ugv.drawn import ugv_drawing
+from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import ugv_frames
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.envs.rendering.ugv.frame import UGVFrame
+    from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.envs.tasks.scale import Scale
     from stickslip.envs.ugv.draw import UGVDrawn
     from stickslip.envs.ugv.env import UGVEnv

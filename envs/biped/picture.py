@@ -13,7 +13,7 @@ from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.rendering import BipedFrame
-from stickslip.envs.rendering.biped.floor import patches_of
+from stickslip.envs.rendering.biped import patches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
-    from stickslip.envs.rendering.biped.floor import Patch
+    from stickslip.envs.rendering.biped import Patch
 
 
 def biped_frame(

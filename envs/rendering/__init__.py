@@ -5,25 +5,18 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.rendering.biped.frame import BipedFrame
-    from stickslip.envs.rendering.biped.renderer import BipedRenderer
-    from stickslip.envs.rendering.film.animation import save_animation
-    from stickslip.envs.rendering.film.window import Window
-    from stickslip.envs.rendering.ugv.frame import UGVFrame, WheelFrame
-    from stickslip.envs.rendering.ugv.renderer import UGVRenderer
+    from stickslip.envs.rendering.animation import save_animation
+    from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
+    from stickslip.envs.rendering.ugv import UGVFrame, UGVRenderer, WheelFrame
+    from stickslip.envs.rendering.window import Window
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped.frame": ("BipedFrame",),
-            "biped.renderer": ("BipedRenderer",),
-            "film.animation": ("save_animation",),
-            "film.window": ("Window",),
-            "ugv.frame": (
-                "UGVFrame",
-                "WheelFrame",
-            ),
-            "ugv.renderer": ("UGVRenderer",),
+            "animation": ("save_animation",),
+            "biped": ("BipedFrame", "BipedRenderer"),
+            "ugv": ("UGVFrame", "UGVRenderer", "WheelFrame"),
+            "window": ("Window",),
         },
     )
 

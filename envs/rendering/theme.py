@@ -23,6 +23,63 @@ SLIDES = "#D55E00"
 BAR_WIDTH = {"main": 8.0, "mid": 5.5, "slim": 3.5}
 CASING = 1.4
 
+PLAYERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#B07A00")
+"""Of players and curves, from Okabe and Ito's set; the last one darker, to be read on white."""
+DAY: dict[str, str] = {
+    "page": PAGE,
+    "panel": PANEL,
+    "ink": INK,
+    "muted": MUTED,
+    "rule": RULE,
+    "hip": HIP,
+    "hip-edge": HIP_EDGE,
+    "motor": MOTOR,
+    "holds": HOLDS,
+    "slides": SLIDES,
+    "shadow": "#5D6B7980",
+    "badge": PAGE,
+    "badge-holds": HOLDS,
+    "badge-slides": "#B85000",
+    "badge-ended": INK,
+    "ground-alpha": "1",
+    **SUPPORT,
+    **{f"pale-{role}": colour for role, colour in SWING.items()},
+    "tyre": SUPPORT["main"],
+    "rim": SWING["slim"],
+    **{f"player-{i}": colour for i, colour in enumerate(PLAYERS)},
+}
+NIGHT: dict[str, str] = DAY | {
+    "page": "#12181F",
+    "panel": "#1B242D",
+    "ink": "#E6ECF2",
+    "muted": "#9CAAB8",
+    "rule": "#33404D",
+    "hip": "#3B3348",
+    "hip-edge": "#B5A3CB",
+    "motor": "#3F9BDC",
+    "holds": "#12A387",
+    "slides": "#F07A28",
+    "shadow": "#9CAAB880",
+    "badge": "#12181F",
+    "badge-holds": "#12A387",
+    "badge-slides": "#F07A28",
+    "badge-ended": "#9CAAB8",
+    "ground-alpha": "0.42",
+    "main": "#D3DEE9",
+    "mid": "#A9BBCD",
+    "slim": "#8196AB",
+    "pale-main": "#55636F",
+    "pale-mid": "#4C5964",
+    "pale-slim": "#414D57",
+    "tyre": "#A9BBCD",
+    "rim": "#33404D",
+    "player-0": "#3F9BDC",
+    "player-1": "#F07A28",
+    "player-2": "#12B98A",
+    "player-5": "#E69F00",
+}
+"""DAY and NIGHT: colours by role, of pictures and pages by day, of pages by night."""
+
 MARGIN = 16.0
 COLUMN = 304.0
 """Width of the strips' column with its tick labels."""
@@ -48,3 +105,8 @@ def floor_colour(mu_static: float | None) -> tuple[float, float, float]:
     light, dark = (0.83, 0.80, 0.74), (0.47, 0.43, 0.36)
     red, green, blue = (a + share * (b - a) for a, b in zip(light, dark, strict=True))
     return red, green, blue
+
+
+def hexadecimal(colour: tuple[float, float, float]) -> str:
+    """Red, green and blue from 0 to 1 as #rrggbb."""
+    return "#" + "".join(f"{round(255 * part):02x}" for part in colour)

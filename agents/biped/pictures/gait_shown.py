@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.agents.reports.course import panel
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import BipedFrame
-from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.html.data import Event, Line, Panel, Shown
 
 if TYPE_CHECKING:

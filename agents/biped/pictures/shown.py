@@ -17,7 +17,7 @@ from stickslip.dynamics.scene import Smoothed
 from stickslip.dynamics.status import EventKind, Status
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.biped.picture import biped_frames
-from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.html.data import Event, Line, Panel, Shown
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.ranges import Range
-    from stickslip.envs.rendering.biped.frame import BipedFrame
+    from stickslip.envs.rendering.biped import BipedFrame
     from stickslip.envs.tasks.scale import Scale
 
 KINDS = {

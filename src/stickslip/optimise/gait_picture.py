@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.biped.linkage import BARS, Mechanism
+from stickslip.envs.rendering.linkage import BARS, Mechanism
 from stickslip.optimise.gait_report import presses
 from stickslip.paper import drawing
 

@@ -8,7 +8,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.links import kinematics
 from stickslip.dynamics.scene import Patches, Scene
-from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.html.data import Drawing
 from tests.envs.rendering.frames import SCENE, walk
 
@@ -62,7 +62,7 @@ def test_patches_are_stretches_of_the_floor():
 
 
 def test_all_poses_at_once_are_those_of_each():
-    from stickslip.envs.rendering.biped.linkage import Mechanism
+    from stickslip.envs.rendering.linkage import Mechanism
 
     mechanism = Mechanism(BipedParams.from_bars())
     phases = np.array([1.6, 2.5, 4.6])

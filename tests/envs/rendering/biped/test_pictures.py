@@ -15,7 +15,7 @@ import pytest
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import BipedRenderer, Window, save_animation, theme
-from stickslip.envs.rendering.biped.floor import patches_of
+from stickslip.envs.rendering.biped import patches_of
 from tests.envs.rendering.frames import SCENE, STANDING, walk
 
 pytest.importorskip("matplotlib")

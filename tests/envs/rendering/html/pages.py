@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.envs.rendering.biped.drawn import biped_drawing
+from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.html.data import Curve, Event, Line, Page, Panel, Shown
 from tests.envs.rendering.frames import SCENE, walk
 

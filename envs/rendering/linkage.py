@@ -13,14 +13,11 @@ from stickslip.dynamics.biped.links import (
     Kinematics,
     kinematics,
 )
-from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
-    from matplotlib.transforms import Affine2D
 
     from stickslip.dynamics.biped.params import BipedParams
-    from stickslip.envs.rendering.canvas import Box, Canvas, Place
 
 BARS = (
     ("ankle_bar", "knee_bar", "slim"),  # 11, parallel to the tibia
@@ -116,77 +113,6 @@ def _pose(now: Kinematics) -> Pose:
         pins[name] = np.stack([place, place], axis=-2)
     angles = now.angles[..., list(_FOOT_OF_LEG)]
     return Pose(pins, np.stack([np.cos(angles), np.sin(angles)], axis=-1))
-
-
-class Linkage:
-    """The artists of both legs, the hip and the crank; y = 0 is the supporting ankle's height."""
-
-    def __init__(self, canvas: Canvas, view: Affine2D, clip: Box, mechanism: Mechanism):
-        self._mechanism = mechanism
-        place: Place = {"view": view, "clip": clip}
-        self._plate = canvas.area([], theme.HIP, edge=theme.HIP_EDGE, width=1.2, **place)
-        self._slot = canvas.lines([], [theme.HIP_EDGE, theme.PAGE], [9.4, 7.0], **place)
-        self._letters = [
-            (canvas.text(0, 0, name, theme.SMALL, theme.HIP_EDGE, bold=True, **place), name, offset)
-            for name, offset in (("A", (-0.28, 1.5)), ("B", (-0.2, 0.8)), ("D", (-0.3, -1.5)))
-        ]
-        swing = _Leg(canvas, mechanism, theme.SWING, 1, place)
-        self._legs = _Leg(canvas, mechanism, theme.SUPPORT, 0, place), swing
-        self._crank = canvas.lines([], [theme.PAGE, theme.MOTOR], [9.5, 6.5], **place)
-        self._motor = canvas.dots(theme.MOTOR, 13, 3.2, **place)
-        self._crank_pins = canvas.dots(theme.MOTOR, 5, 1.4, **place)
-        self._hip_pins = canvas.dots(theme.HIP_EDGE, 7, 1.6, **place)
-
-    def move(self, pose: Pose, floor_position: float) -> None:
-        """Put every link where `pose` has it, the supporting ankle at a floor position [m]."""
-        shift = np.array([floor_position, 0.0])
-        pins = {name: place + shift for name, place in pose.pins.items()}
-        for leg in self._legs:
-            leg.move(pins, pose.feet)
-        A, B, D = (pins[name][0] for name in "ABD")
-        ahead = (B - A) / np.linalg.norm(B - A)
-        axes = np.array([ahead, [-ahead[1], ahead[0]]])
-        self._plate.set_verts([A + self._mechanism.hip_outline @ axes])
-        self._slot.set_segments([A + self._mechanism.slot @ axes] * 2)
-        for letter, name, offset in self._letters:
-            letter.x, letter.y = pins[name][0] + self._mechanism.crank * np.array(offset)
-        arms = pins["crank_pin"]
-        self._crank.set_segments([arms, arms])
-        self._motor.set_data(*A[:, None])
-        self._crank_pins.set_data(*arms.T)
-        self._hip_pins.set_data(*np.array([B, D]).T)
-
-
-class _Leg:
-    """One leg: its sole, its ten bars with a pale casing each, and its pins."""
-
-    def __init__(
-        self, canvas: Canvas, mechanism: Mechanism, colours: dict[str, str], leg: int, place: Place
-    ):
-        self._mechanism, self._leg = mechanism, leg
-        self._foot = canvas.area([], colours["main"], edge=theme.PANEL, width=1.0, **place)
-        roles = [role for *_, role in BARS]
-        fill = [colours[role] for role in roles]
-        casing = [theme.PANEL] * len(roles)
-        widths = [theme.BAR_WIDTH[role] for role in roles]
-        self._bars = canvas.lines(
-            [],
-            [colour for pair in zip(casing, fill, strict=True) for colour in pair],
-            [w for width in widths for w in (width + 2 * theme.CASING, width)],
-            **place,
-        )
-        self._pins = canvas.dots(colours["main"], 4.4, 1.2, **place)
-
-    def move(self, pins: dict[str, np.ndarray], feet: np.ndarray) -> None:
-        here = {name: place[self._leg] for name, place in pins.items()}
-        segments = [(here[a], here[b]) for a, b, _ in BARS]
-        self._bars.set_segments([segment for segment in segments for _ in range(2)])
-        own = [name for name in here if name not in ("A", "B", "D", "crank_pin")]
-        self._pins.set_data(*np.array([here[name] for name in own]).T)
-        along, up = self._mechanism.sole.T
-        ahead = feet[self._leg]
-        outline = np.outer(along, ahead) + np.outer(up, [-ahead[1], ahead[0]])
-        self._foot.set_verts([here["E"] + outline])
 
 
 def _sole(m: Mechanism) -> np.ndarray:

@@ -1,0 +1,391 @@
+"""The biped in pictures: the frame that is shown, its drawing, and its renderer."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, fields, replace
+from math import isfinite, pi
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
+from stickslip.envs.rendering.linkage import BARS, SOLE, Mechanism, plain
+from stickslip.envs.rendering.numbers import brief, written
+from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.scene import Scene
+    from stickslip.envs.rendering.linkage import Pose
+
+FAR = 1e4
+"""Where the outermost patches end in the picture [m]."""
+WEIGHT_LENGTH, CONE_LENGTH = 0.26, 0.36
+"""Of the arrow of a force that equals the weight, and of friction cones, in robot heights."""
+LEAST_SLIDE = 1e-5
+"""A slide shorter than this leaves no mark [m]."""
+KEPT_MARKS = 2000
+LEGEND = (
+    ("main", "supporting leg"),
+    ("pale-main", "swinging leg"),
+    ("hip-edge", "hip with its slot"),
+    ("motor", "crank and motor"),
+    ("holds", "foot sticks: ground force, cone"),
+    ("slides", "foot slips; dashed: kinetic cone;"),
+    ("slides", "on the floor: how far"),
+)
+OWN = ("E", "ankle_bar", "H", "K", "knee_bar", "C", "F", "C_bar", "slot_pin", "rod_pin")
+"""Pins of one leg."""
+
+
+class Patch(NamedTuple):
+    """A stretch of floor [m] with its friction coefficients, None where the foot cannot slip."""
+
+    start: float
+    end: float
+    mu_static: float | None
+    mu_kinetic: float | None
+
+    @property
+    def label(self) -> str:
+        if self.mu_static is None or self.mu_kinetic is None:
+            return "no slip"
+        if self.mu_static == self.mu_kinetic:
+            return f"μ {self.mu_static:.3g}"
+        return f"μₛ {self.mu_static:.3g}   μₖ {self.mu_kinetic:.3g}"
+
+
+def patches_of(scene: Scene) -> list[Patch]:
+    """The floor from left to right as plain numbers."""
+    kind = scene.floor
+    if isinstance(kind, Grip):
+        return [Patch(-np.inf, np.inf, None, None)]
+    if isinstance(kind, Smoothed):
+        kind = Uniform(kind.mu_kinetic, kind.mu_kinetic)
+    edges = np.asarray(kind.edges, float) if isinstance(kind, Patches) else np.empty(0)
+    static, kinetic = (np.asarray(mu, float) for mu in (kind.mu_static, kind.mu_kinetic))
+    if edges.ndim > 1 or static.ndim > (1 if isinstance(kind, Patches) else 0):
+        raise ValueError(
+            "scene holds a batch of floors; accepted: one floor, for instance "
+            "jax.tree.map(lambda leaf: leaf[0], scene)"
+        )
+    static, kinetic = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
+    starts, ends = [-np.inf, *edges.tolist()], [*edges.tolist(), np.inf]
+    return [Patch(*row) for row in zip(starts, ends, static, kinetic, strict=True)]
+
+
+@dataclass(frozen=True)
+class BipedFrame:
+    """One instant of PASIBOT's walk. Nothing is computed from it but positions.
+
+    phase: crank angle of the supporting leg [rad]. steps: exchanges of support so far.
+    floor_position: floor position of the supporting ankle [m]. slide: how far the feet have slid
+    since the start, forwards positive [m]. crank_rate [rad/s]. foot_velocity: of the supporting
+    foot, forwards [m/s]. time [s]. torque: of the motor on the crank [N m]. friction_force,
+    normal_force: of the ground on the foot, forwards and upwards [N]. zmp: zero-moment point before
+    the supporting ankle [m]. mu_static, mu_kinetic: friction under the foot [-], None where it
+    cannot slip. sticking: whether the foot holds. mean_crank_rate: over the walk or the last step,
+    as the caller has it; commanded_rate: what is asked for [rad/s], None if nothing is.
+    status: "ok", or the name of what ended the walk. floor: what the episode walks on, and weight:
+    of the robot in it [N]; None for those that the renderer was made for. walked: by the centre of
+    mass since the episode's start [m]; None: the hip's way since the first step's start is shown.
+    """
+
+    phase: float
+    steps: int
+    floor_position: float
+    slide: float
+    crank_rate: float
+    foot_velocity: float
+    time: float
+    torque: float
+    friction_force: float
+    normal_force: float
+    zmp: float
+    mu_static: float | None
+    mu_kinetic: float | None
+    sticking: bool
+    mean_crank_rate: float
+    commanded_rate: float | None
+    status: str = "ok"
+    floor: tuple[Patch, ...] | None = None
+    weight: float | None = None
+    walked: float | None = None
+
+    def finite(self, fallback: BipedFrame | None) -> BipedFrame:
+        """The same frame with each number that is not finite taken from `fallback`, or zero.
+
+        A walk may end because a number overflowed; its last picture is drawn all the same.
+        """
+        holes = {
+            field.name: 0.0 if fallback is None else getattr(fallback, field.name)
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), float) and not isfinite(value)
+        }
+        return replace(self, **holes) if holes else self
+
+
+class SlipMarks:
+    """Where the supporting foot slid so far: a row for each frame in which it did."""
+
+    def __init__(self, most: int | None = KEPT_MARKS):
+        self._rows: deque[list[float]] = deque(maxlen=most)
+        self._slide: float | None = None
+        self._whole = (-1, 0.0, 0.0)  # steps before the present slide, from where to where [m]
+
+    def record(self, frame: BipedFrame, sample: int = 0) -> None:
+        """Add what the foot slid since the last frame."""
+        slid = 0.0 if self._slide is None else frame.slide - self._slide
+        self._slide = frame.slide
+        if abs(slid) < LEAST_SLIDE:
+            return
+        here = frame.floor_position
+        low, high = min(here, here - slid), max(here, here - slid)
+        steps, start, end = self._whole
+        goes_on = low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE
+        if self._rows and steps == frame.steps and goes_on:
+            self._rows[-1][3] = np.nan
+            start, end = min(low, start), max(high, end)
+        else:
+            start, end = low, high
+        self._whole = frame.steps, start, end
+        self._rows.append([sample, low, high, end - start])
+
+    def rows(self) -> np.ndarray:
+        """See Drawing.marks [m, 4]."""
+        return np.array(self._rows, float).reshape(-1, 4)
+
+
+class BipedSketch:
+    """Makes drawings of one robot in one scene; a frame may bring its own floor and weight."""
+
+    def __init__(self, params: BipedParams, scene: Scene):
+        self.mechanism = Mechanism(params)
+        self._patches = tuple(patches_of(scene))
+        mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
+        self._weight = mass * plain(params.gravity)
+        self._surface = -SOLE * self.mechanism.crank
+
+    def drawing(
+        self, frames: Sequence[BipedFrame], marks: np.ndarray, slips: np.ndarray | None = None
+    ) -> Drawing:
+        """The drawing of finite frames, one for each sample. slips: by default where the foot does
+        not stick [n]; marks: see Drawing."""
+        if slips is None:
+            slips = np.array([not frame.sticking for frame in frames])
+        poses = self.mechanism.poses(np.array([frame.phase % (2 * pi) for frame in frames]))
+        leg = np.array([frame.steps % 2 for frame in frames])
+        points, names = _points(poses, np.array([one.floor_position for one in frames]), leg)
+        tall = self.mechanism.top - self._surface
+        first = frames[0]
+        patches = self._patches if first.floor is None else first.floor
+        return Drawing(
+            points=points,
+            bodies=_bodies(poses, points, names, leg),
+            parts=_parts(self.mechanism, names),
+            contacts=tuple(_contact(frames, leg == k, self._surface, slips) for k in (0, 1)),
+            ground=np.array([[-FAR, self._surface], [FAR, self._surface]]),
+            stretches=tuple(_stretch(patch) for patch in patches),
+            focus=points[:, names["A"]],
+            span=0.85 * tall,
+            height=1.05 * tall,
+            left=0.46,
+            low=-self._surface,
+            reach=CONE_LENGTH * tall,
+            force=WEIGHT_LENGTH * tall,
+            weight=self._weight if first.weight is None else first.weight,
+            marks=marks,
+            active=leg,
+            follow_height=False,
+            legend=LEGEND,
+        )
+
+
+def biped_drawing(
+    frames: Sequence[BipedFrame], params: BipedParams, scene: Scene, slips: np.ndarray
+) -> tuple[Drawing, np.ndarray]:
+    """The drawing of one robot's walk in one scene, and how far the hip has gone [n] m.
+
+    frames: one for each sample; numbers that are not finite are taken from the frame before. slips:
+    whether the foot slips by then [n].
+    """
+    whole: list[BipedFrame] = []
+    marks = SlipMarks(most=None)
+    for i, frame in enumerate(frames):
+        whole.append(frame.finite(whole[-1] if whole else None))
+        marks.record(whole[-1], i)
+    sketch = BipedSketch(params, scene)
+    drawing = sketch.drawing(whole, marks.rows(), slips)
+    return drawing, drawing.focus[:, 0] - sketch.mechanism.start
+
+
+class BipedRenderer(Renderer[BipedFrame]):
+    """Draws frames of one robot in one scene; the camera keeps the hip in place.
+
+    params, scene: one robot and one scene, not batches; a frame may bring its episode's own floor
+    and weight. torque_limit: the torque strip always shows plus and minus this [N m].
+    """
+
+    def __init__(
+        self,
+        params: BipedParams,
+        scene: Scene,
+        *,
+        width: int = 960,
+        height: int = 540,
+        torque_limit: float = 4.0,
+    ):
+        super().__init__(width, height)
+        if not torque_limit > 0:
+            raise ValueError(f"torque_limit = {torque_limit}; accepted: > 0 N m")
+        self._sketch, self._limit = BipedSketch(params, scene), torque_limit
+        self._marks, self._last = SlipMarks(), None
+
+    def reset(self) -> None:
+        """Forget the history: empty strips and a floor without marks."""
+        super().reset()
+        self._marks, self._last = SlipMarks(), None
+
+    def draw(self, frame: BipedFrame) -> np.ndarray:
+        """The picture of a frame: uint8 [height, width, 3], a fresh array."""
+        return super().draw(frame.finite(self._last))
+
+    def drawing(self, frame: BipedFrame) -> Drawing:
+        """The drawing of one sample, with the marks of slides since `reset`."""
+        self._last = frame
+        self._marks.record(frame)
+        return self._sketch.drawing([frame], self._marks.rows())
+
+    def readout(self, frame: BipedFrame) -> Readout:
+        """Time, way, rate and friction; strips of torque, crank rate and slide."""
+        way = frame.walked
+        if way is None:
+            (hip,) = self._sketch.mechanism.poses(np.array([frame.phase % (2 * pi)])).pins["A"]
+            way = frame.floor_position + float(hip[0, 0]) - self._sketch.mechanism.start
+        use = "–"
+        if frame.normal_force > 0:
+            use = written(abs(frame.friction_force) / frame.normal_force, 2)
+        asked = frame.commanded_rate
+        ended = frame.status.lower() not in ("ok", "slip_onset")
+        state = ("STICK", theme.HOLDS) if frame.sticking else ("SLIP", theme.SLIDES)
+        return Readout(
+            numbers=(
+                ("time  [s]", written(frame.time, 2)),
+                ("walked  [m]", written(way, 2)),
+                ("steps", f"{frame.steps}"),
+                ("mean rate  [rad/s]", brief(frame.mean_crank_rate)),
+                (
+                    "friction / normal",
+                    use if frame.mu_static is None else f"{use} of {frame.mu_static:.2f}",
+                ),
+            ),
+            badge=frame.status.replace("_", " ").upper() if ended else state[0],
+            colour=theme.INK if ended else state[1],
+            at=frame.time,
+            quantities=self._quantities(frame, np.nan if asked is None else asked),
+            shaded=not frame.sticking,
+        )
+
+    def _quantities(self, frame: BipedFrame, asked: float) -> tuple[Quantity, ...]:
+        limits, aside = (-self._limit, self._limit), f"asked {brief(asked)}" * isfinite(asked)
+        torque, rate, slide = frame.torque, frame.crank_rate, 1000 * frame.slide
+        return (
+            Quantity("motor torque", "N m", theme.MOTOR, torque, brief(torque), limits),
+            Quantity(
+                "crank rate", "rad/s", theme.MOTOR, rate, brief(rate), (0.0, 1.0), asked, aside
+            ),
+            Quantity("slide, forwards +", "mm", theme.SLIDES, slide, written(slide, 1), (0.0, 1.0)),
+        )
+
+
+def _points(poses: Pose, place: np.ndarray, leg: np.ndarray) -> tuple[np.ndarray, dict[str, int]]:
+    """Pins in the world [n, p, 2], those of each leg apart, and the index of each by its name.
+
+    Poses put the supporting leg first; here a leg keeps its place, so that what lies between two
+    samples is between two places of the same pin.
+    """
+    rows, names, count = [], {}, np.arange(len(leg))
+    shift = np.stack([place, np.zeros_like(place)], axis=-1)
+    for side in (0, 1):
+        which = np.where(leg == side, 0, 1)
+        for name in (*OWN, "crank_pin"):
+            names[f"{name}{side}"] = len(rows)
+            rows.append(poses.pins[name][count, which] + shift)
+    for name in "ABD":
+        names[name] = len(rows)
+        rows.append(poses.pins[name][:, 0] + shift)
+    return np.stack(rows, axis=1), names
+
+
+def _bodies(poses: Pose, points: np.ndarray, names: dict[str, int], leg: np.ndarray) -> np.ndarray:
+    """Place and direction of both feet and of the hip [n, 3, 3]."""
+    found = []
+    for side in (0, 1):
+        feet = poses.feet[np.arange(len(leg)), np.where(leg == side, 0, 1)]
+        angle = np.arctan2(feet[:, 1], feet[:, 0])
+        found.append(np.column_stack([points[:, names[f"E{side}"]], angle]))
+    ahead = points[:, names["B"]] - points[:, names["A"]]
+    angle = np.arctan2(ahead[:, 1], ahead[:, 0])
+    found.append(np.column_stack([points[:, names["A"]], angle]))
+    return np.stack(found, axis=1)
+
+
+def _parts(mechanism: Mechanism, names: dict[str, int]) -> tuple[Part, ...]:
+    """Hip, legs, crank and pins, back to front."""
+    slot = mechanism.slot
+    half = np.array([0.0, 0.12 * mechanism.crank])
+    groove = np.array([slot[0] - half, slot[1] - half, slot[1] + half, slot[0] + half])
+    parts = [
+        Part("hip", outline=mechanism.hip_outline, body=2, edge="hip-edge"),
+        Part("page", outline=groove, body=2, edge="hip-edge"),
+    ]
+    for side in (0, 1):
+        parts.append(Part("main", outline=mechanism.sole, body=side, group=side))
+        for a, b, role in BARS:
+            pair = tuple(names.get(f"{pin}{side}", names.get(pin, -1)) for pin in (a, b))
+            width = theme.BAR_WIDTH[role]
+            parts.append(Part(role, bars=(pair,), width=width, group=side))  # pyright: ignore[reportArgumentType], two of them
+        pins = tuple(names[f"{name}{side}"] for name in OWN)
+        parts.append(Part("main", dots=pins, width=4.4, group=side))
+    arms = names["crank_pin0"], names["crank_pin1"]
+    parts += [
+        Part("motor", bars=(arms,), width=6.5),
+        Part("motor", dots=(names["A"],), width=13.0),
+        Part("motor", dots=arms, width=5.0),
+        Part("hip-edge", dots=(names["B"], names["D"]), width=7.0),
+    ]
+    return tuple(parts)
+
+
+def _contact(
+    frames: Sequence[BipedFrame], own: np.ndarray, surface: float, slips: np.ndarray
+) -> GroundContact:
+    """What the ground does to one foot; nothing while the other one carries, or without a load."""
+
+    def column(name: str) -> np.ndarray:
+        values = [getattr(frame, name) for frame in frames]
+        return np.array([np.nan if value is None else value for value in values], float)
+
+    normal = column("normal_force")
+    x = column("floor_position") + column("zmp")
+    return GroundContact(
+        place=np.column_stack([x, np.full(len(x), surface)]),
+        slope=np.zeros(len(x)),
+        friction=column("friction_force"),
+        normal=np.where(own & (normal > 0), normal, np.nan),
+        mu_static=column("mu_static"),
+        mu_kinetic=column("mu_kinetic"),
+        slips=slips,
+    )
+
+
+def _stretch(patch: Patch) -> Stretch:
+    mu = patch.mu_static
+    colour = theme.hexadecimal(theme.floor_colour(mu))
+    icy = mu is not None and mu < theme.SLIPPERY
+    return Stretch(max(patch.start, -FAR), min(patch.end, FAR), colour, patch.label, icy)

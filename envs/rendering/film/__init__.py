@@ -1,1 +1,0 @@
-"""Pictures one after another: files and a window."""

@@ -1,0 +1,184 @@
+"""Shapes and words on an array of pixels, by matplotlib's Agg renderer."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from functools import cache, lru_cache
+from math import ceil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import ArrayLike
+
+    Colour: TypeAlias = str | tuple[str, float] | tuple[float, float, float]
+
+Box: TypeAlias = tuple[float, float, float, float]
+"""Left, bottom, right, top in page units."""
+MARGIN = 2
+"""About the letters of a word [px]."""
+SHARES = {"left": 0.0, "center": 0.5, "right": 1.0}
+
+
+class Painter:
+    """A picture of `width` x `height` pixels, measured in page units with y upwards.
+
+    The page is 960 x 540 units at the default size and grows with the picture; line widths and
+    letters are in the same units. Nothing depends on the user's matplotlib settings. ValueError for
+    a picture that is too small to read.
+    """
+
+    def __init__(self, width: int, height: int):
+        require_size(width, height)
+        self.unit = min(width / 960, height / 540)
+        self.width, self.height = width / self.unit, height / self.unit
+        agg = require("matplotlib.backends.backend_agg")
+        self._agg = agg.RendererAgg(width, height, 72 * self.unit)  # a point is a page unit
+        self._transform = require("matplotlib.transforms").Affine2D().scale(self.unit)
+        self._clip: Box | None = None
+        self.box((0, 0, self.width, self.height), theme.PAGE)
+
+    @contextmanager
+    def inside(self, box: Box) -> Iterator[None]:
+        """Cut off what is drawn meanwhile at a box."""
+        self._clip = box
+        yield
+        self._clip = None
+
+    def line(
+        self,
+        points: ArrayLike,
+        colour: Colour,
+        width: float = 1.0,
+        *,
+        dashes: Sequence[float] | None = None,
+        cap: str = "round",
+    ) -> None:
+        """Draw a line through points [n, 2]."""
+        self._path(points, None, colour, width, dashes=dashes, cap=cap)
+
+    def area(
+        self, outline: ArrayLike, fill: Colour, edge: Colour | None = None, width: float = 0.0
+    ) -> None:
+        """Fill a polygon [n, 2], and draw its edge."""
+        self._path(outline, fill, edge, width, closed=True)
+
+    def box(self, box: Box, fill: Colour) -> None:
+        """Fill a rectangle."""
+        left, bottom, right, top = box
+        self.area([(left, bottom), (right, bottom), (right, top), (left, top)], fill)
+
+    def badge(self, box: Box, fill: Colour, radius: float = 6.0) -> None:
+        """Fill a rectangle with round corners."""
+        left, bottom, right, top = box
+        inner = (left + radius, bottom + radius, right - radius, top - radius)
+        self.box(inner, fill)
+        corners = [(inner[i], inner[j]) for i, j in ((0, 1), (2, 1), (2, 3), (0, 3), (0, 1))]
+        self.line(corners, fill, 2 * radius)
+
+    def dot(self, place: ArrayLike, size: float, fill: Colour, edge: Colour, width: float) -> None:
+        """Draw a disc of diameter `size` with an edge."""
+        turn = np.linspace(0, 2 * np.pi, 25)[:-1]
+        rim = size / 2 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        self.area(np.asarray(place) + rim, fill, edge, width)
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        words: str,
+        size: float = theme.LABEL,
+        colour: str = theme.INK,
+        *,
+        bold: bool = False,
+        align: str = "left",
+    ) -> None:
+        """Write a line of text on a baseline."""
+        cover, descent = _letters(words, size * self.unit, bold)
+        left = round((x - SHARES[align] * self.width_of(words, size, bold)) * self.unit) - MARGIN
+        letters = np.empty((*cover.shape, 4), np.uint8)
+        letters[:] = np.round(255 * np.array(require("matplotlib.colors").to_rgba(colour)))
+        letters[..., 3] = cover
+        self._agg.draw_image(
+            self._style(colour), left, round(y * self.unit) - descent, letters[::-1]
+        )
+
+    def width_of(self, words: str, size: float, bold: bool = False) -> float:
+        """The width of a line of text."""
+        return (_letters(words, size * self.unit, bold)[0].shape[1] - 2 * MARGIN) / self.unit
+
+    def picture(self) -> np.ndarray:
+        """The picture: uint8 [height, width, 3], a fresh array."""
+        return np.array(np.asarray(self._agg.buffer_rgba())[:, :, :3], order="C")
+
+    def _path(
+        self,
+        points: ArrayLike,
+        fill: Colour | None,
+        edge: Colour | None,
+        width: float,
+        *,
+        dashes: Sequence[float] | None = None,
+        cap: str = "round",
+        closed: bool = False,
+    ) -> None:
+        vertices = np.asarray(points, float)
+        if closed:
+            vertices = np.concatenate([vertices, vertices[:1]])
+        path = require("matplotlib.path").Path(vertices, closed=closed)
+        style = self._style("none" if edge is None else edge)
+        style.set_linewidth(width)
+        style.set_capstyle(cap)
+        style.set_joinstyle("round")
+        if dashes is not None:
+            style.set_dashes(0, dashes)
+        face = None if fill is None else require("matplotlib.colors").to_rgba(fill)
+        self._agg.draw_path(style, path, self._transform, face)
+
+    def _style(self, colour: Colour) -> Any:
+        style = self._agg.new_gc()
+        style.set_foreground(require("matplotlib.colors").to_rgba(colour), isRGBA=True)
+        if self._clip is not None:
+            corners = (side * self.unit for side in self._clip)
+            style.set_clip_rectangle(require("matplotlib.transforms").Bbox.from_extents(*corners))
+        return style
+
+
+def require_size(width: int, height: int) -> None:
+    """Raise ValueError for a picture that is too small to read."""
+    if width < 480 or height < 270:
+        raise ValueError(
+            f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
+            "height >= 270"
+        )
+
+
+@lru_cache(1024)
+def _letters(words: str, size: float, bold: bool) -> tuple[np.ndarray, int]:
+    """How much words of `size` pixels cover of each pixel, and rows below the baseline.
+
+    Rasterising letters takes most of a picture's time, so the results are kept.
+    """
+    agg, font = require("matplotlib.backends.backend_agg").RendererAgg, _fonts()[bold].copy()
+    font.set_size(size)
+    width, height, depth = agg(1, 1, 72).get_text_width_height_descent(words, font, False)
+    page = agg(ceil(width) + 2 * MARGIN, ceil(height) + 2 * MARGIN, 72)
+    descent = ceil(depth) + MARGIN
+    page.draw_text(page.new_gc(), MARGIN, page.height - descent, words, font, 0.0)
+    return np.array(np.asarray(page.buffer_rgba())[:, :, 3]), descent
+
+
+@cache
+def _fonts() -> dict[bool, Any]:
+    """The plain and the bold letters that come with matplotlib."""
+    folder = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
+    properties = require("matplotlib.font_manager").FontProperties
+    names = {False: "DejaVuSans.ttf", True: "DejaVuSans-Bold.ttf"}
+    return {bold: properties(fname=folder / name) for bold, name in names.items()}
