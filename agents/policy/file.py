@@ -20,7 +20,6 @@ from stickslip.agents.foreign.reading import (
     require_format,
 )
 from stickslip.agents.policy.mlp import MLPPolicy
-from stickslip.agents.reports.writing import KINDS
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import is_name, no_policy, shipped_path
 from stickslip.dynamics.checks import require_kind, require_number, shown
@@ -96,7 +95,6 @@ def load_policy(name: str | Path) -> MLPPolicy:
 
 def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
-    _require_no_page(Path(path))
     try:
         with refusing("its contents"):
             arrays, metadata = _contents(read_bytes(path, LARGEST))
@@ -120,15 +118,6 @@ def read_metadata(name: str | Path) -> dict[str, Json]:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
-def _require_no_page(path: Path) -> None:
-    """Raise ValueError where a page was named for a policy, saying what to do with it."""
-    if path.suffix.lower() in KINDS and path.is_file():
-        raise ValueError(
-            f"{path} is a page, no policy; accepted: to open it in a browser, or "
-            f"`stickslip view {path} NAME ... --html FILE` for its episodes beside others"
-        )
-
-
 def policy_path(name: str | Path) -> Path:
     """The policy's file of a name: the package's, itself, or the one in a run's directory."""
     shipped = shipped_path(name) if isinstance(name, str) else None
@@ -143,7 +132,6 @@ def existing_path(name: str | Path) -> Path:
     path = policy_path(name)
     if isinstance(name, str) and is_name(name) and not path.exists():
         raise ValueError(no_policy(name))
-    _require_no_page(path)
     return path if path.exists() else Path(name)
 
 

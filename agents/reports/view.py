@@ -1,4 +1,4 @@
-"""`stickslip view ... --html FILE`: policies, baselines and kept episodes on one page."""
+"""`stickslip view ... --html FILE`: policies and baselines on one page."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.reports.course import scale_of
-from stickslip.agents.reports.writing import KINDS, require_page, write_page
+from stickslip.agents.reports.writing import require_page, write_page
 from stickslip.agents.shown_names import shown_name
 from stickslip.agents.tasks.named import common_task, title_of
 from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
 from stickslip.agents.view_files import require_new, require_writable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.html.data import Page
-from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
@@ -27,21 +26,15 @@ MOST_PLAYERS = 8
 
 
 def view_page_command(given: Options) -> Path:
-    """Write the page, and return its path. given["who"]: names and pages; see `view_command`."""
+    """Write the page, and return its path. given["who"]: names; see `view_command`."""
     path, who = Path(given["html"]), list(given["who"])
     _require_alone(given)
     require_page(path)
     require_new([path], given["overwrite"])
     if len(who) > MOST_PLAYERS:
         raise ValueError(f"{len(who)} to show; accepted: at most {MOST_PLAYERS} on a page")
-    kept = [name for name in who if Path(name).suffix.lower() in KINDS]
-    players = [name for name in who if name not in kept]
-    episodes = [one for name in kept for one in read_episodes(name)]
     require_writable([path])
-    lead, titles = [], []
-    if players:
-        shown, lead, titles = _played({**given, "who": players})
-        episodes = [*shown, *episodes]
+    episodes, lead, titles = _played(given)
     if len(episodes) > MOST_PLAYERS:
         raise ValueError(f"{len(episodes)} to show; accepted: at most {MOST_PLAYERS} on a page")
     names = ", ".join(dict.fromkeys(one.name for one in episodes))

@@ -11,11 +11,11 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
-from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim import PostureProblem
 from stickslip.optimise.command import spacing_of
 from stickslip.optimise.ground import options_of, track_of
 from stickslip.optimise.picture import chosen
+from tests.pages import read_episodes
 
 SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""

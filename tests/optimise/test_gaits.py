@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
-from stickslip.envs.rendering.html.reading import read_episodes
+from tests.pages import read_episodes
 
 SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 

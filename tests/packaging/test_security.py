@@ -10,7 +10,6 @@ import pytest
 from stickslip.agents.foreign import arrays, reading
 from stickslip.agents.optimum import file as value_file
 from stickslip.agents.policy import file as policy_file
-from stickslip.envs.rendering.html import reading as page_file
 from stickslip.optim.posture import track_file
 from stickslip.simulate import expression
 from tests.packaging.test_package_list import package_folders
@@ -30,7 +29,6 @@ LIMITS = {
         f"{reading.DEEPEST} levels",
         f"{reading.LONGEST_NUMBER} characters",
     ),
-    "page (`.html`)": (f"{page_file.MOST_BYTES // MIB} MiB",),
     "torque as arithmetic": (f"{expression.LONGEST:,} characters", f"{expression.DEEPEST} levels"),
     "tables of a run": (f"{reading.LARGEST_TABLE // MIB} MiB",),
     "track (": (

@@ -1,6 +1,7 @@
 // Curves over time and over other axes, by uPlot.
 
 const DASH = [7, 4];
+const FONT = "11px system-ui, sans-serif";
 const FEW = 12; // Samples that are marked each: of one or two a line shows nothing, or little.
 
 /** One chart: lines over x, with a playhead where there is a clock. */
@@ -19,10 +20,8 @@ class Chart {
 
   build() {
     if (this.plot) this.plot.destroy();
-    const axes = [
-      axisWith(true, this.log, { size: 34, label: this.axis, labelSize: 16, labelFont: FONT }),
-      axisWith(false, false, { size: widthOf }),
-    ];
+    const look = { stroke: colour("muted"), grid: { stroke: colour("rule"), width: 1 }, font: FONT, ticks: { size: 4 } };
+    const axes = [{ ...look, size: 34, label: this.axis, labelSize: 16, labelFont: FONT }, { ...look, size: 58 }];
     const paths = this.steps ? uPlot.paths.stepped({ align: -1 }) : undefined;
     const lines = this.series.map((one) => ({
       label: one.label, stroke: one.colour(), width: 1.5, dash: one.dash, paths, points: { show: this.data[0].length <= FEW, size: 6 },
@@ -32,7 +31,7 @@ class Chart {
       width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 26, 0, 0],
       series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
       scales: {
-        x: { time: false, distr: this.log ? 3 : 1, range: () => this.reach() },
+        x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) },
         y: { range: (_, low, high) => this.range(low, high) },
       },
       cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
@@ -44,16 +43,10 @@ class Chart {
     this.plot.over.addEventListener("click", (event) => this.seek(this.plot.posToVal(event.offsetX, "x")));
   }
 
-  /** Of x: all of the time, or what there are values for. */
-  reach() {
-    if (this.span) return [0, this.span];
-    const [low, high] = [this.data[0][0], this.data[0].at(-1)];
-    return this.log ? logRangeOf(low, high) : rangeOf(low, high);
-  }
-
+  /** Of y: all values and limits. */
   range(low, high) {
     const known = [low, high, ...this.limits].filter(Number.isFinite);
-    return known.length ? rangeOf(Math.min(...known), Math.max(...known), 0.06) : [0, 1];
+    return known.length ? uPlot.rangeNum(Math.min(...known), Math.max(...known), 0.06, true) : [0, 1];
   }
 
   drawLimits(plot) {
@@ -144,7 +137,7 @@ function panelCharts(home, episodes, seek, span) {
   return charts;
 }
 
-/** Whether two lines are the same as long as both last, to 16 bits of a number. */
+/** Whether two lines are about the same as long as both last. */
 function sameCourse(one, other) {
   const count = Math.min(one.length, other.length);
   for (let i = 0; i < count; i++) {

@@ -1,17 +1,9 @@
 // What the page holds, as arrays. Python computed every number of it (envs/rendering/html/data.py).
 
-/** The numbers of `encoded` in encode.py: as they are, or low + step x code, NaN for 65535. */
+/** The numbers of `encoded` in encode.py: little-endian float32. */
 function decode(entry) {
   const bytes = Uint8Array.from(atob(entry.data), (letter) => letter.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  const exact = entry.step === null;
-  const values = new Float64Array(bytes.length / (exact ? 4 : 2));
-  for (let i = 0; i < values.length; i++) {
-    if (exact) values[i] = view.getFloat32(4 * i, true);
-    if (exact) continue;
-    const code = view.getUint16(2 * i, true);
-    values[i] = code === 65535 ? NaN : entry.low + entry.step * code;
-  }
+  const values = new Float32Array(bytes.buffer);
   values.width = entry.shape.slice(1).reduce((product, size) => product * size, 1);
   return values;
 }
@@ -51,6 +43,12 @@ function written(number, digits) {
   return Number(text) === 0 ? (0).toFixed(digits) : text.replace("-", "−");
 }
 
+/** A round step that is not below `rough`: 1, 2 or 5 times a power of ten. */
+function niceStep(rough) {
+  const power = 10 ** Math.floor(Math.log10(rough));
+  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= rough * 0.999);
+}
+
 /** A new element with its attributes and children; words become text, never markup. */
 function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
@@ -59,7 +57,7 @@ function element(name, attributes = {}, ...children) {
   return made;
 }
 
-/** A colour of the page by its name in colours.css. */
+/** A colour of the page by its name in theme.py. */
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stickslip.records.table import Table
 
 MOST_SAMPLES = 20_000
-"""Of one episode; a page has room for fewer, see `thinning`."""
+"""Of one episode."""
 EVENTS = ("slip", "stick", "support", "patch", "end")
 
 

@@ -10,9 +10,8 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from stickslip.envs.rendering.html.colours import style_of_colours
+from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.html.encode import script_text
-from stickslip.envs.rendering.html.thinning import bounded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,10 +19,7 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.html.data import Page
 
 FOLDER = Path(__file__).parent
-SCRIPTS = (
-    *("data.js", "draw.js", "scene.js", "axes.js", "charts.js", "card.js", "player.js"),
-    "main.js",
-)
+SCRIPTS = (*("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js"),)
 """Of a page, in the order in which they stand in it, as one script."""
 LIBRARY = "uPlot.iife.min.js"
 
@@ -32,14 +28,13 @@ def page_text(page: Page) -> str:
     """The whole page as HTML. Names and words are text in it, whatever characters they hold.
 
     Its policy on contents allows the two scripts of this package by their digests and nothing from
-    anywhere else, so neither a name nor a picture can bring a script or a request with it. Long or
-    fine episodes are thinned out (see `thinning`), and the page says so.
+    anywhere else, so neither a name nor a picture can bring a script or a request with it.
     """
-    page, library, program = bounded(page), _library(), _program()
+    library, program = _library(), _program()
     return Template(_read("page.html")).substitute(
         title=escape(page.title),
         policy=escape(_policy(library, program)),
-        style=style_of_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
+        style=_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
         lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
         summary=_facts(page.facts)
         + "".join(table.html(title) for title, table in page.tables)
@@ -64,6 +59,20 @@ def _picture(title: str, content: bytes) -> str:
     source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
     words = escape(title)
     return f'<figure><img src="{source}" alt="{words}"><figcaption>{words}</figcaption></figure>'
+
+
+def _colours() -> str:
+    """Variables of CSS: by day, by night where the system or the reader asks for it."""
+    day, night = (
+        "".join(f"--{name}:{colour};" for name, colour in one.items())
+        for one in (theme.DAY, theme.NIGHT)
+    )
+    return (
+        f":root{{color-scheme:light;{day}}}\n"
+        "@media (prefers-color-scheme:dark){:root:not([data-theme=light])"
+        f"{{color-scheme:dark;{night}}}}}\n"
+        f":root[data-theme=dark]{{color-scheme:dark;{night}}}\n"
+    )
 
 
 def _policy(*scripts: str) -> str:

@@ -2,12 +2,6 @@
 
 const [HEAD, HEAD_WIDTH, SHAFT_WIDTH] = [12, 10, 3.6];
 
-/** A round step that is not below `rough`: 1, 2 or 5 times a power of ten. */
-function niceStep(rough) {
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= rough * 0.999);
-}
-
 Object.assign(Picture.prototype, {
   /** Height of the ground at x, along its profile. */
   heightAt(x) {
@@ -108,41 +102,33 @@ Object.assign(Picture.prototype, {
     }
   },
 
+  /** Where the foot slid so far, with the lengths of the latest slides that have room. */
   drawMarks(at) {
     const { context, drawing } = this;
-    if (!drawing.smears) return;
-    const now = Math.floor(at + 1e-6);
+    const marks = drawing.marks || [];
+    const taken = [];
     context.strokeStyle = this.colour("slides");
+    context.fillStyle = this.colour("ink");
     context.lineWidth = 5;
     context.lineCap = "butt";
-    for (let i = 0; i <= now; i++) {
-      const [low, high] = [drawing.smears[2 * i], drawing.smears[2 * i + 1]];
-      if (Number.isNaN(low)) continue;
+    context.font = "11px system-ui, sans-serif";
+    context.textAlign = "center";
+    for (let i = marks.length - 4; i >= 0; i -= 4) {
+      const [sample, low, high, length] = marks.slice(i, i + 4);
+      if (sample > at + 1e-6) continue;
       const [x, y] = this.at(low, this.heightAt(low));
       const wide = Math.max(1, (high - low) * this.scale);
+      if (x + wide < 0 || x > this.size[0]) continue;
       context.beginPath();
       context.moveTo(x, y + 3);
       context.lineTo(x + wide, y + 3);
       context.stroke();
+      const middle = x + wide / 2;
+      if (!(length >= 5e-4) || taken.some((one) => Math.abs(one - middle) < 52)) continue;
+      taken.push(middle);
+      context.fillText(`${written(1000 * length, length >= 9.95e-3 ? 0 : 1)} mm`, middle, y + 18);
     }
     context.lineCap = "round";
-    this.drawLengths(now);
-  },
-
-  /** The lengths of the latest slides that have room for one. */
-  drawLengths(now) {
-    const { context, drawing } = this;
-    const taken = [];
-    context.font = "11px system-ui, sans-serif";
-    context.textAlign = "center";
-    context.fillStyle = this.colour("ink");
-    for (const mark of [...drawing.marks].reverse()) {
-      const length = 1000 * (mark.high - mark.low);
-      const [x, y] = this.at((mark.low + mark.high) / 2, this.heightAt(mark.low));
-      if (mark.last > now || length < 0.5 || taken.some((one) => Math.abs(one - x) < 52)) continue;
-      taken.push(x);
-      context.fillText(`${written(length, length >= 9.95 ? 0 : 1)} mm`, x, y + 18);
-    }
   },
 
   /** Where the contact is at an instant, with its numbers; null where nothing is touched. */

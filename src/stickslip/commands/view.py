@@ -28,7 +28,7 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
     parser.add_argument(
         "--html",
         metavar="FILE",
-        help="a page to play in a browser, with curves; of one or several, also pages of it",
+        help="a page to play in a browser, with curves; of one or several",
     )
     parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")

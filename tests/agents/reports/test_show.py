@@ -11,8 +11,8 @@ import pytest
 from stickslip.agents import ConstantTorque, CrankSpeedPI, evaluate, rollout, show
 from stickslip.agents.reports.show import TALL
 from stickslip.envs import BipedEnv
-from stickslip.envs.rendering.html.reading import read_episodes
 from stickslip.optim.result import OptimStatus, Result
+from tests.pages import read_episodes
 
 
 def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):

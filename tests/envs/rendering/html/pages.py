@@ -51,36 +51,6 @@ def walked(name: str = "walker") -> Shown:
     )
 
 
-def finer(shown: Shown, times: int) -> Shown:
-    """The same at so many times the samples: 10 s in milliseconds and less."""
-
-    def rows(values: np.ndarray) -> np.ndarray:
-        return np.repeat(values, times, axis=0)
-
-    drawing = shown.drawing
-    assert drawing is not None
-    assert shown.slips is not None
-    assert drawing.smears is not None
-    contacts = tuple(
-        replace(one, **{name: rows(value) for name, value in vars(one).items()})
-        for one in drawing.contacts
-    )
-    names = ("points", "bodies", "focus", "smears", "active")
-    drawn = {name: rows(value) for name in names if (value := getattr(drawing, name)) is not None}
-    return replace(
-        shown,
-        period=shown.period / times,
-        panels=tuple(
-            replace(one, lines=tuple(replace(line, values=rows(line.values)) for line in one.lines))
-            for one in shown.panels
-        ),
-        numbers=tuple((name, rows(values), digits) for name, values, digits in shown.numbers),
-        slips=rows(shown.slips),
-        drawing=replace(drawing, contacts=contacts, **drawn),
-        events=tuple(replace(one, sample=one.sample * times) for one in shown.events),
-    )
-
-
 def page(*names: str) -> Page:
     """One of ten seconds for each name."""
     share = Panel("share", "-", (Line("of all", np.array([0.1, 0.4, 0.2])),))

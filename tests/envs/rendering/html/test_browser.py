@@ -16,7 +16,7 @@ from PIL import Image
 from stickslip.envs.rendering.html.data import Curve, Line, Page, Panel
 from stickslip.envs.rendering.html.document import page_text
 from stickslip.records.table import Column, Table
-from tests.envs.rendering.html.pages import finer, page, walked
+from tests.envs.rendering.html.pages import page, walked
 from tests.envs.rendering.html.test_document import evil_page
 
 if TYPE_CHECKING:
@@ -155,18 +155,6 @@ def test_a_wheel_grips_where_a_foot_sticks(opened: Callable[..., Chrome]):
     browser = opened(page_text(Page("Both", episodes=(walked("foot"), wheel))))
     badges = "return [...document.querySelectorAll('.badge')].map((one) => one.textContent)"
     assert browser.execute_script(badges) == ["STICK", "GRIP"]
-
-
-def test_a_thinned_episode_plays_to_its_end_and_says_so(opened: Callable[..., Chrome]):
-    browser = opened(page_text(Page("Fine", episodes=(finer(walked(), 20),))))
-    press(browser, "End")
-    assert time_of(browser) == pytest.approx(10.0, abs=0.02)
-    facts = browser.execute_script("return document.querySelector('.card .facts').textContent")
-    assert "of 10,020 samples" in facts
-    assert (
-        browser.execute_script("return document.querySelector('.badge').textContent") == "TOPPLED"
-    )
-    assert browser.get_log("browser") == []
 
 
 def test_an_event_is_a_way_to_its_moment(opened: Callable[..., Chrome], two: str):

@@ -79,13 +79,13 @@ def test_a_failure_leaves_the_file_that_was_there(tmp_path):
 
 
 def test_an_encoder_that_fails_leaves_the_file_that_was_there(monkeypatch, tmp_path):
-    from stickslip.envs.rendering.film import animation
+    from PIL import Image
 
-    def fails(file, *_):
+    def fails(image, file, **_):
         file.write(b"half")
         raise OSError("disk full")
 
-    monkeypatch.setattr(animation, "write_gif", fails)
+    monkeypatch.setattr(Image.Image, "save", fails)
     path = tmp_path / "walk.gif"
     path.write_bytes(b"the old one")
     with pytest.raises(OSError, match="disk full"):
