@@ -71,7 +71,6 @@ def shown(
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn)),
         states=STATES,
-        timing=f"Events to the waypoint: these are {float(params.spacing):g} m apart.",
     )
 
 

@@ -6,15 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.biped.pictures.switching import (
-    Switch,
-    accuracy_of,
-    sliding_spans,
-    switches_of,
-)
 from stickslip.agents.reports.course import facts, from_start, panel, reward_panels, samples
-from stickslip.dynamics.scene import Smoothed
-from stickslip.dynamics.status import EventKind, Status
+from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.rendering.biped import biped_drawing
@@ -34,12 +27,6 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.biped import BipedFrame
     from stickslip.envs.tasks.scale import Scale
 
-KINDS = {
-    EventKind.SLIP: "slip",
-    EventKind.STICK: "stick",
-    EventKind.EXCHANGE: "support",
-    EventKind.PATCH: "patch",
-}
 LEAST_SLID = 1e-7
 """A foot that moved less in a control step stuck all the while [m]."""
 TERMS = ("tracking", "slip", "energy", "fall")
@@ -110,8 +97,7 @@ def shown(
     scale: Scale | None,
 ) -> Shown:
     """One episode (not a batch). Forces and power are those at the end of each control step; a step
-    in which the foot moved at all counts as slipping. Events stand at their instants, see
-    `switching`."""
+    in which the foot moved at all counts as slipping. Events are told by the step."""
     played = played.trimmed()
     states, infos = samples(played)
     frames = biped_frames(states, infos, params)
@@ -131,7 +117,6 @@ def shown(
         limit=float(params.torque_limit),
     )
     terms = {one: from_start(played.info[f"reward_{one}"]) for one in TERMS}
-    smooth = isinstance(params.scene.floor, Smoothed)
     last = played.info
     whole = facts(
         [
@@ -141,21 +126,18 @@ def shown(
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )
-    switches = switches_of(played, env, params)
     status = Status(int(last["status"][-1]))
     ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
     return Shown(
         name=name,
         period=float(params.control_period),
         panels=(*course.panels(frames), *reward_panels(played, terms, "-", scale)),
-        events=events_of(switches, frames, slips, ended),
+        events=_events(frames, slips, ended),
         numbers=course.numbers(infos["episode_walked"]),
         slips=slips,
-        spans=None if smooth else sliding_spans(switches, frames[-1].time),
         drawing=drawing,
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
-        timing=_timing(env, params),
     )
 
 
@@ -175,39 +157,18 @@ def _or_none(drawn_from: Range | None, value: Array) -> float:
     return np.nan if drawn_from is None else float(value)
 
 
-def _timing(env: BipedEnv, params: BipedEnvParams) -> str:
-    """How exact the times of events are."""
-    period = float(params.control_period)
-    if isinstance(params.scene.floor, Smoothed):
-        return (
-            f"Times of slips to the control step of {1e3 * period:g} ms: this floor knows no rest."
-        )
-    return f"Times of events {accuracy_of(env.integrator, period)}."
-
-
-def events_of(
-    found: Sequence[Switch], frames: list[BipedFrame], slips: np.ndarray, ended: str
-) -> tuple[Event, ...]:
-    """Switches at their instants, and the end where the model stopped; on a smoothed floor, which
-    has no switches, the control steps by which the foot moves or rests."""
-    steps, events = 0, []
-    for one in found:
-        steps += one.way if one.kind == EventKind.EXCHANGE else 0
-        events.append(Event(one.step, KINDS[one.kind], _words(one, steps), round(one.time, 7)))
-    if not any(event.kind in ("slip", "stick") for event in events):
-        for i in range(1, len(frames)):
-            if slips[i] != slips[i - 1]:
-                way = 1 if frames[i].slide > frames[i - 1].slide else -1
-                kind = EventKind.SLIP if slips[i] else EventKind.STICK
-                events.append(Event(i, KINDS[kind], _words(Switch(0.0, kind, i, way), 0)))
+def _events(frames: Sequence[BipedFrame], slips: np.ndarray, ended: str) -> tuple[Event, ...]:
+    """Slips, stops and exchanges of support by the control step, and an early end."""
+    events = []
+    for i in range(1, len(frames)):
+        before, now = frames[i - 1], frames[i]
+        if now.steps != before.steps:
+            events.append(Event(i, "support", f"step {now.steps}: the legs change support"))
+        if slips[i] and not slips[i - 1]:
+            way = "forwards" if now.slide > before.slide else "backwards"
+            events.append(Event(i, "slip", f"slips {way}"))
+        if slips[i - 1] and not slips[i]:
+            events.append(Event(i, "stick", "sticks"))
     if ended:
-        events.append(Event(len(frames) - 1, "end", f"ended: {ended}", round(frames[-1].time, 7)))
-    return tuple(sorted(events, key=lambda event: event.sample))
-
-
-def _words(one: Switch, steps: int) -> str:
-    if one.kind == EventKind.EXCHANGE:
-        return f"step {steps}: the legs change support"
-    if one.kind == EventKind.SLIP:
-        return f"slips{ {1: ' forwards', -1: ' backwards'}.get(one.way, '') }"
-    return "sticks" if one.kind == EventKind.STICK else "slides onto another patch of floor"
+        events.append(Event(len(frames) - 1, "end", f"ended: {ended}"))
+    return tuple(events)

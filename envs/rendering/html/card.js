@@ -35,25 +35,13 @@ class Card {
 
   eventList() {
     const items = this.episode.events.map((event) => {
-      const time = this.timeOf(event);
-      const button = element("button", { type: "button" }, `${written(time, this.digits())} s  ${event.words}`);
+      const time = event.sample * this.episode.period;
+      const button = element("button", { type: "button" }, `${written(time, 2)} s  ${event.words}`);
       button.addEventListener("click", () => this.seek(time));
       return element("li", {}, button);
     });
     const title = element("summary", {}, `Events (${items.length})`);
-    const { timing } = this.episode;
-    const note = timing ? [element("p", { class: "note" }, timing)] : [];
-    return element("details", { class: "events" }, title, element("ol", {}, ...items), ...note);
-  }
-
-  /** When something happened [s]. */
-  timeOf(event) {
-    return event.time === null || event.time === undefined ? event.sample * this.episode.period : event.time;
-  }
-
-  /** Digits that tell events of one control step apart, where their times are that exact. */
-  digits() {
-    return this.episode.events.some((event) => Number.isFinite(event.time)) ? 4 : 2;
+    return element("details", { class: "events" }, title, element("ol", {}, ...items));
   }
 
   recolour() {
@@ -103,7 +91,7 @@ class Card {
     this.strip.height = Math.round(height * ratio);
     const context = this.strip.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const { period, slips, spans, events, ended } = this.episode;
+    const { period, slips, events, ended } = this.episode;
     const place = (sample) => (sample * period * width) / span;
     context.fillStyle = colour(`player-${this.index % 6}`);
     context.fillRect(0, 0, 4, height);
@@ -111,13 +99,11 @@ class Card {
     context.fillRect(4, 2, Math.max(0, place(this.last) - 4), height - 4);
     context.fillStyle = colour("slides");
     const band = (from, to) => context.fillRect(from, 4, Math.max(1, to - from), height - 8);
-    const at = (time) => (time * width) / span;
-    for (let i = 0; spans && i < spans.length; i += 2) band(at(spans[i]), at(spans[i + 1]));
-    for (let i = 1; !spans && slips && i <= this.last; i++) if (slips[i] > 0) band(place(i - 1), place(i));
+    for (let i = 1; slips && i <= this.last; i++) if (slips[i] > 0) band(place(i - 1), place(i));
     for (const event of events) {
       if (event.kind !== "support") continue;
       context.fillStyle = colour("muted");
-      context.fillRect(at(this.timeOf(event)), 1, 1.5, height - 2);
+      context.fillRect(place(event.sample), 1, 1.5, height - 2);
     }
     if (ended) {
       context.fillStyle = colour("ink");

@@ -1,18 +1,19 @@
-// Curves over time and over other axes, by uPlot.
+// Curves over time, by uPlot.
 
 const DASH = [7, 4];
+const AXIS = "time [s]";
 const FONT = "11px system-ui, sans-serif";
 const FEW = 12; // Samples that are marked each: of one or two a line shows nothing, or little.
 
-/** One chart: lines over x, with a playhead where there is a clock. */
+/** One chart: lines over time, with a playhead. */
 class Chart {
-  constructor(home, title, unit, series, { axis, limits = [], steps = false, seek = null, span = null, log = false }) {
+  constructor(home, title, unit, series, { limits, steps, seek, span }) {
     this.home = element("div", { class: "chart" });
     const heading = element("h2", {}, title, " ", element("small", {}, unit === "-" ? "" : `[${unit}]`));
-    this.place = element("div", { role: "img", "aria-label": `${title} over ${axis}` });
+    this.place = element("div", { role: "img", "aria-label": `${title} over time` });
     this.home.append(heading, this.place);
     home.append(this.home);
-    Object.assign(this, { series, axis, limits, steps, seek, span, log });
+    Object.assign(this, { series, limits, steps, seek, span });
     this.data = joined(series);
     this.head = element("div", { class: "playhead" });
     this.build();
@@ -21,7 +22,7 @@ class Chart {
   build() {
     if (this.plot) this.plot.destroy();
     const look = { stroke: colour("muted"), grid: { stroke: colour("rule"), width: 1 }, font: FONT, ticks: { size: 4 } };
-    const axes = [{ ...look, size: 34, label: this.axis, labelSize: 16, labelFont: FONT }, { ...look, size: 58 }];
+    const axes = [{ ...look, size: 34, label: AXIS, labelSize: 16, labelFont: FONT }, { ...look, size: 58, space: 22 }];
     const paths = this.steps ? uPlot.paths.stepped({ align: -1 }) : undefined;
     const lines = this.series.map((one) => ({
       label: one.label, stroke: one.colour(), width: 1.5, dash: one.dash, paths, points: { show: this.data[0].length <= FEW, size: 6 },
@@ -29,16 +30,15 @@ class Chart {
     }));
     const options = {
       width: Math.max(200, this.home.clientWidth), height: 170, axes, padding: [8, 26, 0, 0],
-      series: [{ label: this.axis, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
+      series: [{ label: AXIS, value: (_, number) => (number == null ? "–" : brief(number)) }, ...lines],
       scales: {
-        x: { time: false, distr: this.log ? 3 : 1, ...(this.span ? { range: [0, this.span] } : {}) },
+        x: { time: false, range: [0, this.span] },
         y: { range: (_, low, high) => this.range(low, high) },
       },
-      cursor: { drag: { x: false, y: false }, sync: this.seek ? { key: "clock" } : undefined },
+      cursor: { drag: { x: false, y: false }, sync: { key: "clock" } },
       hooks: { draw: [(plot) => this.drawLimits(plot)] },
     };
     this.plot = new uPlot(options, this.data, this.place);
-    if (!this.seek) return;
     this.plot.over.append(this.head);
     this.plot.over.addEventListener("click", (event) => this.seek(this.plot.posToVal(event.offsetX, "x")));
   }
@@ -107,7 +107,7 @@ function panelCharts(home, episodes, seek, span) {
     })).filter((one) => one.panel);
     const { title, unit, steps } = owners[0].panel;
     const limits = [...new Set(owners.flatMap((owner) => owner.panel.limits))];
-    const look = { axis: "time [s]", limits, steps, seek, span };
+    const look = { limits, steps, seek, span };
     const one = (owner, line, label, tone) => ({
       label, x: times(owner.episode), values: line.values, dash: line.dashed ? DASH : [], colour: tone,
     });
@@ -145,15 +145,6 @@ function sameCourse(one, other) {
     if (!near && !(Number.isNaN(one[i]) && Number.isNaN(other[i]))) return false;
   }
   return true;
-}
-
-function curveCharts(home, curves) {
-  return curves.map(({ axis, x, panel, log }) => {
-    const series = panel.lines.map((line, i) => ({
-      label: line.name, x, values: line.values, dash: line.dashed ? DASH : [], colour: () => colour(`player-${i % 6}`),
-    }));
-    return new Chart(home, panel.title, panel.unit, series, { axis, limits: panel.limits, steps: panel.steps, log });
-  });
 }
 
 /** The times of an episode's samples [s]. */

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 MOST_SAMPLES = 20_000
 """Of one episode."""
-EVENTS = ("slip", "stick", "support", "patch", "end")
+EVENTS = ("slip", "stick", "support", "end")
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,11 @@ class Panel:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened by a sample. kind: one of EVENTS. time: when [s], None for the
-    sample's."""
+    """Something that happened by a sample. kind: one of EVENTS."""
 
     sample: int
     kind: str
     words: str
-    time: float | None = None
 
     def __post_init__(self):
         if self.kind not in EVENTS:
@@ -58,9 +56,8 @@ class Shown:
     """An episode of one player. period: between samples [s]. name: of the player.
 
     numbers: title with unit, value [n] and digits, what stands above the picture. slips: [n],
-    whether it slips by then. spans: from when to when it slips [k, 2] s, None for `slips`. ended:
-    what ended it, "" for its time. facts: of the whole, in words. timing: how exact the times of
-    events are. states: the two that `slips` tells apart, in words, the one that slips second.
+    whether it slips by then. ended: what ended it, "" for its time. facts: of the whole, in words.
+    states: the two that `slips` tells apart, in words, the one that slips second.
     """
 
     name: str
@@ -72,8 +69,6 @@ class Shown:
     drawing: Drawing | None = None
     ended: str = ""
     facts: tuple[tuple[str, str], ...] = ()
-    spans: np.ndarray | None = None
-    timing: str = ""
     states: tuple[str, str] = ("STICK", "SLIP")
 
     def __post_init__(self):
@@ -94,30 +89,10 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Curve:
-    """A panel over an axis of its own. x: [n], rising. log: drawn evenly in its logarithm."""
-
-    axis: str
-    x: np.ndarray
-    panel: Panel
-    log: bool = False
-
-
-@dataclass(frozen=True)
 class Page:
-    """Everything that a page holds. lead: a sentence below the title. tables, pictures: with their
-    titles; a picture is the bytes of a PNG file. text: as it stands in a
-    terminal. over: the heading of the curves, where there are episodes, too. closing: tables below
-    all else."""
+    """Everything that a page holds. lead: below the title; tables: with their titles."""
 
     title: str
     lead: str = ""
-    facts: tuple[tuple[str, str], ...] = ()
     episodes: tuple[Shown, ...] = ()
     tables: tuple[tuple[str, Table], ...] = ()
-    curves: tuple[Curve, ...] = ()
-    pictures: tuple[tuple[str, bytes], ...] = ()
-    notes: tuple[str, ...] = ()
-    text: str = ""
-    over: str = "All episodes"
-    closing: tuple[tuple[str, Table], ...] = ()

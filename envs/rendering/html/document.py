@@ -14,8 +14,6 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.html.encode import script_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from stickslip.envs.rendering.html.data import Page
 
 FOLDER = Path(__file__).parent
@@ -36,29 +34,11 @@ def page_text(page: Page) -> str:
         policy=escape(_policy(library, program)),
         style=_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
         lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
-        summary=_facts(page.facts)
-        + "".join(table.html(title) for title, table in page.tables)
-        + (f'<pre class="scroll" tabindex="0">{escape(page.text)}</pre>' if page.text else ""),
-        pictures="".join(_picture(*one) for one in page.pictures)
-        + "".join(table.html(title) for title, table in page.closing),
-        notes="".join(f'<p class="note">{escape(words)}</p>' for words in page.notes),
-        data=script_text({"episodes": page.episodes, "curves": page.curves, "over": page.over}),
+        tables="".join(table.html(title) for title, table in page.tables),
+        data=script_text({"episodes": page.episodes}),
         library=library,
         program=program,
     )
-
-
-def _facts(rows: Iterable[tuple[str, str]]) -> str:
-    items = [f"<div><dt>{escape(a)}</dt><dd>{escape(b)}</dd></div>" for a, b in rows]
-    return f'<dl class="facts">{"".join(items)}</dl>' if items else ""
-
-
-def _picture(title: str, content: bytes) -> str:
-    if not content.startswith(b"\x89PNG"):
-        raise ValueError(f"the picture {title!r} is no PNG; accepted: the bytes of a PNG file")
-    source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
-    words = escape(title)
-    return f'<figure><img src="{source}" alt="{words}"><figcaption>{words}</figcaption></figure>'
 
 
 def _colours() -> str:

@@ -4,11 +4,6 @@ const page = decodeAll(JSON.parse(document.getElementById("data").textContent));
 const player = page.episodes.length
   ? new Player(document.getElementById("player"), document.getElementById("charts"), page.episodes)
   : null;
-const curves = document.getElementById("curves");
-curves.hidden = page.curves.length === 0;
-const drawn = curveCharts(curves, page.curves);
-if (drawn.length && player) curves.prepend(element("h2", {}, page.over));
-if (drawn.length) new ResizeObserver(() => drawn.forEach((chart) => chart.resize())).observe(curves);
 if (player) player.tell();
 
 const root = document.documentElement;
@@ -16,7 +11,6 @@ const darkSystem = window.matchMedia("(prefers-color-scheme: dark)");
 
 function recolour() {
   if (player) player.recolour();
-  for (const chart of drawn) chart.build();
 }
 
 function otherTheme() {

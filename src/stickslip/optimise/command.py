@@ -159,9 +159,7 @@ def _drive(
         title = f"{name} {result.value:.5g}{unit} over {Path(flags['track']).name}, by {how}"
         picture = png(draw_result(problem, result), title)
         lines = rows(problem, result, spent)
-        page = result_page(
-            title, lines, (drive_shown(problem, result.x, f"drive by {how}"),), picture
-        )
+        page = result_page(title, lines, (drive_shown(problem, result.x, f"drive by {how}"),))
         files |= {PICTURE: picture, REPORT: page_text(page)}
     return files
 

@@ -64,7 +64,7 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
             floor = None if flags["mu"] is None else min(flags["mu"])
             walk = gait_shown(problem, result.best, problem.goal.words, floor=floor)
             lines = gait_rows(problem, result, replays)
-            page = result_page(title, lines, (walk,), picture)
+            page = result_page(title, lines, (walk,))
             files |= {PICTURE: picture, REPORT: page_text(page)}
     elif flags["pictures"]:
         from stickslip.envs.rendering.html.document import page_text

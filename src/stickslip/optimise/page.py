@@ -1,4 +1,4 @@
-"""Page of an optimisation's result: numbers, picture and an episode to play."""
+"""What an optimisation ends with, as a page: numbers, and what it found to play."""
 
 from __future__ import annotations
 
@@ -19,9 +19,7 @@ def result_page(
     title: str,
     rows: Sequence[tuple[str, str]],
     episodes: tuple[Shown, ...],
-    picture: bytes | None = None,
 ) -> Page:
     """Page of an optimisation's result. rows: as the command prints them."""
     table = Table(COLUMNS, [row for row in rows if row[1]])
-    pictures = () if picture is None else (("The same as a picture", picture),)
-    return Page(title, tables=(("", table),), episodes=episodes, pictures=pictures)
+    return Page(title, tables=(("", table),), episodes=episodes)

@@ -9,7 +9,6 @@ from stickslip.agents import read_sweep, sweep_arrays
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.still import StillEnv
-from tests.pages import read_episodes
 
 SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
 AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]

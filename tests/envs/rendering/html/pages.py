@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs.rendering.biped import biped_drawing
-from stickslip.envs.rendering.html.data import Curve, Event, Line, Page, Panel, Shown
+from stickslip.envs.rendering.html.data import Event, Line, Page, Panel, Shown
 from tests.envs.rendering.frames import SCENE, walk
 
 PERIOD = 0.02
@@ -40,11 +40,9 @@ def walked(name: str = "walker") -> Shown:
         name=name,
         period=PERIOD,
         panels=(*panels, Panel("reward", "-", terms, limits=(0.0,))),
-        events=(Event(100, "slip", "slips"), Event(150, "stick", "sticks", 2.9876)),
+        events=(Event(100, "slip", "slips"), Event(150, "stick", "sticks")),
         numbers=(("walked [m]", ahead, 2),),
         slips=slips,
-        spans=np.array([[2.0, 2.9876]], np.float32),
-        timing="Times are made up.",
         drawing=drawing,
         ended="toppled",
         facts=(("return", "1.2"),),
@@ -53,7 +51,5 @@ def walked(name: str = "walker") -> Shown:
 
 def page(*names: str) -> Page:
     """One of ten seconds for each name."""
-    share = Panel("share", "-", (Line("of all", np.array([0.1, 0.4, 0.2])),))
-    curve = Curve("friction", np.array([0.01, 0.1, 1.0]), share, log=True)
     episodes = tuple(replace(walked(), name=n) for n in names)
-    return Page("A walk", "ten seconds", episodes=episodes, curves=(curve,))
+    return Page("A walk", "ten seconds", episodes=episodes)
