@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from functools import cache, lru_cache
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from matplotlib.backend_bases import GraphicsContextBase
+    from matplotlib.font_manager import FontProperties
     from numpy.typing import ArrayLike
 
     Colour: TypeAlias = str | tuple[str, float] | tuple[float, float, float]
@@ -142,7 +144,7 @@ class Painter:
         face = None if fill is None else require("matplotlib.colors").to_rgba(fill)
         self._agg.draw_path(style, path, self._transform, face)
 
-    def _style(self, colour: Colour) -> Any:
+    def _style(self, colour: Colour) -> GraphicsContextBase:
         style = self._agg.new_gc()
         style.set_foreground(require("matplotlib.colors").to_rgba(colour), isRGBA=True)
         if self._clip is not None:
@@ -176,7 +178,7 @@ def _letters(words: str, size: float, bold: bool) -> tuple[np.ndarray, int]:
 
 
 @cache
-def _fonts() -> dict[bool, Any]:
+def _fonts() -> dict[bool, FontProperties]:
     """The plain and the bold letters that come with matplotlib."""
     folder = Path(require("matplotlib").get_data_path()) / "fonts" / "ttf"
     properties = require("matplotlib.font_manager").FontProperties

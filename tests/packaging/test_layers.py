@@ -184,7 +184,7 @@ def room_of(module: str) -> tuple[str, str] | None:
     """Layer and machine's room that a module is in, if it is in one."""
     for layer, rooms in ROOMS.items():
         for room in rooms:
-            if module.startswith(f"{FRONT}.{layer}.{room}."):
+            if f"{module}.".startswith(f"{FRONT}.{layer}.{room}."):
                 return layer, room
     return None
 
