@@ -23,7 +23,7 @@ from stickslip.envs.tasks.ladder import TASKS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optimise.track_options import track_options
-from stickslip.paper.registry import FIGURES
+from stickslip.paper.figure import FIGURES
 
 
 def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:

@@ -8,17 +8,9 @@ import pytest
 
 from stickslip.dynamics.status import Status
 from stickslip.optim import Station
-from stickslip.paper import (
-    bump_claims,
-    chart,
-    foot,
-    passage_claims,
-    slip_claims,
-    start,
-    torque,
-)
-from stickslip.paper.bump_claims import Tried
-from stickslip.paper.result import by_calibration, by_construction, share_of
+from stickslip.paper import bump, foot, passage, slip, slip_claims, start, torque
+from stickslip.paper.bump import Held
+from stickslip.paper.figure import by_calibration, by_construction, share_of
 from stickslip.paper.walks import Slide, Walk
 
 AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
@@ -48,7 +40,7 @@ def every_step(*slides: Slide) -> Walk:
 RESTS = a_walk()
 
 
-def test_what_holds_for_all_some_or_none_is_told_apart():
+def test_all_some_and_none_give_three_verdicts():
     assert [share_of(s) for s in ([1, 1], [1, 0], [0, 0], [])] == [AGREES, PARTLY, DIFFERS, DIFFERS]
     assert (by_construction(True), by_construction(False)) == (CONSTRUCTED, DIFFERS)
     assert (by_calibration(True), by_calibration(False)) == (CALIBRATED, DIFFERS)
@@ -59,7 +51,7 @@ def test_what_holds_for_all_some_or_none_is_told_apart():
     [(0.02, 0.08, AGREES), (0.05, 0.2, PARTLY), (0.2, 0.8, DIFFERS)],
 )
 def test_fig11_curves_hardly_differ_by_their_gap(at_one, at_two, verdict):
-    assert torque._hardly({1.0: at_one, 2.0: at_two, 3.0: 9 * at_one}, 4.0).verdict == verdict
+    assert torque.hardly({1.0: at_one, 2.0: at_two, 3.0: 9 * at_one}).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -73,7 +65,7 @@ def test_fig11_curves_hardly_differ_by_their_gap(at_one, at_two, verdict):
 )
 def test_fig11_one_speed_stands_apart_only_if_the_others_keep_the_shape(alike, verdict):
     by_speed = dict(zip((1.0, 2.0, 3.0, 4.0, 5.0), alike, strict=True))
-    assert torque._shape(by_speed, dict.fromkeys(by_speed, (0.4, 3.0))).verdict == verdict
+    assert torque.same_shape(by_speed).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -81,7 +73,7 @@ def test_fig11_one_speed_stands_apart_only_if_the_others_keep_the_shape(alike, v
 )
 def test_fig12_a_load_changes_the_torque_slightly_by_its_gap(gaps, verdict):
     change = dict(zip((5.0, 15.0), gaps, strict=True))
-    assert torque._slightly(change, change, 8.0).verdict == verdict
+    assert torque.slightly(change, change, 8.0).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -91,27 +83,27 @@ def test_fig12_a_load_changes_the_torque_slightly_by_its_gap(gaps, verdict):
 def test_fig12_the_level_hip_is_the_reason_only_if_loads_change_little_at_rest(
     height, still, verdict
 ):
-    assert torque._level(height, 0.24, {15.0: still}).verdict == verdict
+    assert torque.level(height, 0.24, {15.0: still}).verdict == verdict
 
 
 def test_fig13_the_start_torque_needs_both_methods():
-    assert start._least(0.8403, 15, 0.84034, 0.5).verdict == CALIBRATED
-    assert start._least(0.8403, 15, 0.8410, 0.5).verdict == DIFFERS
-    assert start._least(0.9003, 15, 0.9003, 0.5).verdict == DIFFERS
+    assert start.starts_at(0.8403, 0.84034).verdict == CALIBRATED
+    assert start.starts_at(0.8403, 0.8410).verdict == DIFFERS
+    assert start.starts_at(0.9003, 0.9003).verdict == DIFFERS
 
 
 def test_fig14_scaling_holds_by_construction_unless_the_walks_break_it():
     times = {8.0: 0.7, 9.0: 0.8, 11.0: np.inf}
-    assert start._heavier(times, 8.0, 0.8).verdict == CONSTRUCTED  # up to 10 kg
+    assert start.heavier(times, 8.0, 0.8).verdict == CONSTRUCTED  # up to 10 kg
     for broken in ({8.0: 0.9}, {9.0: np.inf}, {11.0: 2.0}):
-        assert start._heavier(times | broken, 8.0, 0.8).verdict == DIFFERS
+        assert start.heavier(times | broken, 8.0, 0.8).verdict == DIFFERS
 
 
 def test_fig15_residuals_beyond_rounding_would_differ():
     zmp = np.array([-0.1, 0.2])
 
     def verdicts(linear, moment):
-        return [claim.verdict for claim in foot._equations(linear, moment, 83.0, zmp)]
+        return [claim.verdict for claim in foot.equations(linear, moment, 83.0, zmp)]
 
     assert verdicts(1e-13, 1e-14) == [CONSTRUCTED, CONSTRUCTED]
     assert verdicts(1e-6, 1e-14) == [DIFFERS, CONSTRUCTED]
@@ -136,18 +128,14 @@ def test_fig15_the_bar_that_keeps_its_length_is_the_foots():
     def pins(knee, C):
         return SimpleNamespace(pins=SimpleNamespace(ankle_bar=ankle, knee_bar=knee, C_bar=C))
 
-    assert foot._pins(pins(rigid, stretched)).verdict == DIFFERS
-    assert foot._pins(pins(stretched, rigid)).verdict == AGREES
+    assert foot.pinned(pins(rigid, stretched)).verdict == DIFFERS
+    assert foot.pinned(pins(stretched, rigid)).verdict == AGREES
 
 
 def test_fig16_a_walk_that_misses_a_state_of_the_chart_differs():
-    spells = [
-        chart.Spell(chart.RESTS, 0.0, 0.4),
-        chart.Spell(chart.FORWARDS, 0.4, 0.6),
-        chart.Spell(chart.BACKWARDS, 1.0, 1.2),
-    ]
-    assert chart._flow(spells).verdict == CONSTRUCTED
-    assert chart._flow(spells[:2]).verdict == DIFFERS
+    states = [(slip.RESTS, 0.0, 0.4), (slip.FORWARDS, 0.4, 0.6), (slip.BACKWARDS, 1.0, 1.2)]
+    assert slip.flow(states).verdict == CONSTRUCTED
+    assert slip.flow(states[:2]).verdict == DIFFERS
 
 
 def test_fig17_least_friction_needs_the_number_and_the_walks():
@@ -170,7 +158,7 @@ def test_fig17_slides_that_start_elsewhere_are_not_at_mid_step():
         ({0.04: early, 0.05: once}, DIFFERS),
         ({0.1: RESTS}, DIFFERS),
     ):
-        assert slip_claims.onset(walks, 0.5).verdict == verdict
+        assert slip_claims.onset(walks).verdict == verdict
 
 
 def test_fig17_slides_end_when_the_leg_is_highest_by_one_height_for_all():
@@ -192,10 +180,9 @@ def test_fig17_the_other_slide_is_in_the_first_quarter_if_it_is_over_there(ends,
         for mu, end in zip((0.06, 0.05), ends, strict=True)
     }
     walks[0.03] = every_step(Slide(0.0, 0.44, -1e-3), middle)  # of a row of its own
-    use = np.array([0.08, 0.02])
-    assert slip_claims.second(walks, use).verdict == verdict
+    assert slip_claims.second(walks).verdict == verdict
     late = {0.03: walks[0.03], 0.05: every_step(middle, Slide(0.8, 0.9, 1e-3))}
-    assert slip_claims.second(late, use).verdict == DIFFERS
+    assert slip_claims.second(late).verdict == DIFFERS
 
 
 def test_fig17_repeatedly_is_three_slides_a_step():
@@ -222,7 +209,7 @@ def test_fig19_later_onsets_are_compared_one_by_one():
     assert slip_claims.later_onsets({0.2: one, 0.1: RESTS}).verdict == DIFFERS
 
 
-def test_fig19_a_smaller_slide_is_less_way_and_less_displacement():
+def test_fig19_a_smaller_slide_is_less_distance_and_less_displacement():
     def there_and_back(out: float, back: float) -> Walk:
         return every_step(Slide(0.1, 0.3, out), Slide(0.5, 0.7, -back))
 
@@ -231,33 +218,26 @@ def test_fig19_a_smaller_slide_is_less_way_and_less_displacement():
     assert slip_claims.smaller_slide({0.2: little, 0.1: much}).verdict == AGREES
     assert slip_claims.smaller_slide({0.2: little, 0.1: returned}).verdict == PARTLY
     assert slip_claims.smaller_slide({0.2: much, 0.1: little}).verdict == DIFFERS
-    told = slip_claims.smaller_slide({0.2: little, 0.1: there_and_back(1e-3, 2e-3)}).measured
-    assert "+4.00, -4.00 mm" in told
+    measured = slip_claims.smaller_slide({0.2: little, 0.1: there_and_back(1e-3, 2e-3)}).measured
+    assert "+4.00, -4.00 mm" in measured
 
 
-def test_fig24_a_posture_without_torque_or_one_that_lifts_is_told():
-    stations, tried = some_stations(3), ((70, 70), (30, 100), (90, 90))
-    x, base = np.linspace(0, 1, 4), np.array([0.6, 0.7, 0.8])
-    every = Tried(tried, x, base, stations, 0.28, 5)
-    assert bump_claims.exists(every).verdict == CONSTRUCTED
-    assert bump_claims.passes(every).verdict == AGREES
+def test_fig24_a_posture_without_torque_or_one_that_lifts_is_seen():
+    every = Held(((70, 70), (30, 100), (90, 90)), np.array([0.6, 0.7, 0.8]), some_stations(3))
+    stations = every.stations
+    assert bump.exists(every).verdict == CONSTRUCTED
+    assert bump.passes(every).verdict == AGREES
     broken = every._replace(stations=stations._replace(torque=stations.torque * np.nan))
-    assert bump_claims.exists(broken).verdict == DIFFERS
+    assert bump.exists(broken).verdict == DIFFERS
     for lifted, verdict in ((1, PARTLY), (3, DIFFERS)):
         status = np.where(np.arange(3)[:, None] < lifted, Status.ROLLOVER, stations.status)
         found = every._replace(stations=stations._replace(status=status))
-        assert bump_claims.passes(found).verdict == verdict
-
-
-def test_fig24_extremes_are_over_unlike_angles_too():
-    stations = some_stations(3)
+        assert bump.passes(found).verdict == verdict
     scale = np.array([2.0, -5.0, 1.0])[:, None]
-    stations = stations._replace(torque=stations.torque * scale)
-    pairs = ((70, 70), (30, 100), (90, 90))
-    x = np.linspace(1, 2, 4)
-    told = bump_claims.extremes(Tried(pairs, x, np.array([0.6, 0.5, 0.8]), stations, 0.28, 0))
-    assert "from 5.0 N m (30/100°, front wheel at 1.00 m)" in told.measured
-    assert "of the others 2.0 N m (70/70°" in told.measured
+    scaled = every._replace(stations=stations._replace(torque=stations.torque * scale))
+    measured = bump.extremes(scaled).measured
+    assert "from 5.0 N m (30/100°) to 1.0 N m (90/90°)" in measured
+    assert "of equal angles 2.0 N m (70/70°)" in measured
 
 
 def test_fig25_what_more_freedom_gains_is_by_construction_only_at_the_points():
@@ -266,14 +246,14 @@ def test_fig25_what_more_freedom_gains_is_by_construction_only_at_the_points():
     def claims(limited, free):
         drives = dict(
             zip(
-                (passage_claims.HELD, passage_claims.LIMITED, passage_claims.FREE),
+                (passage.HELD, passage.LIMITED, passage.FREE),
                 (held, limited, free),
                 strict=True,
             )
         )
         return (
-            passage_claims.varies_less(drives, (70.0, 80.0), 9).verdict,
-            passage_claims.between(drives).verdict,
+            passage.varies_less(drives, (70.0, 80.0)).verdict,
+            passage.between(drives).verdict,
         )
 
     assert claims(better, better) == (CONSTRUCTED, AGREES)
@@ -284,11 +264,11 @@ def test_fig25_what_more_freedom_gains_is_by_construction_only_at_the_points():
 
 def test_fig25_a_drive_that_fails_between_its_points_does_not_pass():
     drive = a_drive(90.0, 91.0)
-    assert passage_claims.passes(drive).verdict == AGREES
+    assert passage.passes(drive).verdict == AGREES
     status = np.array(drive.dense.status)
     status[-1] = Status.WHEEL_SLIP
     fails = drive._replace(dense=drive.dense._replace(status=status))
-    assert passage_claims.passes(fails).verdict == DIFFERS
+    assert passage.passes(fails).verdict == DIFFERS
 
 
 def some_stations(count: int | None = None, points: int = 4) -> Station:
@@ -305,8 +285,8 @@ def some_stations(count: int | None = None, points: int = 4) -> Station:
     return Station(**numbers)
 
 
-def a_drive(variation: float, between: float) -> passage_claims.Drive:
-    values = dict.fromkeys(passage_claims.CRITERIA, variation)
-    return passage_claims.Drive(
+def a_drive(variation: float, between: float) -> passage.Drive:
+    values = dict.fromkeys((passage.VARIATION,), variation)
+    return passage.Drive(
         some_stations(), values, some_stations(points=31), values | {"torque_variation": between}
     )

@@ -13,8 +13,8 @@ from stickslip.agents.evaluation.columns import Column as Metric
 from stickslip.agents.evaluation.statistics import Interval
 from stickslip.agents.evaluation.table import Evaluation, Row
 from stickslip.optimise.report import table
-from stickslip.paper.result import Claim
-from stickslip.paper.text import claims_text, csv_text
+from stickslip.paper.command import claims_table
+from stickslip.paper.figure import Claim
 from stickslip.records.table import Column, Table, cell_text, csv_line, json_text
 
 RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
@@ -71,7 +71,7 @@ def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluati
 
 def test_claims_are_a_table_of_words():
     claim = Claim("|f| <= N", "1", "agrees", "because")
-    assert claims_text({"fig1": [claim]}) == (
+    assert claims_table({"fig1": [claim]}).markdown() == (
         "| figure | the chapter states | measured here | verdict | why |\n"
         "| --- | --- | --- | --- | --- |\n"
         "| fig1 | &#124;f&#124; <= N | 1 | agrees | because |\n"
@@ -95,7 +95,10 @@ def test_what_has_no_value_is_left_out_of_a_solved_problems_rows():
 
 def test_columns_are_csv_with_ten_digits():
     columns = {"a [m]": np.asarray([1 / 3, np.nan, np.inf], "f8"), "b": ["x, y", 'a "b"', 7]}
-    assert csv_text(columns) == 'a [m],b\n0.3333333333,"x, y"\n,"a ""b"""\ninf,7\n'
+    assert (
+        Table.of_columns(columns).csv(digits=10)
+        == 'a [m],b\n0.3333333333,"x, y"\n,"a ""b"""\ninf,7\n'
+    )
     assert csv_line([1, "", "é"]) == "1,,é\n"
 
 

@@ -22,7 +22,7 @@ EXAMPLES = {
 def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
     """Add the figures' names."""
     del arguments
-    from stickslip.paper.registry import EVERYTHING, FIGURES
+    from stickslip.paper.figure import EVERYTHING, FIGURES
 
     figures = parser.add_argument(
         "figures",

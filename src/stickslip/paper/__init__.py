@@ -1,5 +1,5 @@
-"""The figures of the chapter, computed again, and its claims beside what comes out.
+"""The chapter's figures, computed again, and its claims beside the results.
 
-`stickslip reproduce` runs it (`command.py`). A figure's module computes its data, draws it and
-states the claims (`result.py`); `registry.py` knows the figures by name.
+`stickslip reproduce` runs `command.py`. `figure.py` declares the figures by name; a function for
+each computes its data, its drawing and its claims with their verdicts.
 """

@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    Trajectory,
-    inverse_dynamics,
-    reduced_inertia,
-    simulate,
-)
+from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.paper import drawing
-from stickslip.paper.result import (
-    NOT_STATED,
-    Claim,
-    Columns,
-    Result,
-    Setting,
-    by_calibration,
-    by_construction,
-)
+from stickslip.paper.figure import NOT_STATED, Claim, Result, by_calibration, by_construction
 from stickslip.paper.torque import peak_of, phases, steady
 
 TORQUES = (0.70, 0.80, 0.84, 0.845, 0.90, 1.0, 1.2)
@@ -44,58 +28,36 @@ WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
 SCENE = Scene.grip(outputs="state")
 
 
-def torques(setting: Setting) -> Result:
+def torques(samples: int) -> Result:
     """Fig. 13."""
     params = BipedParams.from_bars()
-    courses = {}
-    for torque in TORQUES:
-        setting.say(f"{torque:g} N m")
-        courses[torque] = from_rest(params, torque, DURATION, setting.samples)
-    setting.say("least torque")
-    least, steps = least_torque(params, setting.samples)
-    by_work, place = torque_by_work(params, setting.samples)
+    walks = {torque: from_rest(params, torque, DURATION, samples) for torque in TORQUES}
+    least = least_torque(params, samples)
+    still = np.asarray(steady(params, phases(samples), 0.0).torque)
     claims = [
-        _least(least, steps, by_work, place),
-        _peak(params, least, setting.samples),
-        _ends(courses),
-        _friction(params, courses[TORQUE]),
+        starts_at(least, torque_by_work(params, samples)),
         Claim(
-            "Working Model 2D gives similar curves (Fig. 13b)",
-            "not repeated",
+            "(holding still and starting)",
+            f"holding still at the steepest phase takes {peak_of(still)[1]:.2f} N m, at pi/2 "
+            f"{still[0]:.2f} N m; starting to walk takes {least:.2f} N m",
             NOT_STATED,
-            "the program is not at hand; this package's full and reduced equations take its place",
+            "at pi/2 the weight drives the crank, and its momentum passes the steepest phase",
         ),
+        lift_off(walks),
     ]
-    curves = {f"{torque:g} N m": course for torque, course in courses.items()}
-    note = "x: the foot would have to be pulled down"
-    return Result({"": _angles(curves)}, lambda: _draw(curves, note), claims)
+    return _result({f"{torque:g} N m": walk for torque, walk in walks.items()}, claims)
 
 
-def weights(setting: Setting) -> Result:
+def weights(samples: int) -> Result:
     """Fig. 14."""
     params = BipedParams.from_bars()
     own = float(params.total_mass)
-    courses = {}
-    for mass in WEIGHTS:
-        setting.say(f"{mass:g} kg")
-        courses[mass] = from_rest(denser(params, mass / own), TORQUE, DURATION, setting.samples)
-    least, _ = torque_by_work(params, setting.samples)
-    step = {mass: first_step(course) for mass, course in courses.items()}
-    claims = [
-        Claim(
-            "1 N m and several weights: curves only",
-            "first step in "
-            + ", ".join(
-                f"{time:.3f} s ({mass:g} kg)" for mass, time in step.items() if np.isfinite(time)
-            ),
-            NOT_STATED,
-            "the chapter prints neither the weights nor a number",
-        ),
-        _heavier(step, own, least),
-    ]
-    curves = {f"{mass:g} kg": course for mass, course in courses.items()}
-    note = f"{TORQUE:g} N m; x: the foot would have to be pulled down"
-    return Result({"": _angles(curves)}, lambda: _draw(curves, note), claims)
+    walks = {
+        mass: from_rest(denser(params, mass / own), TORQUE, DURATION, samples) for mass in WEIGHTS
+    }
+    step = {mass: first_step(walk) for mass, walk in walks.items()}
+    claims = [heavier(step, own, torque_by_work(params, samples))]
+    return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, claims)
 
 
 def denser(params: BipedParams, factor: float) -> BipedParams:
@@ -106,15 +68,14 @@ def denser(params: BipedParams, factor: float) -> BipedParams:
 def from_rest(params: BipedParams, torque: float, duration: float, samples: int) -> Trajectory:
     """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2, no slip.
 
-    As in the chapter, nothing looks at whether the biped topples.
+    As in the chapter, toppling is not checked.
     """
-    count = 4 * samples
-    return simulate(params, SCENE, BipedState(), torque, duration, duration / count)
+    return simulate(params, SCENE, BipedState(), torque, duration, duration / (4 * samples))
 
 
-def first_step(course: Trajectory) -> float:
-    """When the first step ends [s], interpolated between samples; infinite if it does not."""
-    angle, time = np.asarray(course.states.crank_angle), np.asarray(course.states.time)
+def first_step(walk: Trajectory) -> float:
+    """End of the first step [s], interpolated between samples; infinite if it does not end."""
+    angle, time = np.asarray(walk.states.crank_angle), np.asarray(walk.states.time)
     past = np.nonzero(angle >= 3 * np.pi / 2)[0]
     if len(past) == 0:
         return float("inf")
@@ -123,21 +84,18 @@ def first_step(course: Trajectory) -> float:
     return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
-def least_torque(
-    params: BipedParams, samples: int, tolerance: float = TOLERANCE
-) -> tuple[float, int]:
-    """The torque from which on the first step is walked to its end [N m], by bisection between 0
-    and 2 N m; and how many walks that took."""
-    low, high, count = 0.0, 2.0, 0
+def least_torque(params: BipedParams, samples: int, tolerance: float = TOLERANCE) -> float:
+    """The least torque that walks the first step [N m], by bisection between 0 and 2 N m."""
+    low, high = 0.0, 2.0
     while high - low > tolerance:
-        middle, count = (low + high) / 2, count + 1
+        middle = (low + high) / 2
         walks = np.isfinite(first_step(from_rest(params, middle, PATIENCE, samples)))
         low, high = (low, middle) if walks else (middle, high)
-    return high, count
+    return high
 
 
-def torque_by_work(params: BipedParams, samples: int) -> tuple[float, float]:
-    """The least torque [N m] and the phase where it nearly stops [T], by the balance of work.
+def torque_by_work(params: BipedParams, samples: int) -> float:
+    """The least torque that walks [N m], by the balance of work.
 
     From rest, M w^2 / 2 = T (theta - pi/2) - (V(theta) - V(pi/2)): the crank gets past every phase
     if T is above the greatest mean slope of V. MODEL 1.4, with V' = g Y the torque at rest.
@@ -145,130 +103,73 @@ def torque_by_work(params: BipedParams, samples: int) -> tuple[float, float]:
     slope = np.asarray(steady(params, phases(samples), 0.0).torque)
     bend = np.gradient(slope, edge_order=2)
     rise = np.cumsum((slope[1:] + slope[:-1]) / 2) - (bend[1:] - bend[0]) / 12  # Euler-Maclaurin
-    mean = rise / np.arange(1, samples + 1)
-    place, least = peak_of(mean)
-    return least, (1 + place * (samples - 1)) / samples
+    return peak_of(rise / np.arange(1, samples + 1))[1]
 
 
-def _least(least: float, walks: int, by_work: float, place: float) -> Claim:
-    """least: by bisection in so many walks; by_work: at the place [T]; both [N m]."""
-    apart = abs(least - by_work)
+def starts_at(least: float, by_work: float) -> Claim:
+    """least: by bisection; by_work: by the balance of work; both [N m]."""
+    agree = abs(least - by_work) < TOLERANCE
     return Claim(
         f"the least torque that makes it walk is {STATED_TORQUE:g} N m",
-        f"{least:.4f} N m by bisection in {walks} walks of {PATIENCE:g} s, {by_work:.4f} N m "
-        f"by the work done up to the phase {place:.3f} T where it nearly stops",
-        by_calibration(round(least, 2) == STATED_TORQUE and apart < TOLERANCE),
+        f"{least:.4f} N m by bisection of walks, {by_work:.4f} N m by the balance of work",
+        by_calibration(round(least, 2) == STATED_TORQUE and agree),
         "the hip's mass and the bars' density were chosen for this number; that the two methods "
         f"are less than {TOLERANCE:g} N m apart checks the computation",
     )
 
 
-def _heavier(step: dict[float, float], own: float, least: float) -> Claim:
-    """step: when the first step ends, by mass, rising [s]. own: the robot's mass [kg]. least: the
-    torque that it needs by the balance of work [N m]."""
-    heaviest = own * TORQUE / least
-    does = [mass for mass, time in step.items() if np.isfinite(time)]
-    times = [step[mass] for mass in does]
-    expected = does == [mass for mass in step if mass < heaviest]
-    return Claim(
-        "(read as: heavier is slower, and too heavy does not walk)",
-        f"walks up to {heaviest:.2f} kg = {own:.2f} kg x {TORQUE:g} N m / {least:.4f} N m; of the "
-        f"drawn ones up to {max(does, default=0):g} kg",
-        by_construction(expected and np.all(np.diff(times) > 0)),
-        "with all densities scaled alike, M, P and Y scale, so for any robot only torque per "
-        "weight counts, and less of it is slower. That the walks drawn stop where the balance of "
-        "work says checks the computation",
-    )
-
-
-def _peak(params: BipedParams, least: float, samples: int) -> Claim:
-    still = np.asarray(steady(params, phases(samples), 0.0).torque)
-    _, peak = peak_of(still)
-    return Claim(
-        "(Figs. 11 and 13 together)",
-        f"holding still at the steepest phase takes {peak:.2f} N m, starting to walk {least:.2f}; "
-        f"holding still at pi/2 takes {still[0]:.2f} N m",
-        NOT_STATED,
-        "where holding still takes a negative torque, at pi/2, the weight drives the crank by "
-        "itself, and that momentum carries it over the steepest phase",
-    )
-
-
-def _ends(courses: dict[float, Trajectory]) -> Claim:
+def lift_off(walks: Mapping[float, Trajectory]) -> Claim:
+    """When constant torques end in lift-off."""
     ended = {
-        torque: (float(course.final.time), float(jnp.max(jnp.abs(course.states.crank_rate))))
-        for torque, course in courses.items()
-        if int(course.status) == Status.LIFT_OFF
+        torque: float(walk.final.time)
+        for torque, walk in walks.items()
+        if int(walk.status) == Status.LIFT_OFF
     }
-    shown = ", ".join(f"{t:.2f} s, {w:.1f} rad/s ({torque:g})" for torque, (t, w) in ended.items())
+    shown = ", ".join(f"{time:.2f} s with {torque:g} N m" for torque, time in ended.items())
     return Claim(
         "(how the curves go on)",
-        "the foot lifts off after (time, fastest crank rate so far, torque in N m): "
-        + (shown or f"never within {DURATION:g} s"),
+        f"the foot lifts off after {shown}" if shown else f"no lift-off within {DURATION:g} s",
         NOT_STATED,
-        "a constant torque above the least one speeds up step by step, and within a step the crank "
-        "rate swings as M changes, until the ground would have to pull: there the model ends",
+        "a constant torque above the least one speeds up step by step; the model ends there",
     )
 
 
-def _friction(params: BipedParams, course: Trajectory) -> Claim:
-    before = np.asarray(course.states.steps)[1:] == 0
-    phase, rate = (
-        np.asarray(x)[1:][before] for x in (course.states.phase, course.states.crank_rate)
-    )
-    zmp, use = (np.asarray(x) for x in _loads(params, phase, rate, TORQUE))
-    foot = float(params.crank)
+def heavier(step: Mapping[float, float], own: float, least: float) -> Claim:
+    """step: end of the first step by mass, rising [s]. own: the robot's mass [kg]. least: the
+    torque that it needs by the balance of work [N m]."""
+    heaviest = own * TORQUE / least
+    walks = {mass: time for mass, time in step.items() if np.isfinite(time)}
+    expected = list(walks) == [mass for mass in step if mass < heaviest]
     return Claim(
-        f"(the floor under {TORQUE:g} N m)",
-        f"first step: |f| / N up to {use.max():.3f}, zero-moment point from "
-        f"{zmp.min() / foot:.1f} to {zmp.max() / foot:.1f} crank lengths from the ankle",
-        NOT_STATED,
-        "Fig. 13 assumes a foot that neither slips nor tips. The default foot reaches 8 crank "
-        "lengths each way",
+        "(read as: heavier is slower, and too heavy does not walk)",
+        f"first step in {', '.join(f'{time:.3f} s ({mass:g} kg)' for mass, time in walks.items())};"
+        f" walks up to {heaviest:.2f} kg = {own:.2f} kg x {TORQUE:g} N m / {least:.4f} N m",
+        by_construction(expected and np.all(np.diff(list(walks.values())) > 0)),
+        "with all densities scaled alike only torque per weight counts, for any robot",
     )
 
 
-@jax.jit
-def _loads(
-    params: BipedParams, phase: jax.Array, rate: jax.Array, torque: jax.Array
-) -> tuple[jax.Array, jax.Array]:
-    """Zero-moment points [m] and |f| / N of a walk without slip under one torque."""
-
-    def at(angle: jax.Array, w: jax.Array) -> tuple[jax.Array, jax.Array]:
-        inertia = reduced_inertia(params, angle)
-        alpha = (torque - inertia.dM * w**2 / 2 - params.gravity * inertia.Y) / inertia.M
-        needs = inverse_dynamics(params, angle, w, alpha)
-        return needs.zmp, jnp.abs(needs.friction_force / needs.normal_force)
-
-    return jax.vmap(at)(phase, rate)
+def _result(walks: Mapping[str, Trajectory], claims: list[Claim]) -> Result:
+    """Crank angles by name, NaN after the walk has left the model."""
+    angles = {}
+    for name, walk in walks.items():
+        angles[name] = np.array(walk.states.crank_angle)
+        angles[name][1:][np.asarray(walk.contacts.status) > Status.SLIP_ONSET] = np.nan
+    time = DURATION * np.linspace(0, 1, len(next(iter(angles.values()))))
+    columns = {f"crank angle, {name} [rad]": angle for name, angle in angles.items()}
+    return Result({"": {"time [s]": time, **columns}}, lambda: _draw(time, angles), claims)
 
 
-def _angles(curves: dict[str, Trajectory]) -> Columns:
-    columns: dict[str, np.ndarray] = {}
-    for name, course in curves.items():
-        columns.setdefault("time [s]", DURATION * np.linspace(0, 1, len(course.states.time)))
-        columns[f"crank angle, {name} [rad]"] = _alive(course)
-    return columns
-
-
-def _alive(course: Trajectory) -> np.ndarray:
-    """The crank's angle, NaN after the walk has left the model."""
-    angle = np.array(course.states.crank_angle)
-    angle[1:][np.asarray(course.contacts.status) > Status.SLIP_ONSET] = np.nan
-    return angle
-
-
-def _draw(curves: dict[str, Trajectory], note: str):
+def _draw(time: np.ndarray, angles: Mapping[str, np.ndarray]):
     figure, axes = drawing.sheet(height=4.0)
     axis = axes[0, 0]
-    time = DURATION * np.linspace(0, 1, len(next(iter(curves.values())).states.time))
-    angles = {name: _alive(course) / np.pi for name, course in curves.items()}
-    drawing.family(axis, time, angles.items())
+    drawing.family(axis, time, [(name, angle / np.pi) for name, angle in angles.items()])
     for angle, colour in zip(angles.values(), drawing.shades(len(angles)), strict=True):
         if np.isnan(angle[-1]):
             last = np.nonzero(np.isfinite(angle))[0][-1]
-            axis.plot(time[last], angle[last], "x", color=colour, ms=7)
+            axis.plot(time[last], angle[last] / np.pi, "x", color=colour, ms=7)
     drawing.mark(axis, y=0.5)
+    note = "x: the foot would have to be pulled down"
     drawing.name_panel(axis, "crank angle [π rad]", note, "time [s]")
     axis.set_xlim(0, DURATION)
     return figure

@@ -1,0 +1,123 @@
+"""Declaration of a figure: data, drawing, and claims with their verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from stickslip.dynamics.plain_checks import nearest
+
+AGREES = "agrees"
+PARTLY = "partly"
+DIFFERS = "differs"
+BY_CALIBRATION = "by calibration"
+"""The default masses were chosen for this number: no evidence."""
+BY_CONSTRUCTION = "by construction"
+"""True of every robot and parameter: a check of the computation, no evidence."""
+NOT_STATED = "not stated"
+"""The chapter prints a curve or nothing; the measurement is ours alone."""
+VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION, NOT_STATED)
+
+Columns = Mapping[str, Sequence[Any]]
+"""Equally long columns of numbers or words by name and unit; NaN is an empty cell."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The chapter's statement, our measurement, one of VERDICTS, and the reason or the limit."""
+
+    stated: str
+    measured: str
+    verdict: str
+    why: str
+
+    def __post_init__(self):
+        if self.verdict not in VERDICTS:
+            raise ValueError(f"verdict = {self.verdict!r}; accepted: {', '.join(VERDICTS)}")
+
+
+def verdict_of(agrees: object, partly: object = False) -> str:
+    """AGREES, PARTLY or DIFFERS by two conditions."""
+    return AGREES if agrees else PARTLY if partly else DIFFERS
+
+
+def share_of(holds: Iterable[object]) -> str:
+    """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
+    cases = [bool(one) for one in holds]
+    return verdict_of(cases and all(cases), any(cases))
+
+
+def by_construction(holds: object) -> str:
+    """BY_CONSTRUCTION; DIFFERS where it does not hold, since the computation is then wrong."""
+    return BY_CONSTRUCTION if holds else DIFFERS
+
+
+def by_calibration(holds: object) -> str:
+    """BY_CALIBRATION; DIFFERS where the number is another."""
+    return BY_CALIBRATION if holds else DIFFERS
+
+
+@dataclass(frozen=True)
+class Result:
+    """A figure's tables by file ending ("" for the curves), its drawing and its claims.
+
+    draw: a function without arguments that returns a matplotlib figure.
+    """
+
+    tables: Mapping[str, Columns]
+    draw: Callable[[], Any]
+    claims: Sequence[Claim]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """title: over the picture and in the list. module, function: in this package."""
+
+    title: str
+    module: str
+    function: str
+
+    def compute(self, samples: int) -> Result:
+        """Compute with so many points a step of the biped, or along the bump of Fig. 24."""
+        module = import_module(f"stickslip.paper.{self.module}")
+        return getattr(module, self.function)(samples)
+
+
+FIGURES = {
+    "fig11": Figure("Motor torque over a step, crank speeds up to 5 rad/s", "torque", "speeds"),
+    "fig12": Figure("Motor torque over a step, loads on the hip", "torque", "loads"),
+    "fig13": Figure("Crank angle from rest under constant torques", "start", "torques"),
+    "fig14": Figure("Crank angle from rest under 1 N m, several total weights", "start", "weights"),
+    "fig15": Figure("Forces on the supporting foot over a step", "foot", "forces"),
+    "fig16": Figure("Through the flow chart: sticking and sliding", "slip", "states"),
+    "fig17": Figure("Place of the foot at 3 rad/s, friction from 0.03 to 0.1", "slip", "frictions"),
+    "fig18": Figure(
+        "Place of the foot with friction 0.1, crank speeds up to 5.5 rad/s", "slip", "speeds"
+    ),
+    "fig19": Figure(
+        "Place of the foot at 5 rad/s, static friction 0.2, kinetic friction varied",
+        "slip",
+        "kinetic",
+    ),
+    "fig24": Figure("UGV: torque over the soft bump, legs held still", "bump", "statics"),
+    "fig25": Figure(
+        "UGV: over the soft bump with the least variation of torque", "passage", "least_variation"
+    ),
+}
+"""In the chapter's order."""
+
+EVERYTHING = "all"
+
+
+def figures_of(names: Iterable[str]) -> dict[str, Figure]:
+    """The figures asked for, each once, in the chapter's order; ValueError for unknown names."""
+    wanted = {names} if isinstance(names, str) else set(names)
+    unknown = sorted(wanted - {*FIGURES, EVERYTHING})
+    if unknown or not wanted:
+        given = ", ".join(map(repr, unknown)) or "no figure"
+        accepted = ", ".join([*FIGURES, EVERYTHING])
+        near = nearest(unknown[0], FIGURES) if unknown else ""
+        raise ValueError(f"{given} is not a figure here; accepted: {accepted}{near}")
+    return {name: one for name, one in FIGURES.items() if wanted & {name, EVERYTHING}}
