@@ -9,9 +9,9 @@ import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.foreign.arrays import arrays_in
-from stickslip.agents.foreign.metadata import metadata_text
 from stickslip.agents.foreign.reading import (
     RefusedError,
+    metadata_text,
     parse_json,
     read_bytes,
     refusing,

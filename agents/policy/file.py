@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.agents.foreign.arrays import LARGEST, arrays_in
-from stickslip.agents.foreign.metadata import metadata_text
 from stickslip.agents.foreign.reading import (
     RefusedError,
+    metadata_text,
     parse_json,
     read_bytes,
     refusing,

@@ -50,7 +50,7 @@ class WalkBatch(NamedTuple):
             if scene.payload is not None:
                 own, floor = (*own, floor[-1]), floor[:-1]
                 scene = replace(scene, payload=None)
-            model = _prepared(fidelity, tree, own, leaves)
+            model = _mapped(_prepared, fidelity, False, tree, own, tuple(leaves))
             each = (0 if 0 in own else None,) * len(jax.tree.leaves(model))
             leaves, tree = jax.tree.flatten((model, scene, state, values))
             return Members(leaves, (*each, *floor, *self.axes[2], *self.axes[3]), tree, dtype)
@@ -64,18 +64,14 @@ class Members(NamedTuple):
     tree: Any
     dtype: str
 
-    def every(self, walk: Callable[..., Grown], options: Hashable) -> Grown:
-        """walk(options, model, scene, state, torques) of all members at once."""
-        with precision(self.dtype):
-            return jax.block_until_ready(
-                _every(walk, options, self.tree, self.axes, tuple(self.leaves))
-            )
+    def run(self, walk: Callable[..., Grown], options: Hashable, serial: bool = False) -> Grown:
+        """walk(options, model, scene, state, torques) of all members.
 
-    def one_by_one(self, walk: Callable[..., Grown], options: Hashable) -> Grown:
-        """The same after each other: what one does not need is not computed."""
+        serial: one after the other, so that a branch that a member does not take costs nothing.
+        """
         with precision(self.dtype):
             return jax.block_until_ready(
-                _one_by_one(walk, options, self.tree, self.axes, tuple(self.leaves))
+                _mapped(walk, options, serial, self.tree, self.axes, tuple(self.leaves))
             )
 
     @property
@@ -85,54 +81,34 @@ class Members(NamedTuple):
         return next((np.shape(leaf)[0] for leaf, axis in pairs if axis == 0), None)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _prepared(
-    fidelity: Fidelity, tree: Any, axes: tuple[int | None, ...], leaves: Leaves
-) -> BipedModel:
-    def one(leaves: Leaves) -> BipedModel:
-        params, load = jax.tree.unflatten(tree, leaves)
-        return prepare(params, fidelity=fidelity, payload=load)
-
-    return (jax.vmap(one, in_axes=(list(axes),)) if 0 in axes else one)(leaves)
+def _prepared(fidelity: Fidelity, params: BipedParams, load: Any) -> BipedModel:
+    return prepare(params, fidelity=fidelity, payload=load)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _every(
-    walk: Callable[..., Grown],
+@partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
+def _mapped(
+    function: Callable[..., Grown],
     options: Hashable,
+    serial: bool,
     tree: Any,
     axes: tuple[int | None, ...],
     leaves: Leaves,
 ) -> Grown:
+    """function(options, *parts) along the batched leaves; the others are shared."""
+
     def one(leaves: Leaves) -> Grown:
-        return walk(options, *jax.tree.unflatten(tree, leaves))
-
-    return (jax.vmap(one, in_axes=(axes,)) if 0 in axes else one)(leaves)
-
-
-@partial(jax.jit, static_argnums=(0, 1, 2, 3))
-def _one_by_one(
-    walk: Callable[..., Grown],
-    options: Hashable,
-    tree: Any,
-    axes: tuple[int | None, ...],
-    leaves: Leaves,
-) -> Grown:
-    def one(leaves: Leaves) -> Grown:
-        return walk(options, *jax.tree.unflatten(tree, leaves))
+        return function(options, *jax.tree.unflatten(tree, leaves))
 
     if 0 not in axes:
         return one(leaves)
-    shared = [None if axis == 0 else leaf for leaf, axis in zip(leaves, axes, strict=True)]
 
     def member(own: Leaves) -> Grown:
         mine = iter(own)
-        return one(
-            [next(mine) if axis == 0 else leaf for leaf, axis in zip(shared, axes, strict=True)]
-        )
+        pairs = zip(leaves, axes, strict=True)
+        return one([next(mine) if axis == 0 else leaf for leaf, axis in pairs])
 
     own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis == 0]
-    return jax.lax.map(member, own)
+    return (jax.lax.map if serial else jax.vmap)(member, own)
 
 
 def precision(dtype: str):
@@ -192,12 +168,12 @@ def timed(
 ) -> tuple[Grown, float, float]:
     """The walks of all members; median seconds of a warm run for each; seconds until warm."""
     begun = time.perf_counter()
-    found = members.every(walk, options)
+    found = members.run(walk, options)
     first = time.perf_counter() - begun
     taken = []
     for _ in range(repeats):
         begun = time.perf_counter()
-        members.every(walk, options)
+        members.run(walk, options)
         taken.append(time.perf_counter() - begun)
     again = float(np.median(taken))
     return found, again / (members.size or 1), max(0.0, first - again)

@@ -160,8 +160,8 @@ def check_walk(
     options = Options(policy, float(duration), count, rough)
     own = timed(batch.prepared(setting.fidelity, setting.dtype), _walk, options, repeats)
     exact = batch.prepared(fidelity, "float64")
-    truth = exact.every(_walk, options._replace(integrator=TIGHT))
-    check, growth = exact.one_by_one(_grown, options._replace(integrator=LOOSE))
+    truth = exact.run(_walk, options._replace(integrator=TIGHT))
+    check, growth = exact.run(_grown, options._replace(integrator=LOOSE), serial=True)
     return _compared(setting, float(duration), own, truth, check, growth)
 
 
