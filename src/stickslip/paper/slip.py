@@ -152,7 +152,8 @@ def _result(
     }
     time = next(iter(walks.values())).time
     tables = {"": {"time / T [-]": time, **places}, "-slides": slides}
-    return Result(tables, lambda: _draw({f"{x:g}": one for x, one in walks.items()}, note), claims)
+    named = {f"{name} = {x:g}": one for x, one in walks.items()}
+    return Result(tables, lambda: _draw(named, note), claims)
 
 
 def _draw(walks: Mapping[str, Walk], note: str):
