@@ -15,7 +15,7 @@ from stickslip.paper.walks import PERIODS, SAME_INSTANT, Slide, Walk
 
 STATED_FRICTION = 0.08
 MID_STEP = (0.4, 0.6)
-"""What counts as "at mid-step", as shares of the step [-]."""
+"""Range that counts as "at mid-step", as shares of the step [-]."""
 QUARTER = 0.25
 NEAR = 0.05
 """A slide ends "when the leg is highest" if it does so within this time [T]."""

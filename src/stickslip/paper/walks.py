@@ -145,7 +145,7 @@ def slides_of(trajectory: Trajectory, period: float) -> tuple[Slide, ...]:
 
 
 def _resting_place(trajectory: Trajectory, stop: float, slip: float) -> float:
-    """Where the foot rests from `stop` until `slip` [m].
+    """Position at which the foot rests from `stop` until `slip` [m].
 
     A sample in between has the place. Else half the speed of a sample is the mean speed between it
     and the rest, to third order in the distance: the nearer sample counts more.
