@@ -6,79 +6,40 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.points import front_of, knee_of
 from benchmarks.report import pyplot
-from benchmarks.tradeoff.points import COSTS, UNBOUNDED, Promise, family, promises_of, short
+from benchmarks.tradeoff.points import COSTS, family, promises_of, short
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-FAMILIES = {"event_exact": ("#4b2e83", "D"), "rk4_split": ("#0b6e4f", "o")}
-"""Colour and marker of the integrators."""
+MARKERS = {"event_exact": "D", "rk4_split": "o"}
+COLOURS = {"float32": "#0b6e4f", "float64": "#4b2e83"}
 
 
 def draw(content: dict[str, Any], path: Path) -> None:
-    """Write the PNG: what is promised of the default robot, above what half of its walks keep."""
+    """Write the PNG: bars from what half of the default robot's walks keep to what 99 % keep."""
     plt = pyplot()
-    figure, axes = plt.subplots(
-        len(FLOORS), len(COSTS), figsize=(11, 3.6 * len(FLOORS)), layout="constrained"
-    )
+    size = (11, 3.4 * len(FLOORS))
+    figure, axes = plt.subplots(len(FLOORS), len(COSTS), figsize=size, layout="constrained")
     for line, floor in zip(axes, FLOORS, strict=True):
         for axis, batch in zip(line, COSTS, strict=True):
             points = promises_of(content, floor, ROBOTS[0], batch)
-            axis.set_title(f"{floor}, {batch} environment{'s' if batch > 1 else ''}", loc="left")
-            if front_of(points):
-                _panel(axis, points)
-            else:
-                axis.set_axis_off()
-                axis.text(0.0, 0.9, "nothing promised within 0.1 rad/s", transform=axis.transAxes)
-    _legend(figure)
+            title = f"{floor}, {batch} environment{'s' if batch > 1 else ''}"
+            along = front_of(points)
+            for p in points:
+                look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.4}
+                axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
+                label = f"{family(p.integrator)}, {p.dtype}"
+                axis.plot(p.cost, p.error, MARKERS[family(p.integrator)], ms=5, label=label, **look)
+            if along:
+                ends = [p.cost for p in along], [p.error for p in along]
+                axis.plot(*ends, color="black", lw=0.8, drawstyle="steps-post", zorder=0)
+                title += f"\nknee: {short(knee_of(points))}"
+            axis.set_title(title, loc="left", fontsize=9)
+            axis.set(xscale="log", yscale="log", ylabel="error [rad/s]", ylim=(None, 3.0))
+            axis.set_xlabel("time for a simulated second of an environment [s]")
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    shown = dict(zip(names, handles, strict=True))
+    figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=4, fontsize=8)
     figure.savefig(path, dpi=110)
     plt.close(figure)
-
-
-def _panel(axis, points: list[Promise]) -> None:
-    along, knee = front_of(points), knee_of(points)
-    for point in points:
-        _mark(axis, point, point in along)
-    costs, errors = [p.cost for p in along], [p.error for p in along]
-    axis.plot(costs, errors, color="black", linewidth=0.8, drawstyle="steps-post", zorder=0)
-    axis.plot(knee.cost, knee.error, "o", markersize=13, mfc="none", mec="#d00000", mew=1.4)
-    axis.annotate(
-        "knee: " + short(knee).replace(", ", "\n", 1),
-        (knee.cost, knee.error),
-        xytext=(8, 4),
-        textcoords="offset points",
-        fontsize=7.5,
-        color="#d00000",
-    ).set_in_layout(False)
-    axis.set(xscale="log", yscale="log", ylabel="error [rad/s]")
-    axis.set_xlabel("time for a simulated second of an environment [s]")
-    axis.set_ylim(min(point.typical for point in points) / 4, 3.0)
-
-
-def _mark(axis, point: Promise, ahead: bool) -> None:
-    """Half of the walks below the bar's foot, 95 % below the marker, 99 % below its top."""
-    colour, marker = FAMILIES[family(point.integrator)]
-    shown = {"color": colour, "alpha": 1.0 if ahead else 0.45}
-    top = min(point.bounds["0.99"][0], 10.0)
-    axis.plot([point.cost] * 2, [point.typical, top], "-", linewidth=1.0, zorder=1, **shown)
-    axis.plot(point.cost, point.typical, "_", markersize=7, **shown)
-    if point.error < UNBOUNDED:
-        face = "white" if point.dtype == "float32" else colour
-        axis.plot(point.cost, point.error, marker, markerfacecolor=face, markersize=5, **shown)
-
-
-def _legend(figure) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [
-        Line2D([], [], linestyle="", marker=marker, color=colour, label=name)
-        for name, (colour, marker) in FAMILIES.items()
-    ]
-    handles += [
-        Line2D([], [], linestyle="", marker="o", color="black", label="filled: float64"),
-        Line2D([], [], linestyle="", marker="o", mfc="white", color="black", label="open: float32"),
-        Line2D([], [], color="black", marker="_", markersize=7, label="50 to 99 % of the walks"),
-        Line2D([], [], color="black", linewidth=0.8, label="front of what 95 % keep"),
-    ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=8, frameon=False)
