@@ -104,17 +104,14 @@ class Sample:
     amplification: float
 
 
-CLASSES = {of.__name__: of for of in (Table, RK4Split, EventExact)}
+FIDELITIES = {"Table": Table}
+INTEGRATORS = {"RK4Split": RK4Split, "EventExact": EventExact}
 
 
 def _settings() -> list[Setting]:
-    def built(code: tuple[str, dict[str, float]]):
-        name, options = code
-        return CLASSES[name](**options)
-
     return [
-        Setting(built(fidelity), built(integrator), dt, dtype)
-        for fidelity, integrator, dt, dtype in MEASURED["settings"]
+        Setting(FIDELITIES[table](**its), INTEGRATORS[rule](**options), dt, dtype)
+        for (table, its), (rule, options), dt, dtype in MEASURED["settings"]
     ]
 
 

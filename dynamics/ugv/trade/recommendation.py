@@ -114,7 +114,7 @@ def _measurements() -> tuple[Measurement, ...]:
         Measurement(
             ground,
             place,
-            *settings[index],
+            *settings[int(index)],
             poses,
             Errors(*torque),
             Errors(*contact),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stickslip.parser import Parser
 
 
-def add_track(group: argparse._ArgumentGroup) -> None:
+def add_track(group: argparse._ActionsContainer) -> None:
     """Add flags of ground and friction."""
     track = group.add_argument(
         "--track",
