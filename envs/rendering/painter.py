@@ -44,6 +44,7 @@ class Painter:
         agg = require("matplotlib.backends.backend_agg")
         self._agg = agg.RendererAgg(width, height, 72 * self.unit)  # a point is a page unit
         self._transform = require("matplotlib.transforms").Affine2D().scale(self.unit)
+        self._new_path = require("matplotlib.path").Path
         self._clip: Box | None = None
         self.box((0, 0, self.width, self.height), theme.PAGE)
 
@@ -106,7 +107,7 @@ class Painter:
         cover, descent = _letters(words, size * self.unit, bold)
         left = round((x - SHARES[align] * self.width_of(words, size, bold)) * self.unit) - MARGIN
         letters = np.empty((*cover.shape, 4), np.uint8)
-        letters[:] = np.round(255 * np.array(require("matplotlib.colors").to_rgba(colour)))
+        letters[:] = np.round(255 * np.array(_rgba(colour)))
         letters[..., 3] = cover
         self._agg.draw_image(
             self._style(colour), left, round(y * self.unit) - descent, letters[::-1]
@@ -134,19 +135,19 @@ class Painter:
         vertices = np.asarray(points, float)
         if closed:
             vertices = np.concatenate([vertices, vertices[:1]])
-        path = require("matplotlib.path").Path(vertices, closed=closed)
+        path = self._new_path(vertices, closed=closed)
         style = self._style("none" if edge is None else edge)
         style.set_linewidth(width)
         style.set_capstyle(cap)
         style.set_joinstyle("round")
         if dashes is not None:
             style.set_dashes(0, dashes)
-        face = None if fill is None else require("matplotlib.colors").to_rgba(fill)
+        face = None if fill is None else _rgba(fill)
         self._agg.draw_path(style, path, self._transform, face)
 
     def _style(self, colour: Colour) -> GraphicsContextBase:
         style = self._agg.new_gc()
-        style.set_foreground(require("matplotlib.colors").to_rgba(colour), isRGBA=True)
+        style.set_foreground(_rgba(colour), isRGBA=True)
         if self._clip is not None:
             corners = (side * self.unit for side in self._clip)
             style.set_clip_rectangle(require("matplotlib.transforms").Bbox.from_extents(*corners))
@@ -160,6 +161,11 @@ def require_size(width: int, height: int) -> None:
             f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
             "height >= 270"
         )
+
+
+@lru_cache(1024)
+def _rgba(colour: Colour) -> tuple[float, float, float, float]:
+    return require("matplotlib.colors").to_rgba(colour)
 
 
 @lru_cache(1024)

@@ -124,9 +124,9 @@ def _marks(painter: Painter, drawing: Drawing, i: int, camera: Camera) -> None:
     left, right = camera.shown
     x, y = np.asarray(drawing.ground, float).T
     taken: list[float] = []
-    for sample, low, high, length in drawing.marks[::-1]:
-        if sample > i or high < left or low > right:
-            continue
+    sample, low, high, _ = drawing.marks.T
+    seen = (sample <= i) & (high >= left) & (low <= right)
+    for _, low, high, length in drawing.marks[seen][::-1].tolist():
         middle, half = (low + high) / 2, max(high - low, 3 / camera.scale) / 2
         height = float(camera(np.array([0.0, np.interp(middle, x, y)]))[1])
         ends = camera.x(middle - half), camera.x(middle + half)

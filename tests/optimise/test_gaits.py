@@ -41,7 +41,9 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     assert Path("run/gait.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     (walk,) = read_episodes("run/report.html")
     assert walk.drawing is not None
-    assert walk.samples * walk.period == pytest.approx(3 * np.pi / 4, rel=2e-2)
+    assert len(walk.panels[0].lines[0].values) * walk.period == pytest.approx(
+        3 * np.pi / 4, rel=2e-2
+    )
     assert [event.kind for event in walk.events] == ["support"] * 2
     lines = {one.title: one.lines[0].values for one in walk.panels}
     assert np.ptp(lines["motor torque"]) == pytest.approx(np.ptp(torque), rel=2e-2)
