@@ -7,6 +7,7 @@ can tell: `check_walk` runs it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -290,9 +291,6 @@ def _listed(times: np.ndarray, kinds: np.ndarray) -> list[tuple[float, int]]:
 
 
 def _parting(own: list[tuple[float, int]], truth: list[tuple[float, int]]) -> float:
-    for (time, kind), (true_time, true_kind) in zip(own, truth, strict=False):
-        if kind != true_kind:
-            return min(time, true_time)
-    shorter = min(len(own), len(truth))
-    later = (own[shorter:] + truth[shorter:])[:1]
-    return later[0][0] if later else np.inf
+    """Time of the first event of another kind, or that only one walk has [s]."""
+    pairs = zip_longest(own, truth, fillvalue=(np.inf, None))
+    return next((min(a, b) for (a, kind), (b, other) in pairs if kind != other), np.inf)
