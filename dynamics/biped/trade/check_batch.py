@@ -108,7 +108,7 @@ def _mapped(
         return one([next(mine) if axis == 0 else leaf for leaf, axis in pairs])
 
     own = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis == 0]
-    return (jax.lax.map if serial else jax.vmap)(member, own)
+    return jax.lax.map(member, own) if serial else jax.vmap(member)(own)
 
 
 def precision(dtype: str):

@@ -107,9 +107,10 @@ class Recommendation:
 
 
 def _measurements() -> tuple[Measurement, ...]:
-    settings = [
-        (PoseSolver(**options), dtype, pieces) for options, dtype, pieces in MEASURED["settings"]
-    ]
+    settings = {
+        index: (PoseSolver(**options), dtype, pieces)
+        for index, (options, dtype, pieces) in enumerate(MEASURED["settings"])
+    }
     return tuple(
         Measurement(
             ground,

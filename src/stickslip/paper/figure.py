@@ -20,7 +20,7 @@ NOT_STATED = "not stated"
 """The chapter prints a curve or nothing; the measurement is ours alone."""
 VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION, NOT_STATED)
 
-Columns = Mapping[str, Sequence[Any]]
+Columns = Mapping[str, Iterable[Any]]
 """Equally long columns of numbers or words by name and unit; NaN is an empty cell."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.dynamics.biped import BODIES, BipedParams
 from stickslip.envs.rendering import theme
 from stickslip.paper import drawing, slip_claims
-from stickslip.paper.figure import NOT_STATED, Claim, Result, by_construction
+from stickslip.paper.figure import NOT_STATED, Claim, Columns, Result, by_construction
 from stickslip.paper.slip_claims import SECOND
 from stickslip.paper.torque import peak_of, phases, poses, steady
 from stickslip.paper.walks import PERIODS, SAME_INSTANT, Walk, walk
@@ -33,7 +33,7 @@ def states(samples: int) -> Result:
     one = walk(BipedParams.from_bars(), SLOW, CHART_FRICTION, samples=samples)
     states = timeline(one)
     titles = ("state", "start / T [-]", "end / T [-]")
-    columns = dict(zip(titles, zip(*states, strict=True), strict=True))
+    columns: Columns = dict(zip(titles, zip(*states, strict=True), strict=True))
     return Result({"": columns}, lambda: _draw_states(states, one), [flow(states)])
 
 
