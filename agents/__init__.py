@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
+    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.training.run import train
-    from stickslip.agents.training.trained import Trained
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
     from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
@@ -79,7 +79,7 @@ else:
             "sweeps.axes": ("Axis",),
             "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
             "training.run": ("train",),
-            "training.trained": ("Trained",),
+            "training.configuration": ("Trained",),
             "ugv.config": ("UGVTrainConfig",),
             "ugv.controllers": (
                 "FixedPosture",

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
 
 TABLE = "table.txt"
 """The file of a finished demo that is written last: it says that the rest is there."""

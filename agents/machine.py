@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.sweeps.swept import Swept
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.scale import Scale
 

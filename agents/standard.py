@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.tasks.standard import StandardTask
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
 
 
 class StandardMachine(Machine[Env, Values, Config]):

@@ -22,7 +22,7 @@ from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
 from stickslip.envs.tasks.ladder import TASKS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
-from stickslip.optimise.track_options import track_options
+from stickslip.optimise.flags import track_options
 from stickslip.paper.figure import FIGURES
 
 
@@ -73,7 +73,7 @@ def test_help_gives_every_track_the_options_and_defaults_of_its_constructor(caps
 
 
 def test_help_does_without_the_source_of_the_tracks(capsys, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("stickslip.optimise.track_options.find_spec", lambda name: None)
+    monkeypatch.setattr("stickslip.optimise.flags.find_spec", lambda name: None)
     assert track_options() == dict.fromkeys(TRACKS, ())
     assert ", ".join(TRACKS) in help_of(capsys, "optimise", "ugv")
 

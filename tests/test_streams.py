@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from stickslip import cli
-from stickslip.commands.outcome import OK, READER_LEFT, WRONG_INPUT
+from stickslip.commands import OK, READER_LEFT, WRONG_INPUT
 from stickslip.optim.progress import Bar, say_stage
 
 COMMAND = [sys.executable, "-m", "stickslip.cli"]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.training import Task
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.envs.biped.state import BipedEnvState
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options, Task, TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState

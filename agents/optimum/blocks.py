@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.agents.foreign.arrays import LARGEST
 from stickslip.agents.foreign.reading import RefusedError, read_bytes, refusing
 from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.training.state_file import pack, unpack
+from stickslip.agents.training.checkpoint import pack, unpack
 from stickslip.dynamics.checks import shown
 from stickslip.optim.dynamic_programming.outcomes import STOPS, Block
 from stickslip.records.files import PARTIAL, write_whole

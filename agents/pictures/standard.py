@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.machine import Config, Env, Machine, Params, TrainingTask
     from stickslip.agents.protocol import AnyEnv, Timed
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
 
 
 def write_products(

@@ -8,22 +8,24 @@ import json
 from dataclasses import Field as DataclassField
 from dataclasses import asdict, field, fields, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, Unpack
 
 from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
 from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.training.fixed import own_task, refuse_fixed
 from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Mapping
+    from collections.abc import Container, Iterable, Mapping
+    from pathlib import Path
 
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.foreign.rules import Kind, Limits
 
+
 T = TypeVar("T")
 S = TypeVar("S", bound="Settings")
 Config = TypeVar("Config", bound="Configuration")
+Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
 FORMAT, VERSION = "stickslip training", 2
 FLAT = 1
 """The version without groups: each field stands by its name. It is still read."""
@@ -294,3 +296,52 @@ def _unused(kind: type[Configuration], algorithm: object) -> list[str]:
 
 def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:
     return fields(kind)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
+
+
+def own_task(name: str, machine: str) -> str:
+    """The task's plain name. ValueError for an unknown task, and for one of another machine."""
+    from stickslip.envs.tasks.ladder import TASKS, task_by_name
+
+    task = task_by_name(name)
+    if task.machine != machine:
+        own = [one.name for one in TASKS.values() if one.machine == machine]
+        raise ValueError(
+            f"task = {task.name!r} is of the {task.machine}, this configuration of the "
+            f"{machine}; accepted: {', '.join(own) or 'none'}"
+        )
+    return task.name
+
+
+def refuse_fixed(given: Iterable[str], task: str) -> None:
+    """ValueError for fields that a task decides, if there are any."""
+    if found := list(given):
+        raise ValueError(
+            f"{', '.join(found)} with task = {shown(task)}, whose definition says "
+            f"{'it' if len(found) == 1 else 'them'} and never changes; accepted: one or the other"
+        )
+
+
+class Trained(NamedTuple, Generic[Config_co]):
+    """Result of a call of `train`."""
+
+    directory: Path
+    policy: Path
+    """The policy of the best evaluation."""
+    config: Config_co
+    """The machine's configuration."""
+    timesteps: int
+    seconds: float
+    """Trained in all, over every resumption [s]."""
+    finished: bool
+
+    @property
+    def percent(self) -> int:
+        """Percentage of the training that is done, 100 at its end only."""
+        return min(100 * self.timesteps // self.config.timesteps, 100)
+
+    @property
+    def name(self) -> str:
+        """Name of the policy, which says if it is not trained to the end."""
+        if self.finished:
+            return "trained policy"
+        return f"policy after {self.percent} % of its training"

@@ -11,16 +11,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.devices import (
+from stickslip.agents.training.groups import LearningConfiguration
+from stickslip.agents.training.learner import (
     COPIED,
     SPREAD,
+    Start,
+    begin_episodes,
     fetched,
     is_key,
     mesh_for,
     put,
 )
-from stickslip.agents.training.groups import LearningConfiguration
-from stickslip.agents.training.learner import Start, begin_episodes
 from stickslip.agents.training.trainer import Trainer, Update
 from stickslip.dynamics.checks import shown
 
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
-    from stickslip.agents.training.state_file import ModelState
+    from stickslip.agents.training.checkpoint import ModelState
+    from stickslip.agents.training.learner import Now, Rates, Sizes
     from stickslip.envs.collecting import Collected, Progress
     from stickslip.envs.functional import FunctionalEnv
 

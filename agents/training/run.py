@@ -32,12 +32,11 @@ from stickslip.agents.training.checkpoint import (
     require_policy,
     write_checkpoint,
 )
-from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.training.configuration import Configuration, Trained
 from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
 from stickslip.agents.training.metrics import MetricsFile, read_columns
 from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
 from stickslip.agents.training.progress import Progress
-from stickslip.agents.training.trained import Trained
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
 from stickslip.dynamics.plain_checks import require_kind
 from stickslip.envs.rendering.extras import require

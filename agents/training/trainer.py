@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.configuration import Configuration
-    from stickslip.agents.training.state_file import ModelState
     from stickslip.envs.functional import FunctionalEnv
+
 
 TRAINERS = {
     "jax": "stickslip.agents.training.ppo.trainer:PPOTrainer",

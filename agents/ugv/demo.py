@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
 

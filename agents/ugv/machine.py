@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import Policy
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.ugv.evaluate import UGVEpisodes
     from stickslip.agents.ugv.names import UGVPlayer
     from stickslip.agents.ugv.swept import UGVSwept

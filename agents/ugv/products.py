@@ -15,7 +15,7 @@ from stickslip.agents.ugv.training import make_ugv_task
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams

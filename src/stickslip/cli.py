@@ -13,13 +13,14 @@ import sys
 from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, NoReturn
 
-from stickslip.commands import COMMANDS, command_by_name
-from stickslip.commands.outcome import (
+from stickslip.commands import (
+    COMMANDS,
     NOTHING_FOUND,
     OK,
     READER_LEFT,
     WRONG_INPUT,
     Outcome,
+    command_by_name,
 )
 from stickslip.parser import Parser, add_examples
 from stickslip.programs import compiled_programs

@@ -14,9 +14,9 @@ from stickslip.agents.biped.pictures import products
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demo import demo
 from stickslip.agents.pictures import learning as plots_training
+from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.metrics import MetricsFile
-from stickslip.agents.training.remaining import Remaining
-from stickslip.agents.training.trained import Trained
+from stickslip.agents.training.progress import Remaining
 from stickslip.cli import WRONG_INPUT, main
 from tests.agents.runs import clock_until_kept
 

@@ -96,7 +96,7 @@ def test_a_policy_file_is_refused_or_gives_finite_actions(tmp_path: Path, policy
 
 def test_a_checkpoint_is_refused_or_whole(tmp_path: Path):
     torch = pytest.importorskip("torch", reason="needs PyTorch (extra sb3)")
-    from stickslip.agents.training.state_file import pack
+    from stickslip.agents.training.checkpoint import pack
 
     generator = torch.Generator().manual_seed(0)
     model = {

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from stickslip.agents.biped.config import TrainConfig
-    from stickslip.agents.training.trained import Trained
+    from stickslip.agents.training.configuration import Trained
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.agents.training.ppo.algorithm import Rates, Sizes, settings_of
     from stickslip.agents.training.ppo.population import Population, train_population
-    from stickslip.agents.training.ppo.settings import Rates, Sizes, settings_of
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
             "population": ("Population", "train_population"),
-            "settings": ("Rates", "Sizes", "settings_of"),
+            "algorithm": ("Rates", "Sizes", "settings_of"),
         },
     )
 

@@ -22,12 +22,18 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from stickslip.agents.training.devices import COPIED, SPREAD, SPREAD_STEPS, laid
 from stickslip.agents.training.learner import (
+    COPIED,
+    SPREAD,
+    SPREAD_STEPS,
     Layers,
     Moments,
+    Now,
+    Rates,
+    Sizes,
     explore,
     first_layers,
+    laid,
     network,
     nothing_seen,
     widened,
@@ -38,8 +44,32 @@ if TYPE_CHECKING:
     from jax.sharding import Mesh
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
+    from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.envs.functional import FunctionalEnv, Params, State
+
+
+def settings_of(config: LearningConfiguration) -> tuple[Sizes, Rates]:
+    """Settings of a training configuration."""
+    ppo = config.ppo
+    sizes = Sizes(
+        num_envs=config.num_envs,
+        rollout_steps=ppo.rollout_steps,
+        batch_size=config.batch_size,
+        epochs=ppo.epochs,
+        hidden=config.hidden,
+        layers=config.layers,
+    )
+    rates = Rates(
+        learning_rate=config.learning_rate,
+        final_learning_rate=config.final_learning_rate,
+        noise=ppo.noise,
+        final_noise=ppo.final_noise,
+        discount=config.discount,
+        gae_lambda=ppo.gae_lambda,
+        clip_range=ppo.clip_range,
+    )
+    return sizes, rates
+
 
 KEPT = ("obs", "action", "next_obs")
 """Kept data of each step of a rollout."""

@@ -14,9 +14,8 @@ import numpy as np
 
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.jax_trainer import same_step, shapes_of
-from stickslip.agents.training.learner import Start, begin_episodes, network
+from stickslip.agents.training.learner import Rates, Sizes, Start, begin_episodes, network
 from stickslip.agents.training.ppo.algorithm import Learner, begin_learning, improve, rollout
-from stickslip.agents.training.ppo.settings import Rates, Sizes
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.envs.collecting import cores_here
 

@@ -16,15 +16,15 @@ from stickslip.agents.training.ppo.algorithm import (
     improve,
     rollout,
     rollout_over,
+    settings_of,
 )
-from stickslip.agents.training.ppo.settings import settings_of
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
-    from stickslip.agents.training.ppo.settings import Now, Rates, Sizes
+    from stickslip.agents.training.learner import Now, Rates, Sizes
     from stickslip.envs.collecting import Progress
 
 _improve = jax.jit(improve, static_argnums=(2, 6))

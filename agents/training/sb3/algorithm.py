@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from stable_baselines3.common.buffers import ReplayBuffer
     from stable_baselines3.common.vec_env import VecEnv
 
+    from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.groups import LearningConfiguration
-    from stickslip.agents.training.state_file import ModelState
 
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")

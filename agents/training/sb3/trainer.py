@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.training.state_file import ModelState
+    from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.trainer import Update
     from stickslip.envs.functional import FunctionalEnv
 

@@ -15,6 +15,7 @@ environment whose derivatives are not all finite (at a grazing onset there is no
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,11 +24,15 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
-from stickslip.agents.training.devices import COPIED, SPREAD, laid
 from stickslip.agents.training.learner import (
+    COPIED,
+    SPREAD,
     Layers,
     Moments,
+    Rates,
+    Sizes,
     first_layers,
+    laid,
     network,
     nothing_seen,
     widened,
@@ -35,19 +40,70 @@ from stickslip.agents.training.learner import (
 from stickslip.agents.training.ppo.algorithm import advantages
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Collected, Progress
 
 if TYPE_CHECKING:
     from jax.sharding import Mesh
-    from jaxtyping import Array
+    from jaxtyping import Array, Float
 
     from stickslip.agents.policy.mlp import MLPPolicy
-    from stickslip.agents.training.ppo.settings import Now
-    from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
+    from stickslip.agents.training.groups import LearningConfiguration
+    from stickslip.agents.training.learner import Now
     from stickslip.envs.functional import FunctionalEnv, Params, State
 
     Leaves = list[Array | None]
     Stepped = tuple[Array, State, Array, Array, Array, dict[str, Array]]
+
+
+@dataclass(frozen=True)
+class ShortSizes(Sizes):
+    """Static choices, as PPO's: `rollout_steps` is the window through which derivatives go, of
+    `epochs` and `batch_size` the critic's passes over it are made."""
+
+    num_envs: int = 128
+    rollout_steps: int = 16
+    batch_size: int = 512
+    epochs: int = 4
+
+
+@register_pytree
+@dataclass(frozen=True)
+class ShortRates(Rates):
+    """Numbers, as PPO's: `gae_lambda` is that of the critic's TD(lambda), `clip_range` is not used.
+
+    The learning rate is the actor's.
+    """
+
+    critic_pace: Float[Array, ""] | float = 1.0
+    """The critic's learning rate, in the actor's."""
+    target_memory: Float[Array, ""] | float = 0.2
+    """Of the target critic, what stays of it in an update."""
+
+
+def settings_of(config: LearningConfiguration) -> tuple[ShortSizes, ShortRates]:
+    """Settings of a training configuration."""
+    shac = config.shac
+    sizes = ShortSizes(
+        num_envs=config.num_envs,
+        rollout_steps=shac.horizon,
+        batch_size=config.batch_size,
+        epochs=shac.critic_passes,
+        hidden=config.hidden,
+        layers=config.layers,
+    )
+    rates = ShortRates(
+        learning_rate=config.learning_rate,
+        final_learning_rate=config.final_learning_rate,
+        noise=shac.action_noise,
+        final_noise=shac.final_action_noise,
+        discount=config.discount,
+        gae_lambda=shac.td_lambda,
+        critic_pace=shac.critic_pace,
+        target_memory=shac.target_memory,
+    )
+    return sizes, rates
+
 
 STEEPEST = 1.0
 """Length to which a gradient is shortened, the actor's and the critic's."""

@@ -14,16 +14,16 @@ from stickslip.agents.training.shac.algorithm import (
     acting,
     begin_learning,
     improve,
+    settings_of,
 )
-from stickslip.agents.training.shac.settings import settings_of
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.policy.mlp import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
-    from stickslip.agents.training.ppo.settings import Now
-    from stickslip.agents.training.shac.settings import ShortRates, ShortSizes
+    from stickslip.agents.training.learner import Now
+    from stickslip.agents.training.shac.algorithm import ShortRates, ShortSizes
     from stickslip.envs.collecting import Progress
 
 _improve = jax.jit(improve, static_argnums=(0, 2, 8, 9))

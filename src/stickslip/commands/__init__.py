@@ -8,14 +8,26 @@ is for, shown at the end of its help. JSON: whether the outcome holds what was f
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping, Sequence
 
-    from stickslip.commands.outcome import Outcome
     from stickslip.parser import Parser
+    from stickslip.records.content import Content
+
+
+OK, NOTHING_FOUND, WRONG_INPUT, READER_LEFT = 0, 1, 2, 141
+"""Exit statuses. NOTHING_FOUND: no drive, no gait, or a simulated machine that did not get to the
+end of what was asked. READER_LEFT: nobody reads the output any more, as shells count it."""
+
+
+class Outcome(NamedTuple):
+    """found: for --json, None where there is nothing to tell."""
+
+    status: int = OK
+    found: Content | None = None
 
 
 class Command(Protocol):

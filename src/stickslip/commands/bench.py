@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, cast
 
 from stickslip.benchmarks import BENCHMARKS
-from stickslip.commands.outcome import Outcome
+from stickslip.commands import Outcome
 from stickslip.parser import add_tables, completes
 
 if TYPE_CHECKING:

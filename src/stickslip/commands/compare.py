@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import OK, Outcome
+from stickslip.commands import OK, Outcome
 
 if TYPE_CHECKING:
     import argparse

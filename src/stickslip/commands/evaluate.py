@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import OK, Outcome
+from stickslip.commands import OK, Outcome
 from stickslip.commands.shared import add_overwrite, add_scene, add_who, tasks
 from stickslip.parser import completes
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from stickslip.commands.outcome import NOTHING_FOUND, OK, Outcome
+from stickslip.commands import NOTHING_FOUND, OK, Outcome
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
-    from stickslip.optimise.gait_flags import GaitFlags
+    from stickslip.optimise.flags import GaitFlags
     from stickslip.parser import Parser
 
 JSON = True
@@ -31,8 +31,7 @@ MACHINES = ("ugv", "biped")
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine and its flags."""
-    from stickslip.optimise.flags import add_flags
-    from stickslip.optimise.gait_flags import add_gait_flags
+    from stickslip.optimise.flags import add_drive_flags, add_gait_flags
 
     parser.add_argument(
         "machine",
@@ -41,7 +40,7 @@ def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
         "own, see --help after its name",
     )
     named = next((word for word in arguments if word in MACHINES), MACHINES[0])
-    (add_gait_flags if named == "biped" else add_flags)(parser)
+    (add_gait_flags if named == "biped" else add_drive_flags)(parser)
 
 
 def run(given: argparse.Namespace) -> Outcome:

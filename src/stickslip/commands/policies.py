@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import OK, Outcome
+from stickslip.commands import OK, Outcome
 from stickslip.commands.shared import shipped
 from stickslip.parser import add_tables, completes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from stickslip.commands.outcome import NOTHING_FOUND, OK, Outcome
+from stickslip.commands import NOTHING_FOUND, OK, Outcome
 from stickslip.commands.shared import add_overwrite
 
 if TYPE_CHECKING:
@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.parser import Parser
-    from stickslip.simulate.biped_flags import WalkFlags
-    from stickslip.simulate.ugv_flags import DriveFlags
+    from stickslip.simulate.flags import DriveFlags, WalkFlags
 
 JSON = True
 MACHINES = ("biped", "ugv")
@@ -35,8 +34,7 @@ EXAMPLES = {
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine, its flags and the files."""
-    from stickslip.simulate.biped_flags import add_biped_flags
-    from stickslip.simulate.ugv_flags import add_ugv_flags
+    from stickslip.simulate.flags import add_biped_flags, add_ugv_flags
 
     parser.add_argument(
         "machine",

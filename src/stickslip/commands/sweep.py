@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.commands.outcome import Outcome
+from stickslip.commands import Outcome
 from stickslip.commands.shared import players, tasks
 from stickslip.parser import add_tables, completes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.commands.outcome import Outcome
+from stickslip.commands import Outcome
 from stickslip.commands.shared import tasks
 from stickslip.parser import completes, flag_of, truth
 

@@ -14,7 +14,7 @@ from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.convex.goal import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optim.progress import say_stage
-from stickslip.optimise.gait_flags import GaitFlags
+from stickslip.optimise.flags import GaitFlags
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
 from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import table

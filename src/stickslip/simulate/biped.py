@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics import Setting
     from stickslip.records.table import Table
-    from stickslip.simulate.biped_flags import WalkFlags
+    from stickslip.simulate.flags import WalkFlags
     from stickslip.simulate.walk import Walk
 
 SECONDS = 6.0

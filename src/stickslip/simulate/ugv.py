@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.optim import Station
-    from stickslip.simulate.ugv_flags import DriveFlags
+    from stickslip.simulate.flags import DriveFlags
 
 SPACING = 0.1
 """Of waypoints [m], unless something else is said."""

@@ -9,7 +9,7 @@ import pytest
 from stickslip.agents.optimum import solve
 from stickslip.agents.optimum.blocks import KeptBlocks
 from stickslip.agents.optimum.checkpoint import digest_of
-from stickslip.agents.training.state_file import pack, unpack
+from stickslip.agents.training.checkpoint import pack, unpack
 from tests.agents.optimum.masses import ENV, PARAMS, MassStates
 
 GIVEN = {"states": MassStates(), "actions": 5, "fineness": 0.25}

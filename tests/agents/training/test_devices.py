@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents.training.devices import mesh_for
+from stickslip.agents.training.learner import mesh_for
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]

@@ -16,12 +16,11 @@ import pytest
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.policy import read_metadata
-from stickslip.agents.training.checkpoint import STATE, list_checkpoints, read_model
+from stickslip.agents.training.checkpoint import STATE, list_checkpoints, pack, read_model
+from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import only_writer
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.run import best_evaluation, train
-from stickslip.agents.training.state_file import pack
-from stickslip.agents.training.trained import Trained
 from tests.agents.runs import assert_same_run
 from tests.extras import SB3
 

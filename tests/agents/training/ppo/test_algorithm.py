@@ -10,6 +10,8 @@ import pytest
 
 from stickslip.agents.training.learner import (
     Moments,
+    Rates,
+    Sizes,
     begin_episodes,
     explore,
     network,
@@ -25,7 +27,6 @@ from stickslip.agents.training.ppo.algorithm import (
     loss_of,
     rollout,
 )
-from stickslip.agents.training.ppo.settings import Rates, Sizes
 from tests.agents.training.ppo.corridor import Corridor, CorridorParams, value
 
 ENV, PARAMS = Corridor(), CorridorParams()

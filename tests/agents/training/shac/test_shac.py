@@ -12,8 +12,12 @@ from stickslip.agents import register
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.registry import unregister
 from stickslip.agents.training.learner import begin_episodes
-from stickslip.agents.training.shac.algorithm import actor_loss, begin_learning, slope_step
-from stickslip.agents.training.shac.settings import ShortSizes
+from stickslip.agents.training.shac.algorithm import (
+    ShortSizes,
+    actor_loss,
+    begin_learning,
+    slope_step,
+)
 from stickslip.agents.training.trainer import trainer_of
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
 
