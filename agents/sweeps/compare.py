@@ -97,8 +97,9 @@ def differences(both: Common) -> Table:
             a, b = (one["reward"][t, p].astype(float) for one in both[:2])
             change = b.mean(axis=-1) - a.mean(axis=-1)
             half = half_width(a, b, _random(both, t))
-            over = [one.reshape(-1, one.shape[-1]).mean(axis=0)[None] for one in (a, b)]
-            value, error = float(change.mean()), float(half_width(*over, _random(both, t))[0])
+            first, second = (one.reshape(-1, one.shape[-1]).mean(axis=0)[None] for one in (a, b))
+            value = float(change.mean())
+            error = float(half_width(first, second, _random(both, t))[0])
             fell = [float(one["fell"][t, p].mean()) for one in both[:2]]
             shares = [float(np.mean(change < -half)), float(np.mean(change > half))]
             row = [change.size, float(a.mean()), float(b.mean()), value, value - error]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.backend_bases import GraphicsContextBase
     from matplotlib.font_manager import FontProperties
+    from matplotlib.typing import CapStyleType
     from numpy.typing import ArrayLike
 
     Colour: TypeAlias = str | tuple[str, float] | tuple[float, float, float]
@@ -62,7 +63,7 @@ class Painter:
         width: float = 1.0,
         *,
         dashes: Sequence[float] | None = None,
-        cap: str = "round",
+        cap: CapStyleType = "round",
     ) -> None:
         """Draw a line through points [n, 2]."""
         self._path(points, None, colour, width, dashes=dashes, cap=cap)
@@ -129,7 +130,7 @@ class Painter:
         width: float,
         *,
         dashes: Sequence[float] | None = None,
-        cap: str = "round",
+        cap: CapStyleType = "round",
         closed: bool = False,
     ) -> None:
         vertices = np.asarray(points, float)
