@@ -72,8 +72,8 @@ class Solution(Generic[State, Params]):
         env = self.policy.env
         played = show(env, {"dynamic programming": self.policy}, self.params, seed).page
         title = f"Dynamic programming on {type(env).__name__}"
-        note = "Values are those of the grid; what the policy earns, known(solution) tells."
-        return View(replace(played, title=title, tables=(("", self._table()),), notes=(note,)))
+        note = "Values are those of the grid; known(solution) replays the policy."
+        return View(replace(played, title=title, tables=(("", self._table()),), lead=note))
 
     def _repr_html_(self) -> str:
         """HTML for notebooks: grid, actions, sweeps and values."""

@@ -1,1 +1,1 @@
-"""What a command ends with, as a page for a browser: episodes, tables, curves and pictures."""
+"""Pages for a browser with episodes and tables."""
