@@ -30,7 +30,7 @@ NO_CONSTRUCTORS = {
     "FunctionalEnv", "condition_number", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
     "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
-    "place", "wheel_turns", "station", "Odometer", "Collected",
+    "place", "wheel_turns", "station", "Odometer", "Collected", "WheelContact",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",

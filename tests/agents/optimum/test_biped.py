@@ -86,6 +86,7 @@ def test_tasks_whose_rewards_depend_on_more_are_refused(changes, words):
         solve(ENV, ENV.make_params(**changes))
 
 
+@pytest.mark.long
 def test_the_policy_earns_what_the_grid_says_on_a_floor_that_holds(holding):
     found = known(holding, episodes=6, tolerance=0.15)
     assert found.holds

@@ -15,6 +15,7 @@ from stickslip.optim.result import OptimStatus, Result
 from tests.pages import read_episodes
 
 
+@pytest.mark.long
 def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
     env = BipedEnv()
     params = env.default_params.replace(time_limit=0.2)

@@ -34,6 +34,7 @@ def finished(process: subprocess.Popen) -> str:
     return out
 
 
+@pytest.mark.long
 def test_the_curve_is_the_same_on_one_two_and_four_devices():
     found = json.loads(finished(begun("several.py", devices=4)))
     for devices in ("1", "2", "4"):

@@ -84,6 +84,7 @@ def angle(states) -> np.ndarray:
     return np.asarray(states.phase, float) + np.pi * states.steps
 
 
+@pytest.mark.long
 def test_ten_thousand_steps_in_single_precision():
     single, double, switches = both(10_000)
     assert np.all(double.steps > 40)

@@ -24,6 +24,7 @@ def wrapped():
     return NormalizeObservation(ClipAction(RecordEpisodeStatistics(envs)))
 
 
+@pytest.mark.long
 def test_statistics_are_those_that_the_environment_keeps():
     envs = wrapped()
     envs.reset(seed=0)

@@ -72,6 +72,7 @@ def test_the_vector_environment(mode):
         close(obs, run.obs[:3, k])
 
 
+@pytest.mark.long
 def test_the_vector_environment_that_resets_a_step_later():
     run = by_hand()
     env = make_vec(3, "next_step")

@@ -92,6 +92,7 @@ def test_cores_change_roundings_at_most(few, cores):
     np.testing.assert_array_equal(again.terminated, few.terminated)
 
 
+@pytest.mark.long
 def test_inside_a_trace_it_is_one_program(few):
     traced = jax.jit(
         lambda gain: (

@@ -176,6 +176,7 @@ def test_single_precision_can_be_asked_for_where_double_is_the_default(float64):
     assert float64 not in kinds
 
 
+@pytest.mark.long
 def test_a_batch_gives_what_single_steps_give():
     env, params = task("random")
     run = rollout(env, params, actions(0.3))

@@ -20,6 +20,7 @@ GROUND = replace(
 ENV = UGVEnv("grip", 4, QUICK, "disabled", see_friction=True)
 
 
+@pytest.mark.long
 def test_on_patches_the_return_is_minus_the_objective_and_friction_ahead_is_seen(float64):
     params = ENV.make_params(track=GROUND, friction=0.7, dtype=np.float64)
     run = drive(ENV, params, actions(int(params.steps), scale=0.5))

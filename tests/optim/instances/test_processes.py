@@ -111,7 +111,7 @@ def test_a_budget_ends_in_workers_too(spawned):
 
 def test_draws_elsewhere_differ_from_point_to_point(spawned):
     noisy = Objective((FunctionProblem(bowl, 0.1, LOW, HIGH),), noisy=True)
-    values = spawned.map(noisy, [X, X + 1e-9, X, X + 2e-9], chunksize=1)
+    values = spawned.map(noisy, [X, X + 1e-9, X + 2e-9], chunksize=1)
     assert len({round(value - 0.5, 6) for value in values}) == 3
 
 

@@ -297,6 +297,7 @@ def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
     assert found.value == problem.objective(x)
 
 
+@pytest.mark.long
 def test_problems_of_one_structure_share_the_compiled_programs():
     weighted = Weighted((("wheel_energy", 1.0), ("grip", 1.0)))
     first, second = over_bump("grip"), over_bump(weighted, friction=0.5)

@@ -40,6 +40,7 @@ def three() -> Population:
     return trained([4, 9, 4])
 
 
+@pytest.mark.long
 def test_a_member_is_the_trainers_own_run_of_its_seed(three):
     assert three.timesteps == STEPS
     config = MassConfig.of(  # in two stretches, which are as one

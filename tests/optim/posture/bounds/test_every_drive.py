@@ -15,9 +15,8 @@ MIXED = Weighted((("wheel_energy", 0.7), ("total_energy", 0.2), ("torque_variati
 
 
 def quick_of(names):
-    """A sum and a worst station now; the others are long."""
-    kept = ("wheel_energy", "peak_torque")
-    return [n if n in kept else pytest.param(n, marks=pytest.mark.long) for n in names]
+    """A worst station now; the others are long."""
+    return [n if n == "peak_torque" else pytest.param(n, marks=pytest.mark.long) for n in names]
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +43,7 @@ def test_no_drive_is_below_the_bound(searched, name: str):
     x, value = values(problem, searched, f"short {name}")
     assert len(value) > 500
     best = x[np.argmin(value)]
-    corners = 6_000 if name == "wheel_energy" else 12_000  # a level less: this one is quick
-    found = bound_every_drive(problem, best, cells=16, most_corners=corners, tolerance=0.0)
+    found = bound_every_drive(problem, best, cells=16, most_corners=12_000, tolerance=0.0)
     assert found.best == pytest.approx(np.min(value), rel=1e-9)
     assert found.value <= np.min(value)
     bounds = [level.bound for level in found.levels]

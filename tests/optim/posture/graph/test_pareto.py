@@ -80,6 +80,7 @@ def test_every_point_is_a_feasible_path_that_none_beats(first, second):
     assert "3 x 3" in front.proved_for
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("first", "second"), PAIRS[1:])
 def test_a_complete_front_with_a_worst_station_is_the_whole_front(first, second):
     front = pareto_front(problem(), first, second, points=400, angles=ANGLES)
