@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic
 
 import jax.numpy as jnp
@@ -84,10 +84,6 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
     def covers(self, env_state: State, env_params: Params) -> Bool[Array, ""]:
         """True if the grid covers a state."""
         return ~self.grid.cell(self.process(env_params).place(env_state)).outside
-
-    def with_ahead(self, depth: int, beam: int) -> ValuePolicy[State, Params]:
-        """The same that looks otherwise far ahead."""
-        return replace(self, ahead=Ahead(depth, beam))
 
     @property
     def _width(self) -> int:

@@ -1,10 +1,10 @@
-"""Damaged, truncated and hostile archives, each from a seed."""
+"""Damaged, truncated and hostile files and archives, each from a seed."""
 
 import io
 import json
 import struct
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -25,6 +25,30 @@ def archive_of(members: Members, method: int = zipfile.ZIP_STORED) -> bytes:
         for name, content in members.items():
             archive.writestr(name, content)
     return file.getvalue()
+
+
+def mutated(whole: bytes, pieces: Sequence[bytes], random: np.random.Generator) -> bytes:
+    """The bytes with one to four cuts, swaps, flips, repetitions or insertions."""
+    raw = bytearray(whole)
+    for _ in range(random.integers(1, 5)):
+        a, b = sorted(random.integers(0, len(raw) + 1, 2))
+        b = min(b, a + int(random.integers(1, 60)))
+        kind = random.integers(7)
+        if kind == 0:
+            del raw[a:]
+        elif kind == 1:
+            del raw[a:b]
+        elif kind == 2:
+            raw[a:a] = pieces[random.integers(len(pieces))]
+        elif kind == 3:
+            raw[a:a] = raw[a:b]
+        elif kind == 4 and len(raw):
+            raw[min(a, len(raw) - 1)] ^= 1 << int(random.integers(8))
+        elif kind == 5:
+            raw[a:b] = bytes(random.integers(0, 256, b - a, dtype=np.uint8))
+        else:
+            raw[a:b] = raw[a:b][::-1]
+    return bytes(raw)
 
 
 def flip(raw: bytes, rng: np.random.Generator) -> bytes:

@@ -17,6 +17,7 @@ import pytest
 
 from stickslip.agents import read_sweep
 from tests.agents.sweeps.masses import swept
+from tests.fuzz.spoilt import mutated
 
 pytestmark = [pytest.mark.long, pytest.mark.usefixtures("mass")]
 
@@ -37,26 +38,6 @@ except ValueError as error:
 """
 
 
-def damaged(whole: bytes, random: np.random.Generator) -> bytes:
-    """A file with one to three cuts, flips, insertions or repetitions."""
-    raw = bytearray(whole)
-    for _ in range(random.integers(1, 4)):
-        a, b = sorted(random.integers(0, len(raw) + 1, 2))
-        b = min(b, a + int(random.integers(1, 60)))
-        kind = random.integers(5)
-        if kind == 0:
-            del raw[a:]
-        elif kind == 1:
-            del raw[a:b]
-        elif kind == 2:
-            raw[a:a] = PIECES[random.integers(len(PIECES))]
-        elif kind == 3:
-            raw[a:a] = raw[a:b]
-        elif raw:
-            raw[min(a, len(raw) - 1)] ^= 1 << int(random.integers(8))
-    return bytes(raw)
-
-
 def refusal(act: Callable[[], object]) -> str:
     """What a ValueError says, in at most a few lines, or nothing."""
     try:
@@ -73,7 +54,7 @@ def test_a_damaged_file_of_a_sweep_is_refused_by_name_or_read(tmp_path: Path, ca
     file, random, counts = tmp_path / "a" / name, np.random.default_rng(3), Counter[str]()
     whole, slowest = file.read_bytes(), 0.0
     for _ in range(COUNT):
-        raw = damaged(whole, random)
+        raw = mutated(whole, PIECES, random)
         file.write_bytes(raw)
         began = time.process_time()
         said = refusal(lambda: read_sweep(tmp_path / "a"))

@@ -14,6 +14,7 @@ import pytest
 
 from stickslip.dynamics.ugv import Track
 from stickslip.optim.posture.track_file import read_track
+from tests.fuzz.spoilt import mutated
 
 pytestmark = pytest.mark.long
 
@@ -44,29 +45,10 @@ PIECES = (
 )  # fmt: skip
 
 
-def mutated(random: np.random.Generator) -> tuple[str, bytes]:
-    """A good file with one to four cuts, swaps, flips, repetitions or insertions."""
+def damaged(random: np.random.Generator) -> tuple[str, bytes]:
+    """A good file, damaged."""
     name, text = GOOD[random.integers(len(GOOD))]
-    raw = bytearray(text.encode())
-    for _ in range(random.integers(1, 5)):
-        a, b = sorted(random.integers(0, len(raw) + 1, 2))
-        b = min(b, a + int(random.integers(1, 60)))
-        kind = random.integers(7)
-        if kind == 0:
-            del raw[a:]
-        elif kind == 1:
-            del raw[a:b]
-        elif kind == 2:
-            raw[a:a] = PIECES[random.integers(len(PIECES))]
-        elif kind == 3:
-            raw[a:a] = raw[a:b]
-        elif kind == 4 and len(raw):
-            raw[min(a, len(raw) - 1)] ^= 1 << random.integers(8)
-        elif kind == 5:
-            raw[a:b] = bytes(random.integers(0, 256, b - a, dtype=np.uint8))
-        else:
-            raw[a:b] = raw[a:b][::-1]
-    return name, bytes(raw)
+    return name, mutated(text.encode(), PIECES, random)
 
 
 def hostile() -> dict[str, tuple[str, bytes]]:
@@ -138,7 +120,7 @@ def outcome(path) -> str:
 def test_mutations_of_good_files(tmp_path, capsys):
     random, counts = np.random.default_rng(10), Counter()
     for _ in range(COUNT):
-        name, raw = mutated(random)
+        name, raw = damaged(random)
         path = tmp_path / name
         path.write_bytes(raw)
         counts[outcome(path)] += 1

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.dynamics.biped.drive import System
+    from stickslip.dynamics.biped.model import BipedModel
 
 
 class Midpoint(NamedTuple):
@@ -115,13 +116,17 @@ def _levers(
     return middle, GroundMoment(L, dL, X, Y)
 
 
+def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Bool[Array, ""]:
+    """True where the zero-moment point lies beyond the toe or the heel."""
+    return (moment > model.toe * normal) | (-moment > model.heel * normal)
+
+
 def status_now(system: System, at: Ground) -> Int[Array, ""]:
     """OK, or the most severe end at this instant."""
     status = jnp.zeros_like(at.normal, jnp.int32)
     if at.moment is not None:
-        model, moment = system.model, at.moment
-        off_foot = (moment > model.toe * at.normal) | (-moment > model.heel * at.normal)
-        status = jnp.where(off_foot, fall_under(model, at.normal), status)
+        off_foot = _off_foot(system.model, at.normal, at.moment)
+        status = jnp.where(off_foot, fall_under(system.model, at.normal), status)
     if system.max_rate is not None:
         status = jnp.where(jnp.abs(at.rate) > system.max_rate, Status.RUNAWAY, status)
     status = jnp.where(at.normal <= 0, Status.LIFT_OFF, status)
@@ -147,9 +152,8 @@ def first_ending(system: System, samples: tuple[Ground, Ground, Ground]) -> Endi
 def _edge_margins(system: System, normals: list[Array], moments: list[Array]) -> list[Array]:
     """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
     toe, heel = system.model.toe, system.model.heel
-    force, moment = normals[1], moments[1]
-    off_in_middle = (moment > toe * force) | (-moment > heel * force)
-    forwards = jnp.where(off_in_middle, moment, moments[2]) > 0
+    off_in_middle = _off_foot(system.model, normals[1], moments[1])
+    forwards = jnp.where(off_in_middle, moments[1], moments[2]) > 0
     edge, sign = jnp.where(forwards, toe, heel), jnp.where(forwards, 1.0, -1.0)
     return [edge * force - sign * moment for force, moment in zip(normals, moments, strict=True)]
 
