@@ -88,7 +88,9 @@ def _part(
     sample = Sample(walk.theta, walk.rate, first, inertia)
     ground = ground_at(system, lever_at(system, walk.theta), sample)
     found = status_at(system, walk, first, ground, step, reached.theta, sound)
-    found = jnp.where(step > 0, found, Status.OK)  # a second part of no length judges nothing
+    # A second part of no length and a walk that has ended change no status.
+    judged = (step > 0) & (walk.status <= Status.SLIP_ONSET)
+    found = jnp.where(judged, found, Status.OK)
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
     slips = runs & (walk.velocity == 0) & (mode != 0)

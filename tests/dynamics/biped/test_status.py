@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import EventKind, Scene, Status
-from stickslip.dynamics.biped import SUPPORT_END, BipedState, simulate, step
+from stickslip.dynamics.biped import SUPPORT_END, BipedState, Euler, RK4Split, simulate, step
 from tests.dynamics.biped.helpers import (
     default_model,
     default_params,
@@ -184,6 +184,21 @@ def test_a_walk_that_slides_into_no_solution_stops_there(float64):
 def test_a_state_that_is_not_a_number_is_named(float64, field):
     _, contact = move(state_of(**{field: np.nan}), 0.5)
     assert int(contact.status) == Status.NON_FINITE
+
+
+@pytest.mark.parametrize("integrator", [Euler(2), RK4Split()])
+def test_an_infinite_time_step_is_non_finite(float64, integrator):
+    states = replace(state_of(), phase=2.0, crank_rate=jnp.asarray([0.0, 3.0]))
+
+    def long_step(state, size):
+        scene = Scene.uniform(0.1, 0.06)
+        return step(default_model(), scene, state, 0.9, size, integrator=integrator)
+
+    axes = (BipedState(None, None, 0, None, None, None), None)
+    after, contact = jax.jit(jax.vmap(long_step, axes))(states, jnp.inf)
+    assert np.all(contact.status == Status.NON_FINITE)
+    np.testing.assert_array_equal(after.phase, 2.0)
+    np.testing.assert_array_equal(after.crank_rate, states.crank_rate)
 
 
 def test_numbers_that_overflow_are_named(float64):
