@@ -40,7 +40,7 @@ from stickslip.agents.view_files import (
     view_files,
 )
 from stickslip.dynamics.checks import require_integer
-from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 from stickslip.records.signals import stoppable

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.training.configuration import Trained
     from stickslip.envs.rendering.html.data import Shown
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
 Params_co = TypeVar("Params_co", bound="Timed", covariant=True)

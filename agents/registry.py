@@ -58,7 +58,7 @@ def machine_among(arguments: Sequence[str]) -> AnyMachine:
     their task is of. ValueError for an unknown task."""
     named = next((name for name in arguments if name in _MACHINES), None)
     if named is None and (task := _task_among(arguments)) is not None:
-        from stickslip.envs.tasks.ladder import task_by_name
+        from stickslip.envs.tasks.definition import task_by_name
 
         named = task_by_name(task).machine
     return machines()[0] if named is None else _MACHINES[named]

@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.collecting import Collected, collect
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.definition import TASKS, TaskDefinition, task_by_name
     from stickslip.envs.tasks.known import known_of
-    from stickslip.envs.tasks.ladder import TASKS, task_by_name
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
@@ -37,9 +36,8 @@ else:
             "biped.state": ("BipedEnvState",),
             "collecting": ("Collected", "collect"),
             "functional": ("FunctionalEnv",),
-            "tasks.definition": ("TaskDefinition",),
+            "tasks.definition": ("TASKS", "TaskDefinition", "task_by_name"),
             "tasks.known": ("known_of",),
-            "tasks.ladder": ("TASKS", "task_by_name"),
             "ugv.env": ("UGVEnv",),
             "ugv.params": ("UGVEnvParams",),
             "ugv.randomisation": (

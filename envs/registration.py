@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
 from stickslip.envs.forked import require_unforked
+from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import threshold
-from stickslip.envs.tasks.ladder import TASKS, task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Collection

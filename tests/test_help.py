@@ -19,7 +19,7 @@ from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
 from stickslip.commands import command_by_name
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
-from stickslip.envs.tasks.ladder import TASKS
+from stickslip.envs.tasks.definition import TASKS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optimise.flags import track_options

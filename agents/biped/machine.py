@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.rendering.html.data import Shown
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 STARTS = ("moving", "rest")
 

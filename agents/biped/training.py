@@ -17,7 +17,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import BipedEnvParams, Randomisation
-from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

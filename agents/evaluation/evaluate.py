@@ -8,8 +8,8 @@ from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.run import evaluate_in, is_random, seeds_of
 from stickslip.agents.evaluation.scored import scored
 from stickslip.agents.registry import machine_by_name, machine_of_env
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

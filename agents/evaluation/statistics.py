@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.envs.tasks.scale import CONFIDENCE, UNKNOWN, Interval
+from stickslip.envs.tasks.known import CONFIDENCE, UNKNOWN, Interval
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -8,8 +8,8 @@ import jax
 import numpy as np
 
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Line, Panel
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import AnyRollout, Rollout
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 T = TypeVar("T")
 

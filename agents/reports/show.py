@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.rendering.html.data import Shown
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 TALL = 860
 """Height of a page in a notebook [px]."""

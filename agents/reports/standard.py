@@ -12,7 +12,7 @@ from stickslip.envs.rendering.html.data import Event, Shown
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.protocol import AnyEnv, Timed
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 
 def shown(played: AnyRollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None) -> Shown:

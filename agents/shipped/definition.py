@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.foreign.reading import RefusedError
 from stickslip.dynamics.plain_checks import nearest, shown
-from stickslip.envs.tasks.ladder import TASKS, WITHDRAWN, withdrawal
+from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, withdrawal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 from stickslip.dynamics.plain_checks import nearest
-from stickslip.envs.tasks.ladder import TASKS
+from stickslip.envs.tasks.definition import TASKS
 
 FOLDER = Path(__file__).parent
 SUFFIX = ".npz"

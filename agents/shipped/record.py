@@ -12,15 +12,15 @@ from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.shipped.names import no_policy, shipped_names, shipped_path, short_name
 from stickslip.agents.training.command_line import command_of
 from stickslip.dynamics.plain_checks import shown
+from stickslip.envs.tasks.definition import WITHDRAWN
 from stickslip.envs.tasks.known import earned_in, known_of
-from stickslip.envs.tasks.ladder import WITHDRAWN
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.agents.foreign.reading import Json
     from stickslip.envs.tasks.definition import TaskDefinition
-    from stickslip.envs.tasks.scale import Interval
+    from stickslip.envs.tasks.known import Interval
 
 EARNED, TRAINED = "earned", "trained"
 """Entries of the metadata."""

@@ -17,7 +17,7 @@ from stickslip.agents.registry import machine_by_name, machine_of_baseline, mach
 from stickslip.agents.tasks.places import controller_of, every_option, places_of, read_named
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
-from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
     from jaxtyping import PyTree

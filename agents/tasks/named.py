@@ -12,8 +12,8 @@ from stickslip.agents.registry import machine_by_name, machine_of_baseline, mach
 from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.tasks.places import controller_of, every_option, read_named
 from stickslip.agents.tasks.players import naming, read_about
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import task_by_name
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

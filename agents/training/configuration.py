@@ -300,7 +300,7 @@ def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:
 
 def own_task(name: str, machine: str) -> str:
     """The task's plain name. ValueError for an unknown task, and for one of another machine."""
-    from stickslip.envs.tasks.ladder import TASKS, task_by_name
+    from stickslip.envs.tasks.definition import TASKS, task_by_name
 
     task = task_by_name(name)
     if task.machine != machine:

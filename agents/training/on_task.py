@@ -9,8 +9,8 @@ from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.scored import OWN, scored
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
 from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.tasks.ladder import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

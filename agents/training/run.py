@@ -40,7 +40,7 @@ from stickslip.agents.training.progress import Progress
 from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
 from stickslip.dynamics.plain_checks import require_kind
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
     from stickslip.envs.rendering.html.data import Shown
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.rendering.ugv import UGVFrame
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.draw import UGVDrawn
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams

@@ -17,7 +17,7 @@ from stickslip.agents.ugv.plans import Optimum
 from stickslip.agents.ugv.tracks import ground_by_name
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
-from stickslip.envs.tasks.ladder import task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import UGVRandomisation

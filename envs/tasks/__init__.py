@@ -5,18 +5,14 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.tasks.definition import TaskDefinition
-    from stickslip.envs.tasks.known import Known, known_of
-    from stickslip.envs.tasks.ladder import TASKS, WITHDRAWN, task_by_name
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
+    from stickslip.envs.tasks.known import Known, Scale, known_of
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "definition": ("TaskDefinition",),
-            "known": ("Known", "known_of"),
-            "ladder": ("TASKS", "WITHDRAWN", "task_by_name"),
-            "scale": ("Scale",),
+            "definition": ("TASKS", "WITHDRAWN", "TaskDefinition", "task_by_name"),
+            "known": ("Known", "Scale", "known_of"),
         },
     )
 

@@ -1,10 +1,14 @@
-"""Task definition: an environment and its parameters as plain values, under a fixed name."""
+"""Tasks that never change: an environment and its parameters as plain values, under a fixed name.
+
+tasks.json holds them; what changes a task's content gets a name with the next version.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip import envs
@@ -20,8 +24,8 @@ Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
 """An environment of some machine, and its parameters."""
 NAMESPACE = "stickslip/"
 ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
-"""Whose a task may be, and the machine of each."""
-DRIVE_STEPS = 66
+"""Machine of each environment that a task may have."""
+UGV_STEPS = 66
 """Steps of a UGV task: 8 m of ground less the vehicle's start, at most 0.1 m a step."""
 DTYPE = "float32"
 """Precision of every task, whatever jax_enable_x64 is: a score is the same everywhere."""
@@ -29,18 +33,17 @@ DTYPE = "float32"
 
 @dataclass(frozen=True)
 class TaskDefinition:
-    """A task. Its content never changes; what changes it gets a name with the next version.
+    """A named task.
 
     stem, version: the name is STEM-vVERSION. title: what is asked, in a few words. about: what
-    makes it hard, in a sentence or two. machine: whose. environment: the class, by name. choices:
-    its static options. parameters: what `make_params` takes, as plain values (see `from_plain` of
-    the class). unit: of a return. ValueError for names that do not go together.
+    makes it hard, in a sentence or two. environment: the class, by name. choices: its static
+    options. parameters: what `make_params` takes, as plain values (see `from_plain` of the class).
+    unit: of a return. ValueError for names that do not go together.
     """
 
     stem: str
     title: str
     about: str
-    machine: str
     environment: str
     parameters: dict[str, Plain]
     choices: dict[str, Plain] = field(default_factory=dict)
@@ -49,7 +52,6 @@ class TaskDefinition:
 
     def __post_init__(self) -> None:
         require_choice("environment", self.environment, ENVIRONMENTS)
-        require_choice("machine", self.machine, (ENVIRONMENTS[self.environment],))
         if not (isinstance(self.stem, str) and self.stem.isidentifier()):
             raise ValueError(
                 f"stem = {shown(self.stem)}; accepted: letters, digits and _, beginning with none "
@@ -57,6 +59,11 @@ class TaskDefinition:
             )
         for name in ("parameters", "choices"):
             require_kind(name, getattr(self, name), dict, "a dict of plain values")
+
+    @property
+    def machine(self) -> str:
+        """Name of the machine."""
+        return ENVIRONMENTS[self.environment]
 
     @property
     def name(self) -> str:
@@ -74,7 +81,7 @@ class TaskDefinition:
         limit, period = (self.parameters.get(name) for name in ("time_limit", "control_period"))
         if isinstance(limit, float) and isinstance(period, float):
             return round(limit / period)
-        return DRIVE_STEPS
+        return UGV_STEPS
 
     @property
     def digest(self) -> str:
@@ -94,3 +101,29 @@ class TaskDefinition:
         kind = getattr(envs, self.environment)
         env = kind(**kind.choices_from_plain(self.choices), autoreset=autoreset)
         return env, env.make_params(**kind.from_plain(self.parameters), dtype=DTYPE)
+
+
+_CONTENT = json.loads(Path(__file__).with_name("tasks.json").read_text(encoding="utf-8"))
+TASKS: dict[str, TaskDefinition] = {
+    one.name: one for one in (TaskDefinition(**entry) for entry in _CONTENT["tasks"])
+}
+"""Task definitions by name, the biped's first."""
+WITHDRAWN: dict[str, str] = _CONTENT["withdrawn"]
+"""Reasons of withdrawn versions, by name. They are listed and refused."""
+
+
+def task_by_name(name: str) -> TaskDefinition:
+    """The task of a name, with "stickslip/" before it or not. ValueError with the nearest one, and
+    for a withdrawn version with the reason."""
+    plain = name.removeprefix(NAMESPACE) if isinstance(name, str) else name
+    if isinstance(plain, str) and plain in WITHDRAWN:
+        raise ValueError(f"task = {withdrawal(plain)}")
+    require_choice("task", plain, TASKS)
+    return TASKS[plain]
+
+
+def withdrawal(name: str) -> str:
+    """Reason of a withdrawn version, and the version that is accepted in its place."""
+    stem = name.rpartition("-v")[0]
+    latest = [task.name for task in TASKS.values() if task.stem == stem]
+    return f"{name} is withdrawn: {WITHDRAWN[name]}; accepted: {', '.join(latest) or 'no other'}"

@@ -1,4 +1,4 @@
-"""Known scores of each task: known.json, read and validated."""
+"""Known scores of each task, normalised: 0 = zero action, 1 = best known."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.dynamics.plain_checks import shown
 from stickslip.envs.tasks.definition import TaskDefinition
-from stickslip.envs.tasks.scale import Interval, Scale, bootstrapped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -22,10 +21,50 @@ if TYPE_CHECKING:
     from stickslip.envs.plain import Entries
 
 FILE = Path(__file__).with_name("known.json")
-FORMAT, VERSION = "stickslip known scores", 1
 SOLVED = 0.9
 """The score from which a task counts as solved."""
-ACCEPTED = "accepted: the file as `python -m benchmarks.tasks` writes it"
+
+
+CONFIDENCE = 0.95
+RESAMPLES = 2000
+UNKNOWN = float("nan")
+
+
+class Interval(NamedTuple):
+    """An estimate and its confidence interval; NaN where there is none."""
+
+    value: float
+    low: float = UNKNOWN
+    high: float = UNKNOWN
+
+    def shown(self, decimals: int) -> str:
+        """The value and half the width of its interval, if it has one."""
+        half = (self.high - self.low) / 2
+        return f"{self.value:.{decimals}f}" + (
+            f" ± {half:.{decimals}f}" if math.isfinite(half) else ""
+        )
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The two returns that a task's scores lie between. ValueError unless zero < one."""
+
+    zero: float
+    one: float
+
+    def __post_init__(self):
+        if not self.zero < self.one:
+            raise ValueError(
+                f"zero = {self.zero}, one = {self.one}; accepted: finite returns, zero < one"
+            )
+
+    def score(self, earned: float) -> float:
+        """(earned - zero) / (one - zero); above 1 where more is earned than was known."""
+        return (earned - self.zero) / (self.one - self.zero)
+
+    def earned(self, score: float) -> float:
+        """The return of a score."""
+        return self.zero + score * (self.one - self.zero)
 
 
 @dataclass(frozen=True)
@@ -132,79 +171,49 @@ class Known:
 
 
 def known_of(task: TaskDefinition) -> Known | None:
-    """Measurements of a task; None where nothing was measured.
-
-    ValueError naming the file where it is damaged, or measured another definition of that name.
-    """
-    content = read_known(FILE).get(task.name)
+    """Measurements of a task; None where nothing was measured. ValueError where another definition
+    of that name was."""
+    content = read_known().get(task.name)
     if content is None:
         return None
-    if content.get("digest") != task.digest:
-        raise ValueError(f"{FILE}: {task.name} was measured by another definition; {ACCEPTED}")
-    try:
-        return _known(task.name, content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ValueError(f"{FILE}: {task.name}: {shown(error)}; {ACCEPTED}") from error
-
-
-def threshold(task: TaskDefinition) -> float | None:
-    """The return from which a task counts as solved: a score of 0.9. None where nothing is known,
-    and where the file is damaged, which is no reason to register no environment."""
-    try:
-        known = known_of(task)
-    except ValueError:
-        return None
-    return None if known is None else round(known.scale.earned(SOLVED), 4)
-
-
-@lru_cache(maxsize=4)
-def read_known(path: Path) -> Entries:
-    """The tasks of a file by name. ValueError naming it where it cannot be read."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if (content["format"], content["version"]) != (FORMAT, VERSION):
-            raise ValueError(f"format {content['format']}, version {content['version']}")
-        tasks = content["tasks"]
-        if not all(isinstance(one, dict) for one in tasks.values()):
-            raise ValueError("tasks that are no objects")
-    except (OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as error:
-        raise ValueError(f"{path}: {shown(error)}; {ACCEPTED}") from error
-    return tasks
-
-
-def _known(name: str, content: Entries) -> Known:
+    if content["digest"] != task.digest:
+        raise ValueError(
+            f"{FILE}: {task.name} was measured by another definition; accepted: the file as "
+            "`python -m benchmarks.tasks` writes it"
+        )
     learned = content.get("learned")
-    known = Known(
-        task=name,
-        episodes=int(content["episodes"]),
+    return Known(
+        task=task.name,
+        episodes=content["episodes"],
         trivial=earned_in(content["trivial"]),
         baselines=tuple(map(earned_in, content["baselines"])),
         planners=tuple(map(earned_in, content["planners"])),
         best=earned_in(content["best"]),
-        how=str(content["how"]),
+        how=content["how"],
         bound=_bound(content["bound"]),
-        learned=None if learned is None else _learned(learned),
+        learned=None if learned is None else Learned(learned["how"], tuple(learned["returns"])),
         assumed=_bound(content.get("assumed")),
     )
-    if known.bound is not None and not known.best.value <= known.bound.value:
-        raise ValueError(f"best {known.best.value} above the bound {known.bound.value}")
-    Scale(known.trivial.value, known.best.value)  # for its ValueError
-    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
-    if any(len(one.returns) not in (0, known.episodes) for one in everybody):
-        raise ValueError(f"returns of other than {known.episodes} episodes")
-    return known
+
+
+def threshold(task: TaskDefinition) -> float | None:
+    """The return of a score of 0.9, from which a task counts as solved; None if not known."""
+    known = known_of(task)
+    return None if known is None else round(known.scale.earned(SOLVED), 4)
+
+
+@lru_cache(maxsize=4)
+def read_known(path: Path = FILE) -> Entries:
+    """The measured tasks of a file by name."""
+    return json.loads(path.read_text(encoding="utf-8"))["tasks"]
 
 
 def _bound(content: Entries | None) -> Bound | None:
-    return None if content is None else Bound(_number(content["value"]), str(content["reason"]))
-
-
-def _learned(content: Entries) -> Learned:
-    return Learned(str(content["how"]), tuple(map(_number, content["returns"])))
+    return None if content is None else Bound(content["value"], content["reason"])
 
 
 def earned_in(content: Entries) -> Earned:
-    """Return of a policy from an entry of the file; ValueError for a damaged one."""
+    """Return of a policy from an entry of a file; ValueError for a damaged one."""
     low, high = (None if content[end] is None else _number(content[end]) for end in ("low", "high"))
     failures = _number(content["failures"])
     returns = tuple(map(_number, content.get("returns", ())))
@@ -215,3 +224,32 @@ def _number(given: object) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise ValueError(f"{shown(given)} is no finite number")
     return float(given)
+
+
+def bootstrapped(
+    statistic: Callable[..., np.ndarray],
+    returns: ArrayLike,
+    zero: ArrayLike,
+    one: ArrayLike,
+    *,
+    paired: bool,
+) -> Interval:
+    """A statistic of three mean returns with its percentile bootstrap interval over episodes.
+
+    returns: of a policy [n]; zero, one: of the trivial policy and the best known [m], exact where
+    m = 1. paired: all three were earned on the same episodes, n = m, which are drawn together, so
+    that what the episodes differ by cancels. Deterministic; no interval from a single episode.
+    """
+    import numpy as np
+
+    earned, low, high = (np.asarray(of, float) for of in (returns, zero, one))
+    value = float(statistic(earned.mean(), low.mean(), high.mean()))
+    n, m = earned.size, low.size
+    if n < 2:
+        return Interval(value)
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(n, size=(RESAMPLES, n))
+    known = drawn if paired else rng.integers(m, size=(RESAMPLES, m))
+    means = earned[drawn].mean(1), low[known].mean(1), high[known].mean(1)
+    ends = np.quantile(statistic(*means), [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
+    return Interval(value, *map(float, ends))

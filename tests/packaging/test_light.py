@@ -19,7 +19,7 @@ from pkgutil import iter_modules
 import pytest
 
 from stickslip.cli import COMMANDS, make_parser
-from stickslip.envs.tasks.ladder import TASKS
+from stickslip.envs.tasks.definition import TASKS
 
 ROOT = Path(__file__).parents[2]
 HEAVY = ("jax", "jaxlib", "numpy", "scipy", "gymnasium", "cvxpy", "torch", "matplotlib")
@@ -81,7 +81,7 @@ def test_importing_and_listing_packages_loads_nothing_heavy():
 
 
 def test_names_of_scenes_and_tracks_load_nothing_heavy():
-    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names", "envs.tasks.ladder")
+    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names", "envs.tasks.definition")
     assert loaded_after("\n".join(f"import stickslip.{one}" for one in modules)) == []
 
 

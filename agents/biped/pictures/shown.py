@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.ranges import Range
     from stickslip.envs.rendering.biped import BipedFrame
-    from stickslip.envs.tasks.scale import Scale
+    from stickslip.envs.tasks.known import Scale
 
 LEAST_SLID = 1e-7
 """A foot that moved less in a control step stuck all the while [m]."""

@@ -78,7 +78,7 @@ def players() -> tuple[str, ...]:
 
 def tasks() -> tuple[str, ...]:
     """The tasks of the ladder."""
-    from stickslip.envs.tasks.ladder import TASKS
+    from stickslip.envs.tasks.definition import TASKS
 
     return tuple(TASKS)
 

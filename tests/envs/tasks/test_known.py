@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from stickslip.envs.tasks import TASKS, Known, Scale, known, known_of
-from stickslip.envs.tasks.known import Earned
-from stickslip.envs.tasks.scale import bootstrapped
+from stickslip.envs.tasks import TASKS, Known, Scale, known_of
+from stickslip.envs.tasks.known import Earned, bootstrapped
 
 NAMES = list(TASKS)
 
@@ -83,44 +81,6 @@ def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
     for score in (found.score_of(lost), replace(found, best=lost).score([15.0, 40.0], (0, 1))):
         assert score.value == 1.0
         assert not np.isfinite(score.low + score.high)
-
-
-def content() -> dict:
-    return json.loads(known.FILE.read_text(encoding="utf-8"))
-
-
-def spoilt(path, monkeypatch, text: str):
-    path.write_text(text, encoding="utf-8")
-    monkeypatch.setattr(known, "FILE", path)
-
-
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": "x"}', "\x00", "[" * 50_000])
-def test_a_file_that_is_none_is_named(text, tmp_path, monkeypatch):
-    spoilt(tmp_path / "known.json", monkeypatch, text)
-    with pytest.raises(ValueError, match=r"known\.json: .*accepted: the file as"):
-        known_of(TASKS[NAMES[0]])
-
-
-@pytest.mark.parametrize(
-    ("entry", "value"),
-    [
-        ("best", None),
-        ("best", {"policy": "x", "return": float("nan"), "low": 0, "high": 1, "failures": 0}),
-        ("baselines", [3]),
-        ("best", {"policy": "x", "return": 9, "low": 0, "high": 1, "failures": 0, "returns": [9]}),
-        ("episodes", "many"),
-        ("bound", {"value": -1e9, "reason": "none"}),
-        ("learned", {"how": "x", "returns": ["y"]}),
-        ("assumed", {"value": "many", "reason": "none"}),
-    ],
-)
-def test_a_damaged_entry_is_named_with_its_task(entry, value, tmp_path, monkeypatch):
-    whole = content()
-    whole["tasks"][NAMES[0]][entry] = value
-    spoilt(tmp_path / "known.json", monkeypatch, json.dumps(whole))
-    with pytest.raises(ValueError, match=rf"known\.json: {NAMES[0]}: .*accepted"):
-        known_of(TASKS[NAMES[0]])
-    assert known_of(TASKS[NAMES[1]]) is not None
 
 
 def test_scores_of_another_definition_are_refused_and_none_are_none():
