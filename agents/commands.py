@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
+from stickslip.agents.evaluation.evaluate import MOST_EPISODES, evaluate, evaluate_task, is_random
 from stickslip.agents.evaluation.rollout import planned, rollout
-from stickslip.agents.evaluation.run import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
 from stickslip.agents.tasks.named import (

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.run import Measures
-    from stickslip.agents.evaluation.scored import AnyMeasures
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
@@ -208,22 +207,20 @@ class Machine(ABC, Generic[Env, Params, Config]):
     # Evaluation.
 
     @abstractmethod
-    def measures(self, env: Env) -> Measures[Any, Params, Any]:
-        """What is kept of an environment's episodes, and the columns of its tables."""
+    def measures(self, env: Env, *, task: bool = False, bound: bool = False) -> AnyMeasures:
+        """What is kept of an environment's episodes, and the columns of its tables.
 
-    def task_measures(self, env: Env) -> AnyMeasures:
-        """The same for a named task, whose scores say what an optimum would."""
-        return self.measures(env)
-
-    def bounded(self, env: Env, measures: AnyMeasures) -> AnyMeasures:
-        """The measures with columns of what nobody can beat in each episode, computed and proved.
-
-        ValueError where the machine can prove nothing.
+        task: of a named task, whose scores say what an optimum would. bound: with columns of what
+        nobody can beat in each episode, computed and proved; ValueError where nothing is.
         """
-        raise ValueError(
-            f"nobody has proved what no policy of the {self.title} can beat in an episode; "
-            "accepted: without a bound"
-        )
+
+    def require_no_bound(self, bound: bool) -> None:
+        """Raise ValueError if a bound is asked for, of a machine that has none."""
+        if bound:
+            raise ValueError(
+                f"nobody has proved what no policy of the {self.title} can beat in an episode; "
+                "accepted: without a bound"
+            )
 
     def amplifications(
         self, env: Env, player: AnyPlayer, params: Params, seeds: Sequence[int]

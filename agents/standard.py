@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.evaluation.standard import StandardEpisodes
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import TrainingTask
@@ -79,8 +79,11 @@ class StandardMachine(Machine[Env, Values, Config]):
         """See Machine."""
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
-    def measures(self, env: Env) -> Measures[object, Values, StandardEpisodes]:
+    def measures(
+        self, env: Env, *, task: bool = False, bound: bool = False
+    ) -> Measures[object, Values, StandardEpisodes]:
         """See Machine."""
+        self.require_no_bound(bound)
         from stickslip.agents.evaluation.standard import MEASURES
 
         return MEASURES

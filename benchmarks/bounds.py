@@ -2,10 +2,9 @@
 
     python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]
 
---update writes benchmarks/results/bounds.json, row by row, the bounds alone into
-agents/ugv/proved.json, and the table into docs/ugv_bounds.md; --out writes the rows to that file
-instead. Rows that are not asked for keep what was measured before: `--tracks --update` measures
-none and puts what is there into the page.
+--update writes benchmarks/results/bounds.json, row by row, and the table into docs/ugv_bounds.md;
+--out writes the rows to that file instead. Rows that are not asked for keep what was measured
+before: `--tracks --update` measures none and puts what is there into the page.
 """
 
 from __future__ import annotations
@@ -27,9 +26,8 @@ from benchmarks.report import (
     where,
     write_json,
 )
-from stickslip.agents.ugv.proved import FILE, FORMAT, VERSION, named_problem
-from stickslip.dynamics.ugv import TRACKS
-from stickslip.optim import CRITERIA, solve
+from stickslip.dynamics.ugv import TRACKS, Track
+from stickslip.optim import CRITERIA, PostureProblem, solve
 from stickslip.optim.posture.bounds import bound_every_drive
 
 DEFAULT, PAGE = RESULTS / "bounds.json", Path("docs/ugv_bounds.md")
@@ -39,7 +37,10 @@ MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")
 def measure(track: str, criterion: str) -> dict[str, Any]:
     """The task of the environment's defaults: 0.1 m a step, 1 rad/m, mu 0.8, legs straight at
     first."""
-    problem = named_problem(track, criterion)
+    straight = (np.pi / 2, np.pi / 2)
+    problem = PostureProblem.along(
+        Track.named(track), criterion, leg_rate=1.0, start_angles=straight
+    )
     drive = solve(problem, "dp")
     held = problem.objective(np.full(problem.n, np.pi / 2))
     begun = time.process_time()
@@ -92,9 +93,6 @@ def main(arguments: list[str]) -> None:
                 write_json(content, target)
     print(table(content["rows"]))
     if asked.update:
-        kept = [{name: row[name] for name in ("track", "criterion", "bound")}
-                for row in content["rows"]]  # fmt: skip
-        write_json({"format": FORMAT, "version": VERSION, "rows": kept}, Path(FILE))
         put_between(PAGE, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
 
 

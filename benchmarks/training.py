@@ -33,10 +33,10 @@ from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.measure import EPISODES, rounded
 from benchmarks.tasks.tables import long_table
 from stickslip.agents.biped.task import ANY_PHASE
+from stickslip.agents.evaluation.evaluate import is_random, play
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.ppo import settings_of, train_population
 from stickslip.agents.ugv.names import USUAL

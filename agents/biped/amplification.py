@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.evaluate import play
 from stickslip.dynamics.biped import own_time
 from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
 from stickslip.dynamics.status import Status

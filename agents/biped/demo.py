@@ -16,7 +16,6 @@ from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.policy import load_policy
-from stickslip.agents.shown_names import shown_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -62,12 +61,12 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already
         moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
         played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
-        width = max(len(shown_name(name)) for name in played)
+        width = max(len(name) for name in played)
         lines = [
             f"{moving.to_text().rstrip()}\n",
             f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
             "baselines\nread the true state and masses, the policy its observation. From rest:",
-            *(_line(f"{shown_name(name):<{width}}", one, task) for name, one in played.items()),
+            *(_line(f"{name:<{width}}", one, task) for name, one in played.items()),
         ]
         text = self.text_of(trained, lines)
         say("\n" + text)

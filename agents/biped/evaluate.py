@@ -8,9 +8,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.run import Measures
-from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval, ratio_interval
+from stickslip.agents.evaluation.evaluate import Measures
+from stickslip.agents.evaluation.table import (
+    Column,
+    fraction_interval,
+    mean_interval,
+    ratio_interval,
+)
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.task import BipedTask
     from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options, Task, TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
@@ -155,8 +155,11 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
         return BipedStates.of(env, params)
 
-    def measures(self, env: BipedEnv) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
+    def measures(
+        self, env: BipedEnv, *, task: bool = False, bound: bool = False
+    ) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
         """See Machine."""
+        self.require_no_bound(bound)
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES

@@ -10,9 +10,8 @@ import numpy as np
 from stickslip.agents.biped.evaluate import MEASURES
 from stickslip.agents.biped.scenes import scene_by_name
 from stickslip.agents.biped.task import ANY_PHASE, from_anywhere
-from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS, play
 from stickslip.agents.evaluation.table import row_of_test
-from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv

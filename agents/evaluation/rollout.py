@@ -1,27 +1,37 @@
-"""One episode of a controller, as a compiled scan."""
+"""One episode of a controller as a compiled scan, and the checks of who plays it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 
-from stickslip.agents.evaluation.given import made_for, validated_controller
-from stickslip.agents.protocol import Env, Memory, Params, Planner, Player, State, State_co
-from stickslip.dynamics.checks import require_integer, require_kind
+from stickslip.agents.protocol import (
+    Controller,
+    Env,
+    Memory,
+    Params,
+    Planner,
+    Player,
+    State,
+    State_co,
+)
+from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.envs.timed import MOST_STEPS, horizon
-from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import Controller
+    from stickslip.agents.protocol import AnyEnv
+
+
+T = TypeVar("T")
 
 
 class Rollout(NamedTuple, Generic[State_co]):
@@ -52,21 +62,6 @@ class Rollout(NamedTuple, Generic[State_co]):
         rows = jax.tree.map(lambda leaf: leaf[:end], here[2:-1])
         return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
 
-    def _repr_html_(self) -> str:
-        """HTML for notebooks: length, return and ending. `show` plays
-        it."""
-        if np.ndim(self.length) or isinstance(self.length, Tracer):
-            kept = f"a batch {np.shape(self.length)}" if np.ndim(self.length) else "traced"
-            return Table([Column("Rollout", words=True)], [[kept]]).html()
-        end = int(self.length)
-        over = [name for name in ("terminated", "truncated") if bool(getattr(self, name)[end - 1])]
-        rows = [
-            ["steps", f"{end}"],
-            ["return", f"{np.sum(np.asarray(self.reward)[:end], dtype=np.float64):.6g}"],
-        ]
-        rows.append(["ended", ", ".join(over) or "not yet"])
-        return Table([Column("Rollout", words=True), Column("", words=True)], rows).html()
-
 
 AnyRollout: TypeAlias = Rollout[Any]
 """An episode of some machine's environment."""
@@ -87,7 +82,7 @@ def rollout(
     """
     require_kind("env", env, FunctionalEnv, "a BipedEnv, a UGVEnv or another functional one")
     env.check_params(params)
-    validated_controller("controller", controller)
+    validated("controller", controller, Controller)
     if isinstance(key, int | np.integer):
         key = episode_key(require_integer("key", key, low=0, high=2**32 - 1))
     require_kind("key", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random")
@@ -113,12 +108,34 @@ def first_state(env: FunctionalEnv[State, Params], params: Params, seed: int) ->
 def planned(
     env: FunctionalEnv[State, Params], controller: Player[State, Params], params: Params, seed: int
 ) -> Controller[Any, State, Params]:
-    """A planner's path for a seed's first episode, to be played back; any other controller."""
+    """The path of a planner for a seed's first episode; any other controller as it is."""
     if isinstance(controller, Planner):
-        state = first_state(env, params, seed)
-        with made_for(controller, env, state, params):
-            return controller.path(env, params, state)
+        return controller.path(env, params, first_state(env, params, seed))
     return controller
+
+
+def require_places(env: AnyEnv, scenes: Mapping[str, object]) -> None:
+    """Raise ValueError unless these are an environment and its parameters by name."""
+    require_kind("env", env, FunctionalEnv, "a BipedEnv, a UGVEnv or another functional one")
+    require_named("scenes", scenes, f"{{name: parameters of the {type(env).__name__}}}")
+    for name, params in scenes.items():
+        env.check_params(params, f"scenes[{name!r}]")
+
+
+def require_named(name: str, given: object, accepted: str) -> None:
+    """Raise ValueError unless `given` is a dict, or like one, of something by its name."""
+    require_kind(name, given, Mapping, f"a dict, {accepted}")
+    for key in given if isinstance(given, Mapping) else ():
+        require_kind(f"a name in {name}", key, str, "text")
+
+
+def validated(name: str, given: T, kinds: type | tuple[type, ...] = (Controller, Planner)) -> T:
+    """A controller or planner that validated itself. ValueError for anything else."""
+    if isinstance(given, type) and hasattr(given, "validate"):
+        raise ValueError(f"{name} = {shown(given)} is a class; accepted: {given.__name__}(...)")
+    accepted = "a controller (init, act and validate; help(stickslip.agents.Controller))"
+    require_kind(name, given, kinds, accepted if kinds is Controller else f"{accepted} or planner")
+    return given.validate()  # pyright: ignore[reportAttributeAccessIssue], a protocol of both
 
 
 class _Step(NamedTuple, Generic[State]):
@@ -152,11 +169,10 @@ def _rollout(
     start_obs, start = env.reset_env(key, params)
     unused = jax.random.key(0)  # a step draws nothing when it does not reset
 
-    def outcome(
+    def advance(
         obs: Float[Array, " obs"], state: State, memory: Memory
     ) -> tuple[Memory, _Step[State]]:
-        with made_for(controller, env, state, params):
-            memory, action = controller.act(memory, obs, state, params)
+        memory, action = controller.act(memory, obs, state, params)
         if jnp.shape(action) != (size := (len(env.action_names),)):
             raise ValueError(
                 f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
@@ -168,15 +184,14 @@ def _rollout(
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
         return memory, _Step(state, obs, action, reward, terminated, truncated, info)
 
-    with made_for(controller, env, start, params):
-        memory = controller.init(params, start)
-    shapes = jax.eval_shape(lambda: outcome(start_obs, start, memory)[1])
+    memory = controller.init(params, start)
+    shapes = jax.eval_shape(lambda: advance(start_obs, start, memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
     def body(carry: _Carry[State, Memory], _: None) -> tuple[_Carry[State, Memory], _Step[State]]:
         last, memory, length = carry
         over = env.is_over(last.state)
-        new_memory, row = outcome(last.obs, last.state, memory)
+        new_memory, row = advance(last.obs, last.state, memory)
         row, memory = jax.tree.map(
             lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
         )

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.columns import Column
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, play
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import Measures, play
-from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval
-from stickslip.agents.evaluation.table import Columns, row_of_test
-from stickslip.agents.training.trainer import TEST_SEEDS
+from stickslip.agents.evaluation.table import (
+    Column,
+    Columns,
+    fraction_interval,
+    mean_interval,
+    row_of_test,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

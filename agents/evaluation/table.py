@@ -1,24 +1,47 @@
-"""The table that an evaluation is: a row for each scene and controller."""
+"""Evaluations as tables: a row for each scene and controller, with 95 % confidence intervals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.statistics import Interval
-from stickslip.agents.shown_names import shown_name
+import numpy as np
+
+from stickslip.envs.tasks.known import CONFIDENCE, UNKNOWN, Interval
 from stickslip.records import table
 from stickslip.records.files import write_whole
-from stickslip.records.table import Table, json_text, undefined
+from stickslip.records.table import Table, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from numpy.typing import ArrayLike
+
 INTERVALS = ("return", "task_score")
 """Metrics of a test during training whose interval is written, too."""
+
+
+@dataclass(frozen=True)
+class Column(table.Column):
+    """decimals: at most, of the value. percent: the value is a share, shown with both ends of its
+    interval, which is not symmetric."""
+
+    decimals: int = 0
+    percent: bool = False
+
+    def show(self, given: Interval) -> str:
+        """The estimate and half the width of its interval; "-" if undefined."""
+        if not isfinite(given.value):
+            return "-"
+        if self.percent:
+            ends = "" if not isfinite(given.low) else f" ({given.low:.0%} to {given.high:.0%})"
+            return f"{given.value:.0%}{ends}".replace("%", "")
+        return given.shown(self.decimals).replace("-", "−")
+
+
 Kept = TypeVar("Kept")
 Columns: TypeAlias = Mapping[str, tuple[Column, Callable[[Kept], Interval]]]
 """Metrics by name: how each is shown, and how it comes from a machine's episodes."""
@@ -82,9 +105,8 @@ class Evaluation:
     def write_csv(self, path: str | Path) -> Path:
         """One line a row, three columns a metric (value, low, high); empty where undefined."""
         flat = self.as_table()
-        cells = [[None if undefined(value) else value for value in row] for row in flat.rows]
         heads = [table.Column(column.name) for column in flat.columns]
-        return write_whole(path, Table(heads, cells).csv())
+        return write_whole(path, Table(heads, flat.rows).csv())
 
     def as_table(self) -> Table:
         """Every number in SI units: a row each, three columns a metric (value, low, high)."""
@@ -132,7 +154,7 @@ class Evaluation:
         metrics = {name: column for name, (column, _) in self.columns.items()}
         words = (table.Column(name, words=True) for name in ("scene", "controller"))
         rows = [
-            [row.scene, shown_name(row.controller), row.count]
+            [row.scene, row.controller, row.count]
             + [metrics[name].show(value) for name, value in row.metrics.items()]
             for row in self.rows
         ]
@@ -161,3 +183,47 @@ def row_of_test(
         if name in INTERVALS:
             row |= {f"{name}_low": value.low, f"{name}_high": value.high}
     return row
+
+
+def mean_interval(values: ArrayLike) -> Interval:
+    """Mean of independent episodes with Student's t interval; none from a single episode."""
+    values = np.asarray(values, float)
+    return _student(float(values.mean()), values - values.mean())
+
+
+def ratio_interval(above: ArrayLike, below: ArrayLike, least: float) -> Interval:
+    """Sum over sum, undefined (NaN) unless the mean of `below` is at least `least`.
+
+    The interval is Student's t on the linearised residuals (above - ratio x below) / mean(below),
+    the usual one for a ratio estimator (Cochran, Sampling Techniques, ch. 6): unlike the mean of
+    the episodes' own ratios it is not upset by an episode that went nowhere.
+    """
+    above, below = np.asarray(above, float), np.asarray(below, float)
+    if not below.mean() >= least:
+        return Interval(UNKNOWN)
+    ratio = float(above.sum() / below.sum())
+    return _student(ratio, (above - ratio * below) / below.mean())
+
+
+def fraction_interval(happened: ArrayLike) -> Interval:
+    """Share of episodes in which something happened, with Wilson's score interval."""
+    happened = np.asarray(happened, bool)
+    share = float(happened.mean())
+    if happened.size < 2:
+        return Interval(share)
+    from scipy.stats import binomtest
+
+    test = binomtest(int(happened.sum()), happened.size)
+    low, high = test.proportion_ci(CONFIDENCE, "wilson")
+    return Interval(share, float(low), float(high))
+
+
+def _student(value: float, residuals: np.ndarray) -> Interval:
+    n = residuals.size
+    if n < 2 or not np.isfinite(value):
+        return Interval(value)
+    from scipy.special import stdtrit
+
+    spread = np.sqrt(float(np.sum(residuals**2)) / (n - 1) / n)
+    half = float(stdtrit(n - 1, (1 + CONFIDENCE) / 2)) * spread
+    return Interval(value, value - half, value + half)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.agents.evaluation.evaluate import seeds_of
 from stickslip.agents.evaluation.rollout import horizon
-from stickslip.agents.evaluation.run import seeds_of
 from stickslip.agents.optimum.replayed import Replay, replay, values_at
 from stickslip.agents.protocol import Params, State
 from stickslip.dynamics.checks import require_number
@@ -17,7 +17,7 @@ from stickslip.records.table import Column, Table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.evaluation.statistics import Interval
+    from stickslip.agents.evaluation.table import Interval
     from stickslip.agents.optimum.value_iteration import Solution
 
 TOLERANCE = 0.02

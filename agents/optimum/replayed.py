@@ -9,10 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.evaluation.evaluate import require_room
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
-from stickslip.agents.evaluation.run import require_room
 from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.statistics import fraction_interval, mean_interval
+from stickslip.agents.evaluation.table import fraction_interval, mean_interval
 from stickslip.agents.protocol import Params, Planner, State
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, PRNGKeyArray
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.statistics import Interval
+    from stickslip.agents.evaluation.table import Interval
     from stickslip.agents.optimum.controller import ValuePolicy
     from stickslip.agents.protocol import Player
 

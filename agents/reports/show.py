@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
-from stickslip.agents.evaluation.given import require_places, validated_player
-from stickslip.agents.evaluation.rollout import horizon, planned, rollout, without_resets
+from stickslip.agents.evaluation.rollout import (
+    horizon,
+    planned,
+    require_places,
+    rollout,
+    validated,
+    without_resets,
+)
 from stickslip.agents.registry import machine_of_env
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.writing import write_page
-from stickslip.agents.shown_names import shown_name
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.html.data import MOST_SAMPLES, Page
 from stickslip.envs.rendering.html.document import page_text
@@ -76,7 +81,7 @@ def show(
         raise ValueError("players is empty; accepted: at least one")
     where = type(env).__name__ if task is None else task
     require_places(env, {"params": params})
-    named = {name: validated_player(f"players[{name!r}]", one) for name, one in named.items()}
+    named = {name: validated(f"players[{name!r}]", one) for name, one in named.items()}
     every = [(where, name, env, one, params) for name, one in named.items()]
     shown = first_episodes(every, seed, scale_of(task))
     return View(Page(f"{', '.join(named)} on {where}", episodes=shown))
@@ -97,6 +102,6 @@ def first_episodes(
     for scene, name, env, player, params in every:
         env = without_resets(env)
         played = rollout(env, planned(env, player, params, seed), params, seed)
-        whose = shown_name(name) if len(scenes) == 1 else f"{shown_name(name)} on {scene}"
+        whose = name if len(scenes) == 1 else f"{name} on {scene}"
         found.append(machine_of_env(env).shown(played, env, params, whose, scale))
     return tuple(found)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.reports.course import scale_of
 from stickslip.agents.reports.writing import require_page, write_page
-from stickslip.agents.shown_names import shown_name
 from stickslip.agents.tasks.named import common_task, title_of
 from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
 from stickslip.agents.view_files import require_new, require_writable
@@ -72,7 +71,7 @@ def _played(given: Options) -> tuple[list[Shown], list[str], list[str]]:
             say_stage(f"playing {name}")
             controller = controller_of(named[name], name, env, params, machine)
             played = rollout(env, planned(env, controller, params, seed), params, seed)
-            whose = shown_name(Path(name).name)
+            whose = Path(name).name
             title = whose if where.count(name) == 1 else f"{whose} on {place.label}"
             one = machine.shown(played, env, params, title, scale)
             if len(places) > 1:

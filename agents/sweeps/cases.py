@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from stickslip.agents.evaluation.given import validated_player
-from stickslip.agents.evaluation.rollout import horizon, without_resets
-from stickslip.agents.evaluation.run import is_random
+from stickslip.agents.evaluation.evaluate import is_random
+from stickslip.agents.evaluation.rollout import horizon, validated, without_resets
 from stickslip.agents.optimum.checkpoint import digest_of
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.protocol import Controller, Planner
@@ -168,7 +167,7 @@ def _players(
 ) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
         given = policies.items()
-        return {str(name): validated_player(f"policies[{name!r}]", one) for name, one in given}
+        return {str(name): validated(f"policies[{name!r}]", one) for name, one in given}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     names = [policies] if isinstance(policies, str) else list(policies)
     _require_own(names, machine)

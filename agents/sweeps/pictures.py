@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.pictures.sheet import make_sheet, save_sheet
-from stickslip.agents.shown_names import shown_name
 from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.agents.sweeps.statistics import Z95, is_random, slip_of
@@ -85,7 +84,7 @@ def _draw_measures(
     slid = slip_of(found, slip)
     if slid is not None and np.isfinite(slid[t]).any():
         shown.append(("distance slid [m/m]", _mean(found, slid[t], view), None))
-    names = [shown_name(str(one)) for one in found.coordinates["policy"][:MOST_POLICIES]]
+    names = [str(one) for one in found.coordinates["policy"][:MOST_POLICIES]]
     lines = len(view.names) == 1
     columns = 1 if lines else len(names)
     size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(shown))
@@ -126,7 +125,7 @@ def _draw_endings(
     shares = np.stack([
         _mean(found, (codes == ENDINGS.index(name)).mean(axis=-1), view) for name in names
     ])  # fmt: skip
-    policies = [shown_name(str(one)) for one in found.coordinates["policy"][:MOST_POLICIES]]
+    policies = [str(one) for one in found.coordinates["policy"][:MOST_POLICIES]]
     size = (max(5.5, 1.2 + 3.9 * len(policies)), 3.9)
     figure, axes = make_sheet(1, len(policies), size, f"{task}: endings")
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(names))]

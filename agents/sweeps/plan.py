@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.run import A_STEP
+from stickslip.agents.evaluation.evaluate import A_STEP
 from stickslip.agents.optimum.checkpoint import digest_of
 from stickslip.agents.sweeps.cases import Case
 from stickslip.agents.sweeps.store import digest_of_text

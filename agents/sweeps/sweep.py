@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
-from stickslip.agents.evaluation.given import require_named
+from stickslip.agents.evaluation.rollout import require_named
 from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import cases_on
 from stickslip.agents.sweeps.data import cell_table

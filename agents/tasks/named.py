@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.evaluate import in_words
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.scored import in_words
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machines

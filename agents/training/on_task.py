@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.evaluate import SCORES, TEST_SEEDS, is_random, play, scored
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import is_random, play
-from stickslip.agents.evaluation.scored import OWN, scored
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
-from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.evaluation.scored import AnyMeasures
+    from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.machine import AnyMachine, TrainingTask
     from stickslip.agents.protocol import AnyEnv, Policy, Timed
     from stickslip.agents.training.configuration import Configuration
@@ -55,16 +53,16 @@ def evaluation_row(
 
 def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
     """An evaluation in a line."""
-    score = f"score {row[OWN[0]]:6.3f}  " if OWN[0] in row else ""
+    score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
     return score + machine.line(row)
 
 
 def _measures(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyMeasures:
     definition = task_by_name(str(config.task))
-    measures, known = machine.task_measures(env), known_of(definition)
+    measures, known = machine.measures(env, task=True), known_of(definition)
     return measures if known is None else scored(measures, known, definition.unit)
 
 
 def _names(machine: AnyMachine, measures: AnyMeasures) -> tuple[str, ...]:
     """Those that scores have and the machine's own, in the order of a table."""
-    return tuple(name for name in measures.columns if name in (*OWN, *machine.evaluated))
+    return tuple(name for name in measures.columns if name in (*SCORES, *machine.evaluated))

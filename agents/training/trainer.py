@@ -32,8 +32,6 @@ TRAINERS = {
 }
 """Module and class by name, or by name and algorithm where it has several; what they import is
 needed only where they are used."""
-TEST_SEEDS = 2**31
-"""Evaluations during training use the seeds from here on, so that none is seen in training."""
 
 
 class Update(NamedTuple):

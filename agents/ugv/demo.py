@@ -8,7 +8,6 @@ from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.policy import load_policy
-from stickslip.agents.shown_names import shown_name
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.evaluate import keep_of
 from stickslip.agents.ugv.names import FILM, UGV_BASELINES, ugv_baseline
@@ -107,7 +106,7 @@ def _lines(played: Mapping[str, Rollout], env: UGVEnv, params: UGVEnvParams) -> 
         status = Status(int(one.status))
         end = "" if status == Status.OK else f", failed after {one.distance:.1f} m: {status.name}"
         lines.append(
-            f"  {shown_name(name):<{width}} {one.cost:7.1f} {unit}  "
+            f"  {name:<{width}} {one.cost:7.1f} {unit}  "
             f"{one.cost / least:5.3f} of the optimum  "
             f"with legs {one.total_energy:6.1f} J  friction {one.demand:5.3f}{end}"
         )

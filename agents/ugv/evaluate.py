@@ -1,44 +1,38 @@
-"""Batch evaluation of the UGV: controllers, planners and the optimum on the same tracks."""
+"""Measures of the UGV's episodes, and the optimum and the bound to score them against."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Unpack
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.columns import Column
-from stickslip.agents.evaluation.rollout import first_state
-from stickslip.agents.evaluation.run import Measures, evaluate_in
-from stickslip.agents.evaluation.statistics import Interval, fraction_interval, mean_interval
+from stickslip.agents.evaluation.evaluate import Measures
+from stickslip.agents.evaluation.rollout import first_state, without_resets
+from stickslip.agents.evaluation.table import Column, Interval, fraction_interval, mean_interval
 from stickslip.agents.ugv.plans import Optimum
-from stickslip.agents.ugv.proved import proved
 from stickslip.dynamics.status import Status
 from stickslip.optim.posture.bounds import bound_every_drive
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from jaxtyping import Array
 
+    from stickslip.agents.evaluation.evaluate import Say
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.run import How, Say
-    from stickslip.agents.evaluation.table import Columns, Evaluation
-    from stickslip.agents.ugv.names import UGVPlayer
+    from stickslip.agents.evaluation.table import Columns
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
-    from stickslip.optim.posture.problem import PostureProblem
 
 Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
-CERTIFIED = Optimum()
 CLOSE = 0.05
 """Gap at which a bound is near enough to score against."""
-BOUND = ("bound", "over_bound")
-"""The columns of the bound."""
+GRID, BOUND = ("optimum", "score"), ("bound", "over_bound")
+"""Columns of the optimum over the grid, and of the bound."""
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
 
@@ -137,98 +131,52 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
 
 
 def ugv_measures(
-    env: UGVEnv, optimum: Optimum | None = CERTIFIED, bound: bool = False
+    env: UGVEnv, *, optimum: bool = True, bound: bool = False
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """Measures of an environment's episodes, the criterion in its unit.
 
-    optimum: computes the dynamic programme's value for each episode, to score against (best of all
-    paths over its grid, so a continuous policy may come out slightly below 1); None for none.
-    bound: whether to compute what no drive can cost less than, some seconds to minutes an episode;
-    else it is what was proved before (proved.py: the environment's defaults on the named tracks),
-    and not known anywhere else. No policy scores below 1 against that, but for the rounding of its
-    own cost (2e-4 in single precision); where costs are below zero, as of grip to spare, none above
-    1. It holds for the episode's ground, friction, start and waypoints, the criterion as the
-    environment counts it at these, and any leg angles within range and rate.
+    optimum: whether to compute the dynamic programme's value for each episode, to score against
+    (best of all paths over its grid, so a continuous policy may come out slightly below 1). bound:
+    whether to compute what no drive can cost less than, some seconds to minutes an episode. No
+    policy scores below 1 against that, but for the rounding of its own cost (2e-4 in single
+    precision); where costs are below zero, as of grip to spare, none above 1. It holds for the
+    episode's ground, friction, start and waypoints, the criterion as the environment counts it at
+    these, and any leg angles within range and rate.
     """
-    env = replace(env, autoreset="disabled")
-    kept = None if optimum is None and not bound else optimum or CERTIFIED
+    env, columns = without_resets(env), dict(ugv_columns(env.measure.unit))
+    for name in (*(() if optimum else GRID), *(() if bound else BOUND)):
+        del columns[name]
 
     def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
-        say(f"dynamic programming on {track}")
-        tell = say if bound else None
-        best, least = known(env, params, seeds, kept or CERTIFIED, bound, tell)
-        return lambda played: played._replace(optimum=best, bound=least)
+        added: dict[str, np.ndarray] = {}
+        if optimum:
+            say(f"dynamic programming on {track}")
+            added["optimum"] = optima(env, params, seeds, Optimum())
+        if bound:
+            added["bound"] = _bounds(env, params, seeds, say)
+        return lambda played: played._replace(**added)
 
-    return Measures(keep_of, ugv_columns(env.measure.unit), None if kept is None else complete)
-
-
-def with_bound(
-    env: UGVEnv, measures: Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]
-) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
-    """The measures with the columns of the bound of every drive: see ugv_measures."""
-    full = ugv_measures(env, bound=True)
-    kept = {*measures.columns, *BOUND}
-    columns = {name: one for name, one in full.columns.items() if name in kept}
-    if set(columns) != kept:  # scores of a named task, which stand first
-        columns = {**measures.columns, **{name: full.columns[name] for name in BOUND}}
-    return replace(full, columns=columns)
-
-
-def evaluate_ugv(
-    env: UGVEnv,
-    controllers: Mapping[str, UGVPlayer],
-    tracks: Mapping[str, UGVEnvParams],
-    *,
-    optimum: Optimum | None = CERTIFIED,
-    bound: bool = False,
-    **how: Unpack[How],
-) -> Evaluation:
-    """`stickslip.agents.evaluate` with another optimum to score against, with none, or with the
-    bound of every drive: see ugv_measures.
-
-    Costs are means over the episodes that reached the end. how: episodes, seeds, progress.
-    """
-    return evaluate_in(env, controllers, tracks, ugv_measures(env, optimum, bound), **how)
+    return Measures(keep_of, columns, complete if optimum or bound else None)
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:
     """The best over the grid of each seed's episode; NaN where there is no path."""
-    return known(env, params, seeds, optimum, False)[0]
+    found = [optimum.solve(env, params, first_state(env, params, seed)) for seed in seeds]
+    return np.asarray([one.value if one.status.solved else np.nan for one in found])
 
 
-def known(
-    env: UGVEnv,
-    params: UGVEnvParams,
-    seeds: Sequence[int],
-    optimum: Optimum,
-    bound: bool,
-    say: Say | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The same, and the bound of every drive: computed where that is asked for, else what was
-    proved before, NaN where nothing was.
-
-    say: called with a line before each episode.
-    """
-    best, least = [], []
+def _bounds(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> np.ndarray:
+    """Lower bound of every drive of each seed's episode; NaN on ground given as a function."""
+    bounds = []
     for number, seed in enumerate(seeds, 1):
-        if say is not None:
-            say(f"what no drive can beat in episode {number} of {len(seeds)}")
+        say(f"what no drive can beat in episode {number} of {len(seeds)}")
         state = first_state(env, params, seed)
-        found = optimum.solve(env, params, state)
-        solved = found.status.solved
-        best.append(found.value if solved else np.nan)
-        if not bound:
-            least.append(proved(env.problem(state, params)))
-            continue
         # Off the grid a drive knows better at which steps it pays: the bound begins from that.
-        drive = replace(optimum, polish=True).solve(env, params, state).x if solved else None
-        least.append(_bound(env.problem(state, params), drive))
-    return np.asarray(best), np.asarray(least)
-
-
-def _bound(problem: PostureProblem, drive: np.ndarray | None) -> float:
-    """Lower bound of every drive of an episode; NaN on ground of which nothing is proved."""
-    try:
-        return bound_every_drive(problem, drive, tolerance=CLOSE).value
-    except ValueError:  # ground given as a function
-        return np.nan
+        drive = Optimum(polish=True).solve(env, params, state)
+        start = drive.x if drive.status.solved else None
+        try:
+            found = bound_every_drive(env.problem(state, params), start, tolerance=CLOSE)
+            bounds.append(found.value)
+        except ValueError:  # of such ground nothing is enclosed
+            bounds.append(np.nan)
+    return np.asarray(bounds)

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.run import Measures
     from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import Policy
@@ -110,30 +110,13 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
         return ugv_baseline(name, env)
 
-    def measures(self, env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
-        """See Machine."""
-        from stickslip.agents.ugv.evaluate import ugv_measures
-
-        return ugv_measures(env)
-
-    def task_measures(self, env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
-        """See Machine."""
-        from dataclasses import replace
-
-        from stickslip.agents.ugv.evaluate import ugv_measures
-
-        found = ugv_measures(env, optimum=None)
-        without = ("optimum", "score", "bound", "over_bound")
-        kept = {k: one for k, one in found.columns.items() if k not in without}
-        return replace(found, columns=kept)
-
-    def bounded(
-        self, env: UGVEnv, measures: Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]
+    def measures(
+        self, env: UGVEnv, *, task: bool = False, bound: bool = False
     ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
         """See Machine, and `ugv_measures` for what is assumed."""
-        from stickslip.agents.ugv.evaluate import with_bound
+        from stickslip.agents.ugv.evaluate import ugv_measures
 
-        return with_bound(env, measures)
+        return ugv_measures(env, optimum=not task, bound=bound)
 
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
-from stickslip.agents.shown_names import shown_name
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
 from stickslip.envs.ugv.draw import ground
@@ -102,7 +101,7 @@ def plot_comparison(
         angles = np.degrees(at.leg_angles)
         rows = (angles[:, 0], angles[:, 1], at.torque, cost)
         for axis, values in zip(axes[1:], rows, strict=True):
-            axis.plot(at.x, values, label=shown_name(name), color=colour, ls=style, lw=1.5)
+            axis.plot(at.x, values, label=name, color=colour, ls=style, lw=1.5)
             if failed:
                 axis.plot(at.x[-1], values[-1], "x", color=colour, ms=7)
     names = axes[1].get_legend_handles_labels()

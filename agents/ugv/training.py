@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
-from stickslip.agents.evaluation.run import play
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS, play
 from stickslip.agents.evaluation.table import row_of_test
-from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.agents.ugv.evaluate import optima, ugv_measures
 from stickslip.agents.ugv.names import USUAL
 from stickslip.agents.ugv.plans import Optimum

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.policies.recipes import configuration, recipe_of
 from benchmarks.report import provenance
 from benchmarks.tasks.measure import EPISODES, entry, played_on
-from stickslip.agents.evaluation.run import is_random
+from stickslip.agents.evaluation.evaluate import is_random
 from stickslip.agents.foreign.reading import read_text
 from stickslip.agents.policy.file import load_policy, save_policy
 from stickslip.agents.shipped.definition import named_task_entry

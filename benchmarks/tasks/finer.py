@@ -23,10 +23,10 @@ import numpy as np
 from benchmarks.report import measured_parts, options
 from benchmarks.tasks.measure import rounded
 from benchmarks.tasks.recipes import ALIKE, OWING, SWITCHES, recipe_of
+from stickslip.agents.evaluation.evaluate import play
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import play
 from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.idle import Idle
 from stickslip.agents.policy.file import load_policy
 from stickslip.agents.registry import machine_by_name

@@ -8,10 +8,10 @@ import numpy as np
 
 from benchmarks.tasks.recipes import OWING, recipe_of
 from stickslip.agents.biped.names import STOPPING
+from stickslip.agents.evaluation.evaluate import is_random, play
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.evaluation.run import is_random, play
 from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.idle import Idle
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.shipped.names import policy_name, shipped_path

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.report import markdown
-from stickslip.agents.evaluation.statistics import mean_interval
+from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.shipped.names import policy_name, shipped_path
 from stickslip.agents.shipped.record import record_of
 from stickslip.envs import TASKS, known_of

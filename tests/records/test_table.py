@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.report import markdown
-from stickslip.agents.evaluation.columns import Column as Metric
-from stickslip.agents.evaluation.statistics import Interval
-from stickslip.agents.evaluation.table import Evaluation, Row
+from stickslip.agents.evaluation.table import Column as Metric
+from stickslip.agents.evaluation.table import Evaluation, Interval, Row
 from stickslip.optimise.report import table
 from stickslip.paper.command import claims_table
 from stickslip.paper.figure import Claim

@@ -8,7 +8,6 @@ import numpy as np
 
 from stickslip.agents.biped.pictures.histories import Histories, histories
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
-from stickslip.agents.shown_names import shown_name
 from stickslip.dynamics.scene import Grip
 from stickslip.envs.rendering import theme
 
@@ -109,7 +108,7 @@ def plot_comparison(
             ls=STYLES[index // len(LINES) % len(STYLES)],
             lw=1.3,
         )
-        rate.plot(course.time, course.crank_rate, label=shown_name(name), **look)
+        rate.plot(course.time, course.crank_rate, label=name, **look)
         momentum.plot(course.time, course.momentum, **look)
         _alone(uses[index], course, name, look)
         slid.plot(course.time, 1e3 * course.slid, **look)
@@ -131,7 +130,7 @@ def _alone(axis: Axes, course: Histories, name: str, look: Look) -> None:
     """One controller's friction use, and its name."""
     axis.plot(course.time, np.minimum(course.friction_use, CEILING), **look)
     axis.set_yticks([0, 1])
-    axis.set_title(shown_name(name), loc="center", fontsize=9, color=look["color"], pad=3)
+    axis.set_title(name, loc="center", fontsize=9, color=look["color"], pad=3)
 
 
 def _sheet(

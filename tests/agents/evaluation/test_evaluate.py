@@ -18,7 +18,7 @@ from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ComputedTorque, ConstantTorque
 from stickslip.agents.biped.evaluate import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
-from stickslip.agents.evaluation import statistics
+from stickslip.agents.evaluation import table as statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
 from stickslip.agents.policy.mlp import MLPPolicy
 from stickslip.agents.ugv.evaluate import UGVEpisodes, ugv_columns

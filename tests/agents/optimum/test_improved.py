@@ -8,8 +8,8 @@ import jax
 import numpy as np
 import pytest
 
+from stickslip.agents.evaluation.evaluate import play
 from stickslip.agents.evaluation.rollout import episode_key, horizon, without_resets
-from stickslip.agents.evaluation.run import play
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.idle import Idle
 from stickslip.agents.optimum import Improved

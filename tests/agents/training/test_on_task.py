@@ -12,12 +12,12 @@ import pytest
 from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.training import make_task
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS
 from stickslip.agents.registry import machine_among, machine_by_name, read_configuration
 from stickslip.agents.training.configuration import every_field
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.on_task import evaluation_line
 from stickslip.agents.training.run import train
-from stickslip.agents.training.trainer import TEST_SEEDS
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import WRONG_INPUT, main

@@ -9,16 +9,9 @@ from stickslip.envs import task_by_name
 UGV = machine_by_name("ugv")
 
 
-def test_the_bound_stands_beside_all_other_columns():
-    env = task_by_name("UGVBump-v1").make()[0]
-    usual = UGV.measures(env)
-    assert {"bound", "over_bound"} <= set(usual.columns)
-    assert list(UGV.bounded(env, usual).columns) == list(usual.columns)
-
-
 def test_a_named_task_has_the_columns_of_the_bound_without_those_of_the_grid():
     env = task_by_name("UGVBump-v1").make()[0]
-    found = UGV.bounded(env, UGV.task_measures(env))
+    found = UGV.measures(env, task=True, bound=True)
     assert {"bound", "over_bound"} <= found.columns.keys()
     assert not {"optimum", "score"} & found.columns.keys()
     assert found.complete is not None

@@ -17,7 +17,6 @@ from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures import learning
 from stickslip.agents.registry import register, unregister
-from stickslip.agents.shown_names import shown_name
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.ugv import plots
 from stickslip.agents.ugv.config import UGVTrainConfig
@@ -99,7 +98,7 @@ def test_a_line_has_the_drives_own_numbers_and_says_where_it_failed(drives):
     for (name, one), line in zip(played.items(), _lines(*drives), strict=True):
         last, least = one.state, float(played["optimum"].state.cost[-1])
         cost, ratio, legs = (float(word) for word in re.findall(r"\d+\.\d+", line)[:3])
-        assert line.startswith(f"  {shown_name(name)} ")
+        assert line.startswith(f"  {name} ")
         assert cost == pytest.approx(float(last.cost[-1]), abs=0.051)
         assert ratio == pytest.approx(float(last.cost[-1]) / least, abs=6e-4)
         assert legs == pytest.approx(float(last.totals.total_energy[-1]), abs=0.051)
