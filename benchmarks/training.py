@@ -29,9 +29,8 @@ from benchmarks.report import (
     write_json,
 )
 from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
-from benchmarks.tasks.__main__ import put
+from benchmarks.tasks.__main__ import long_table, put
 from benchmarks.tasks.measure import EPISODES, rounded
-from benchmarks.tasks.tables import long_table
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.evaluate import is_random, play
 from stickslip.agents.evaluation.rollout import without_resets

@@ -1,35 +1,48 @@
-"""Pages about the tasks say what the package knows of them."""
+"""The pages about tasks and trainings hold what is known of them."""
 
+import numpy as np
 import pytest
 
-from benchmarks.report import put_between, read_json
-from benchmarks.tasks import finer
-from benchmarks.tasks.__main__ import MARKS
-from benchmarks.tasks.tables import long_table
-from stickslip.agents.shipped.names import policy_name
-from stickslip.agents.shipped.record import record_of
-from stickslip.envs import TASKS, known_of
+from benchmarks import training
+from benchmarks.report import put_between
+from benchmarks.tasks.__main__ import MARKS, long_table
+from stickslip.envs import task_by_name
 from tests.documents import ROOT
 
+NAME = "BipedSteady-v0"
 
-def test_the_page_s_table_is_of_what_is_known_and_shipped_now(tmp_path):
-    there = (ROOT / "docs/tasks.md").read_text(encoding="utf-8")
+
+def test_the_page_has_the_table_of_what_is_known_and_shipped(tmp_path):
+    page = (ROOT / "docs/tasks.md").read_text(encoding="utf-8")
     again = tmp_path / "page.md"
-    again.write_text(there, encoding="utf-8")
+    again.write_text(page, encoding="utf-8")
     put_between(again, long_table(), MARKS)
-    assert again.read_text(encoding="utf-8") == there
+    assert again.read_text(encoding="utf-8") == page
 
 
-MEASURED = [name for name in finer.names() if name in read_json(finer.OUT)]
+def test_the_time_to_the_goal_is_the_median_over_seeds_and_absent_where_most_miss_it():
+    scale = training.scale_of(NAME)
+
+    def entry(*rows: list[float]) -> dict:
+        returns = [[scale.zero + one * (scale.one - scale.zero) for one in row] for row in rows]
+        seconds = [1.0, 2.0, 3.0]
+        return {"steps": [1e6, 2e6, 3e6], "processor_seconds": seconds, "returns": returns}
+
+    found = entry([0.1, 0.95, 0.8], [0.2, 0.92, 0.91], [0.3, 0.4, 0.96])
+    np.testing.assert_allclose(training.scores(found, NAME)[0], [0.1, 0.95, 0.8])
+    assert training.reached(found, NAME) == [1, 1, 2]
+    cells = list(training.row(found, NAME).values())
+    assert cells[:3] == ["3", "3 M", "3"]
+    assert cells[3].startswith("0.89 ±")
+    assert cells[4:] == ["3 of 3", "2 M", "2.0"]
+    few = entry([0.1, 0.95, 0.8], [0.2, 0.3, 0.4])
+    assert training.row(few, NAME)["after, steps"] == ""
+    last = [row[-1] for row in few["returns"]]
+    assert training.learned({**few, "steps": [3_000_000]})["returns"] == pytest.approx(last, 1e-5)
 
 
-@pytest.mark.parametrize("name", MEASURED)
-def test_no_best_known_and_no_policy_of_the_package_owes_its_score_to_the_setting(name):
-    """As `python -m benchmarks.tasks.finer` measured those that are recorded now."""
-    known, record = known_of(TASKS[name]), record_of(policy_name(name))
-    assert known is not None
-    rows = {one["policy"]: one for one in read_json(finer.OUT)[name]}
-    recorded = {known.best.policy: known.best.value, record.short_name: record.earned_return}
-    for policy, earned in recorded.items():
-        assert rows[policy]["return"] == pytest.approx(earned, rel=1e-4, abs=1e-4)
-        assert rows[policy]["owes"][0] <= finer.LIMIT
+@pytest.mark.parametrize("name", ["BipedThrift-v0", "UGVRandomBumps-v1"])
+def test_training_episodes_are_not_the_task_s_own(name: str):
+    task = task_by_name(name)
+    params, config = task.make("same_step")[1], training.configuration(task)
+    assert training.training_params(task, params, config) != params

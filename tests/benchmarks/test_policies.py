@@ -8,14 +8,12 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.policies import making
-from benchmarks.policies.__main__ import table
-from benchmarks.policies.recipes import RECIPES, configuration, recipe_of
+from benchmarks import policies
 from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import load_policy, read_metadata
-from stickslip.agents.registry import read_configuration
+from stickslip.agents.registry import machine_by_name, read_configuration
 from stickslip.agents.shipped.names import policy_name, shipped_names
 from stickslip.agents.shipped.record import record_of
 from stickslip.agents.training.command_line import command_of
@@ -41,29 +39,36 @@ def in_this_process(words: list[str]) -> None:
 
 
 @pytest.mark.long
-def test_a_recipe_is_trained_measured_and_written_and_comes_out_again(tmp_path, monkeypatch):
+def test_a_policy_is_trained_measured_and_written_and_comes_out_again(tmp_path, monkeypatch):
     pytest.importorskip("optax")
-    monkeypatch.setattr(making, "run_command", in_this_process)
-    monkeypatch.setitem(RECIPES, NAME, recipe_of(TASKS[NAME])._replace(settings=TINY, seeds=(0, 1)))
-    said: list[str] = []
-    run = making.best_of(TASKS[NAME], tmp_path / "runs", said.append)
-    path = making.put_into_package(TASKS[NAME], run, tmp_path)
+    kind = machine_by_name("biped").configuration
+    tried = [kind.of(task=NAME, seed=seed, **TINY) for seed in (0, 1)]
+    monkeypatch.setattr(policies, "run_command", in_this_process)
+    monkeypatch.setattr(policies, "configurations", lambda task: tried)
+    runs = [policies.trained(config, tmp_path / "runs") for config in tried]
+    run = policies.best_of(TASKS[NAME], tmp_path / "runs")
+    assert run.earned == max(one.earned for one in runs)
+    path = policies.put_into_package(TASKS[NAME], run, tmp_path)
     assert path.name == f"{policy_name(NAME)}.npz"
     about = read_metadata(path)
-    seed = about["trained"]["config"]["seed"]
-    tried = [float(line.split()[1].rstrip(",")) for line in said if ": " in line]
-    assert len(tried) == 2
-    assert run.earned == pytest.approx(max(tried), rel=1e-5)
     config = read_configuration(json.dumps(about["trained"]["config"]))
-    assert config == configuration(TASKS[NAME], seed)
+    assert config in tried
     words = shlex.split(command_of(config))[1:]
     assert main([*words, "--out", str(tmp_path / "again"), "--no-pictures"]) == OK
     again = load_policy(tmp_path / "again" / "policy.npz")
-    assert making.same_policy(load_policy(path), again)
-    other = making.trained(configuration(TASKS[NAME], 1 - seed), tmp_path / "runs", said.append)
-    assert not making.same_policy(load_policy(path), load_policy(other.path / "policy.npz"))
+    assert policies.same_policy(load_policy(path), again)
+    first, second = (load_policy(one.path / "policy.npz") for one in runs)
+    assert not policies.same_policy(first, second)
     assert about["earned"]["episodes"] == 1
     assert about["earned"]["return"] < known_of(TASKS[NAME]).best.value
+
+
+def test_what_is_shipped_is_trained_by_its_record_and_other_tasks_by_the_usual_settings():
+    trained = record_of("biped-steady").trained
+    found = policies.configurations(TASKS["BipedSteady-v0"])
+    assert [one.seed for one in found] == trained["seeds_tried"]
+    assert json.loads(found[0].to_json()) == trained["config"] | {"seed": found[0].seed}
+    assert [one.seed for one in policies.configurations(TASKS["UGVBump-v1"])] == [0, 1, 2]
 
 
 def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
@@ -92,7 +97,7 @@ def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
 
 def test_the_page_has_a_row_for_every_policy():
     page = (ROOT / "docs/policies.md").read_text(encoding="utf-8")
-    assert table() in page
+    assert policies.table() in page
     assert all(f"`{name}`" in page for name in shipped_names())
 
 
@@ -102,13 +107,13 @@ def test_the_recorded_command_trains_the_policy_again(name: str, tmp_path):
     """To the last bit where it was trained; elsewhere one as good."""
     record = record_of(name)
     config = read_configuration(json.dumps(record.trained["config"]))
-    run = making.trained(config, tmp_path, print)
+    run = policies.trained(config, tmp_path)
     policy = load_policy(run.path / "policy.npz")
     here, machine = versions(), provenance()["machine"]
     if all(here[one] == found for one, found in record.trained["versions"].items()) and all(
         machine[one] == found for one, found in record.trained["machine"].items()
     ):
-        assert making.same_policy(policy, load_policy(name))
+        assert policies.same_policy(policy, load_policy(name))
     task = record.task.name
     score = evaluate_task(task, {"it": policy}).row(task, "it").metrics["task_score"].value
     assert score == pytest.approx(record.score.value, abs=0.1)

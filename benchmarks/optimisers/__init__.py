@@ -1,1 +1,0 @@
-"""The suite of instances: what is known of them, found and verified."""

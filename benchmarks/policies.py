@@ -1,0 +1,226 @@
+"""The trained policies of the package.
+
+    python -m benchmarks.policies [--only NAME ...] [--runs DIR]
+    python -m benchmarks.policies --check [--only NAME ...]
+    python -m benchmarks.policies --measure [--only NAME ...]
+    python -m benchmarks.policies --docs docs/policies.md
+
+Trains for each task named (default: those without a policy in the package) by `stickslip train`,
+with the settings and seeds recorded in the package's policy or else with USUAL, keeps the policy of
+the best evaluation, measures it on the task's own episodes and puts it into the package with its
+record; where it earns more than the best known, known.json is updated. Runs stay in --runs, where
+the command resumes them. --check: train the package's policies again by their recorded command and
+compare. --measure: measure them again. --docs: put the table of policies into a page.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.report import markdown, options, provenance, put_between
+from benchmarks.tasks.__main__ import put
+from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
+from stickslip.agents.evaluation.evaluate import is_random
+from stickslip.agents.foreign.reading import read_text
+from stickslip.agents.policy.file import load_policy, save_policy
+from stickslip.agents.registry import machine_by_name, read_configuration
+from stickslip.agents.shipped.definition import named_task_entry
+from stickslip.agents.shipped.names import FOLDER, SUFFIX, policy_name, shipped_path
+from stickslip.agents.shipped.record import EARNED, TRAINED, every_record, record_of
+from stickslip.agents.training.command_line import command_of
+from stickslip.agents.training.directory import CONFIG, VERSIONS, read_config
+from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.run import best_evaluation
+from stickslip.envs import TASKS, task_by_name
+from stickslip.envs.tasks.known import FILE, read_known
+
+if TYPE_CHECKING:
+    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.training.configuration import Configuration
+    from stickslip.envs import TaskDefinition
+
+RUNS = Path("runs/policies")
+MARKS = ("<!-- policies -->", "<!-- end of policies -->")
+USUAL: dict[str, dict[str, Any]] = {
+    "biped": {
+        "start_rate": 5.0, "episode_time": 1.5, "slip_weight": 3.0, "fall_penalty": 1.0,
+    },
+    "ugv": {
+        "failure": 10.0, "noise": 0.5, "final_noise": 0.05, "discount": 0.99,
+        "random_start": (30.0, 150.0), "timesteps": 1_000_000,
+    },
+}  # fmt: skip
+"""Settings for a task without a policy. The biped's episodes are short and penalise slips and falls
+less than the task, or standing still is learnt; the UGV starts from any leg angles."""
+SEEDS = (0, 1, 2)
+COMPUTES = ("python", "stickslip", "jax", "jaxlib", "numpy", "optax")
+"""Packages that training in JAX computes with."""
+MACHINE = ("processor", "cores", "system")
+
+
+class Run(NamedTuple):
+    """A finished training. earned: by its best evaluation."""
+
+    path: Path
+    best_after: int
+    earned: float
+
+
+def configurations(task: TaskDefinition) -> list[Any]:
+    """The configuration of the package's policy with each seed that was tried, else USUAL."""
+    name = policy_name(task.name)
+    if shipped_path(name) is not None and not record_of(name).carried_over:
+        trained = record_of(name).trained
+        config: Any = read_configuration(json.dumps(trained["config"]))
+        return [replace(config, seed=seed) for seed in trained["seeds_tried"]]
+    kind: Any = machine_by_name(task.machine).configuration
+    return [kind.of(task=task.name, seed=seed, **USUAL[task.machine]) for seed in SEEDS]
+
+
+def best_of(task: TaskDefinition, folder: Path) -> Run:
+    """The best run of all seeds; finished runs in the folder are not trained again."""
+    runs = [trained(config, folder) for config in configurations(task)]
+    for run in runs:
+        print(f"{run.path}: {run.earned:.6g}, after {run.best_after:,} steps", flush=True)
+    return max(runs, key=lambda run: run.earned)
+
+
+def trained(config: Configuration, folder: Path) -> Run:
+    """Train by the user's command, or resume or take what is there."""
+    path = folder / f"{config.task}-{config.digest}"
+    if not _is_finished(path, config.timesteps):
+        command = command_of(config, str(path))
+        print(command, flush=True)
+        resumes = (path / CONFIG).exists()
+        words = ["train", "--out", str(path), "--resume"] if resumes else shlex.split(command)[1:]
+        run_command([*words, "--no-pictures"])
+    return Run(path, *best_evaluation(path))
+
+
+def run_command(words: list[str]) -> None:
+    """Run `stickslip` with these words in a process of its own."""
+    subprocess.run([sys.executable, "-m", "stickslip.cli", *words], check=True)
+
+
+def _is_finished(path: Path, timesteps: int) -> bool:
+    table = path / "evaluations.csv"
+    steps = read_columns(table).get("timesteps", []) if table.exists() else []
+    return bool(steps) and steps[-1] >= timesteps
+
+
+def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
+    """Write a run's policy with its record and what it earns on the task's own episodes."""
+    config: Any = read_config(run.path)
+    versions, machine = json.loads(read_text(run.path / VERSIONS)), provenance()["machine"]
+    record = {
+        "config": json.loads(config.to_json()),
+        "seeds_tried": [one.seed for one in configurations(task)],
+        "timesteps": int(read_columns(run.path / "evaluations.csv")["timesteps"][-1]),
+        "best_after": run.best_after,
+        "versions": {name: versions[name] for name in COMPUTES if name in versions},
+        "machine": {name: machine[name] for name in MACHINE},
+    }
+    return write(task, load_policy(run.path / "policy.npz"), record, folder)
+
+
+def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folder: Path) -> Path:
+    """Measure a policy and write it into a folder under its name."""
+    metadata = {
+        "environment": task.environment,
+        **named_task_entry(task),
+        EARNED: earned_on(task, policy),
+        TRAINED: record,
+    }
+    path = folder / (policy_name(task.name) + SUFFIX)
+    return save_policy(policy, path, metadata, overwrite=True)
+
+
+def earned_on(task: TaskDefinition, policy: MLPPolicy) -> dict[str, Any]:
+    """Return and failures of a policy on the task's own episodes."""
+    count = EPISODES[task.machine] if is_random(task.make()[1]) else 1
+    played = played_on(task, policy, count)
+    row = entry(policy_name(task.name), played.reward, played.fell)
+    return {"episodes": count} | {name: one for name, one in row.items() if name != "policy"}
+
+
+def same_policy(one: MLPPolicy, other: MLPPolicy) -> bool:
+    """True if two policies are the same to the last bit."""
+    names = ("activation", "squash", "observation_clip", "layer_sizes")
+    alike = all(getattr(one, name) == getattr(other, name) for name in names)
+    pairs = [*zip(one.weights, other.weights, strict=False)]
+    pairs += [*zip(one.biases, other.biases, strict=False)]
+    pairs += [(one.shift, other.shift), (one.scale, other.scale)]
+    return alike and all(np.array_equal(a, b) for a, b in pairs)
+
+
+def check(name: str) -> str:
+    """Train a policy of the package again and compare."""
+    record = record_of(name)
+    config = read_configuration(json.dumps(record.trained["config"]))
+    with tempfile.TemporaryDirectory() as folder:
+        retrained = load_policy(trained(config, Path(folder)).path / "policy.npz")
+    if same_policy(load_policy(name), retrained):
+        return f"{name}: the same to the last bit"
+    where = f"{record.trained['machine']}, {record.trained['versions']}"
+    return f"{name}: another policy (trained on {where})"
+
+
+def table() -> str:
+    """Score, return and failures of each policy."""
+    return markdown(
+        [
+            {
+                "policy": f"`{one.name}`",
+                "score": "" if one.score is None else one.score.shown(2),
+                "return": f"{one.earned_return:.4g} {one.task.unit.removeprefix('-')}".rstrip(),
+                "failures": f"{one.earned['failures']:.0%}",
+                "kB": f"{one.size / 1000:.1f}",
+            }
+            for one in every_record()
+        ]
+    )
+
+
+def main(arguments: list[str]) -> None:
+    """Run the command."""
+    parser = options("policies", __doc__)
+    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--runs", type=Path, default=RUNS)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--measure", action="store_true")
+    parser.add_argument("--docs", type=Path)
+    given = parser.parse_args(arguments)
+    if given.docs is not None:
+        put_between(given.docs, table(), MARKS)
+        return
+    there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
+    if given.check:  # what is carried over cannot be trained again
+        there = [name for name in there if not record_of(policy_name(name)).carried_over]
+    existing = given.check or given.measure
+    for task in map(task_by_name, given.only or [n for n in TASKS if (n in there) == existing]):
+        name = policy_name(task.name)
+        if given.check:
+            print(check(name), flush=True)
+            continue
+        if given.measure:
+            record = record_of(name)
+            path = write(task, load_policy(record.path), record.trained, record.path.parent)
+        else:
+            path = put_into_package(task, best_of(task, given.runs))
+        record = record_of(name)
+        print(f"{path}: {path.stat().st_size} bytes, score {record.score}, {record.earned_return}")
+        if (known := read_known(FILE).get(task.name)) is not None:
+            put(task.name, beside_package(task, dict(known)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

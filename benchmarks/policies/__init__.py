@@ -1,1 +1,0 @@
-"""The trained policies of the package: trained, chosen, measured and put there by one command."""

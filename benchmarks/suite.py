@@ -1,0 +1,91 @@
+"""The suite of instances: verify what is recorded, prove lower bounds, write the page's table.
+
+    python -m benchmarks.suite --verify [--only ID ...]
+    python -m benchmarks.suite --bound [--seconds S] [--only ID ...]
+    python -m benchmarks.suite --docs docs/suite.md
+
+--verify: compare each instance with its recorded digest, and its recorded point with the recorded
+value; exit status 1 where one differs. --bound: prove lower bounds of the UGV's instances, minutes
+each; kept where higher than before. --docs: put the table of instances into a page.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.report import markdown, options, put_between
+from stickslip.dynamics.checks import require_choice
+from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
+from stickslip.optim.instances.instance import verified
+from stickslip.optim.instances.known import keep
+
+MARKS = ("<!-- suite -->", "<!-- end of suite -->")
+
+
+def bound(instance: Instance, seconds: float | None) -> None:
+    """Prove a lower bound for a UGV instance and record it where it is higher."""
+    known, problem = instance.known, instance.problem
+    single = len(instance.goals) == 1 and isinstance(problem, PostureProblem)
+    if not single or known is None or known.x is None:
+        return
+    best = problem.free.expand(known.x)
+    found = bound_every_drive(problem, best, seconds=seconds)
+    print(
+        f"{instance.id}: {known.value:.8g}, no less than {found.value:.8g}, {found.seconds:.0f} s",
+        flush=True,
+    )
+    if np.isfinite(found.value) and (known.bound is None or found.value > known.bound):
+        levels = f"{len(found.levels)} level{'s' * (len(found.levels) > 1)}"
+        how = f"interval arithmetic over cells of leg angles, {levels}"
+        keep(instance.id, replace(known, bound=float(found.value), bound_how=how))
+
+
+def verify(names: list[str]) -> bool:
+    """Print whether each instance is as recorded; True if all are."""
+    found = {name: verified(suite()[name]) for name in names}
+    for name, words in found.items():
+        print(f"{name}: {words}", flush=True)
+    return all(words.startswith("as recorded") for words in found.values())
+
+
+def table() -> str:
+    """Goal, best known value and gap of each instance."""
+    rows: list[dict[str, Any]] = []
+    for one in suite().values():
+        known = one.known
+        gap = best = ""
+        if known is not None and not np.isnan(known.value):
+            best = f"{known.value:.6g}"
+        if known is not None and known.bound is not None:
+            gap = f"{max(0.0, known.value - known.bound) / max(abs(known.value), 1e-12):.1g}"
+        goal = ", ".join(one.goals)
+        rows.append({"id": f"`{one.id}`", "goal": goal, "best known": best, "gap to a bound": gap})
+    return markdown(rows)
+
+
+def main() -> None:
+    """Run the command."""
+    parser = options("suite", __doc__)
+    parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
+    parser.add_argument("--verify", action="store_true")
+    parser.add_argument("--bound", action="store_true")
+    parser.add_argument("--seconds", type=float, help="of a proof, about")
+    parser.add_argument("--docs", type=Path, help="put the table into this page")
+    given = parser.parse_args()
+    for name in given.only:
+        require_choice("--only", name, tuple(suite()))
+        if given.bound:
+            bound(suite()[name], given.seconds)
+    if given.docs is not None:
+        put_between(given.docs, f"\n{table()}\n", MARKS)
+    if given.verify:
+        sys.exit(0 if verify(given.only) else 1)
+
+
+if __name__ == "__main__":
+    main()
