@@ -18,16 +18,19 @@ if TYPE_CHECKING:
     from stickslip.agents.idle import Idle
     from stickslip.agents.machine import Machine
     from stickslip.agents.pictures.film import film
-    from stickslip.agents.policy.describe import describe_environment
-    from stickslip.agents.policy.file import load_policy, read_metadata, save_policy
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.file import (
+        describe_environment,
+        load_policy,
+        read_metadata,
+        save_policy,
+    )
+    from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
     from stickslip.agents.policy.onnx import export_onnx
-    from stickslip.agents.policy.plain import PlainPolicy
     from stickslip.agents.policy.sb3 import from_sb3
+    from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
     from stickslip.agents.reports.show import View, show
-    from stickslip.agents.shipped.names import shipped_names
     from stickslip.agents.standard import StandardMachine
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
@@ -61,19 +64,18 @@ else:
                 "register",
             ),
             "pictures.film": ("film",),
-            "policy.describe": ("describe_environment",),
             "policy.file": (
+                "describe_environment",
                 "load_policy",
                 "read_metadata",
                 "save_policy",
             ),
-            "policy.mlp": ("MLPPolicy",),
+            "policy.network": ("MLPPolicy", "PlainPolicy"),
             "policy.onnx": ("export_onnx",),
-            "policy.plain": ("PlainPolicy",),
             "policy.sb3": ("from_sb3",),
+            "policy.shipped": ("shipped_names",),
             "protocol": ("Controller",),
             "reports.show": ("View", "show"),
-            "shipped.names": ("shipped_names",),
             "standard": ("StandardMachine",),
             "sweeps.sweep": ("sweep",),
             "sweeps.axes": ("Axis",),

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.optimum.state_map import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.training.configuration import Trained
+    from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.known import Scale
 
@@ -127,8 +127,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Name of the environment's class, by which a policy's file says whose it is."""
     outputs: ClassVar[int]
     """Numbers in an action."""
-    actions: ClassVar[str]
-    """What they are, in words."""
     configuration: ClassVar[type[Configuration]]
     """Of its training runs."""
     modules: ClassVar[tuple[str, ...]] = ()

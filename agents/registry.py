@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.agents.foreign.reading import RefusedError
 from stickslip.agents.training.configuration import UNNAMED, Configuration, content_of
+from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.plain_checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv
+    from stickslip.agents.untrusted import Json
 
 _MACHINES: dict[str, AnyMachine] = {}
 

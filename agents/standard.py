@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.standard import StandardEpisodes
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.tasks.standard import StandardTask
     from stickslip.agents.training.configuration import Trained
+    from stickslip.agents.untrusted import Json
 
 
 class StandardMachine(Machine[Env, Values, Config]):

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.policy.file import policy_path
-from stickslip.agents.shipped.names import shipped_path
+from stickslip.agents.policy.shipped import shipped_path
 from stickslip.envs.rendering.animation import require_format
 
 if TYPE_CHECKING:

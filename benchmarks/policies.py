@@ -30,21 +30,20 @@ from benchmarks.report import markdown, options, provenance, put_between
 from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
 from stickslip.agents.evaluation.evaluate import is_random
-from stickslip.agents.foreign.reading import read_text
-from stickslip.agents.policy.file import load_policy, save_policy
+from stickslip.agents.policy.file import load_policy, named_task_entry, save_policy
+from stickslip.agents.policy.record import EARNED, TRAINED, every_record, record_of
+from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.registry import machine_by_name, read_configuration
-from stickslip.agents.shipped.definition import named_task_entry
-from stickslip.agents.shipped.names import FOLDER, SUFFIX, policy_name, shipped_path
-from stickslip.agents.shipped.record import EARNED, TRAINED, every_record, record_of
 from stickslip.agents.training.command_line import command_of
 from stickslip.agents.training.directory import CONFIG, VERSIONS, read_config
 from stickslip.agents.training.metrics import read_columns
 from stickslip.agents.training.run import best_evaluation
+from stickslip.agents.untrusted import read_text
 from stickslip.envs import TASKS, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.configuration import Configuration
     from stickslip.envs import TaskDefinition
 

@@ -18,7 +18,7 @@ from stickslip.agents.training.groups import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.untrusted import Json
 
 ALGORITHMS = ("ppo", "sac", "shac")
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import jax
 
+from stickslip.agents import load_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.names import FILM, STOPPING
@@ -15,7 +16,6 @@ from stickslip.agents.biped.training import make_task
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
-from stickslip.agents.policy import load_policy
 
 if TYPE_CHECKING:
     from collections.abc import Callable

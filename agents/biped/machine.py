@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options, Task, TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.training.configuration import Trained
+    from stickslip.agents.untrusted import Json
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
@@ -42,7 +42,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
     name = title = "biped"
     environment = "BipedEnv"
-    outputs, actions = 1, "the biped's torque"
+    outputs = 1
     configuration = TrainConfig
     modules = (
         "stickslip.dynamics.biped.params",

@@ -25,8 +25,8 @@ from stickslip.envs.biped.params import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options
+    from stickslip.agents.untrusted import Json
 
 NUMBERS = (*POSITIVE, *NON_NEGATIVE)
 """Of BipedEnvParams."""

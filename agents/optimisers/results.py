@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.foreign.reading import (
+from stickslip.agents.sweeps.store import cell_files
+from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
     parse_json,
     read_bytes,
     refusing,
 )
-from stickslip.agents.sweeps.store import cell_files
 from stickslip.dynamics.plain_checks import nearest, shown
 from stickslip.optim.instances.catalogue import suite
 from stickslip.records.files import writing

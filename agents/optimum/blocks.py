@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.agents.foreign.arrays import LARGEST
-from stickslip.agents.foreign.reading import RefusedError, read_bytes, refusing
-from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.training.checkpoint import pack, unpack
+from stickslip.agents.untrusted import LARGEST, RefusedError, Rule, read_bytes, refusing
 from stickslip.dynamics.checks import shown
 from stickslip.optim.dynamic_programming.outcomes import STOPS, Block
 from stickslip.records.files import PARTIAL, write_whole

@@ -11,10 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.foreign.arrays import LARGEST
-from stickslip.agents.foreign.reading import RefusedError, read_bytes
-from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.training.checkpoint import pack, unpack
+from stickslip.agents.untrusted import LARGEST, RefusedError, Rule, read_bytes
 from stickslip.dynamics.checks import shown
 from stickslip.optim.dynamic_programming.sweeps import Values
 from stickslip.records.files import write_whole

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.foreign.arrays import arrays_in
-from stickslip.agents.foreign.reading import (
+from stickslip.agents.optimum.controller import ValuePolicy
+from stickslip.agents.policy.file import describe_environment
+from stickslip.agents.registry import machine_of_environment
+from stickslip.agents.untrusted import (
     RefusedError,
+    Rule,
+    arrays_in,
     metadata_text,
     parse_json,
     read_bytes,
@@ -18,10 +22,6 @@ from stickslip.agents.foreign.reading import (
     require_entries,
     require_format,
 )
-from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.optimum.controller import ValuePolicy
-from stickslip.agents.policy.describe import describe_environment
-from stickslip.agents.registry import machine_of_environment
 from stickslip.dynamics.checks import require_number, shown
 from stickslip.dynamics.numeric import with_all_digits
 from stickslip.optim.dynamic_programming.grid import Axis, Grid, Sheet
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.protocol import Params, State, Timed
+    from stickslip.agents.untrusted import Json
 
 FORMAT, VERSION = "stickslip value policy", 1
 LARGEST = 512 * 2**20

@@ -10,33 +10,43 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.foreign.arrays import LARGEST, arrays_in
-from stickslip.agents.foreign.reading import (
+from stickslip.agents.policy.network import MLPPolicy
+from stickslip.agents.policy.shipped import NAME, no_policy, shipped_path
+from stickslip.agents.registry import machine_of_env
+from stickslip.agents.untrusted import (
+    LARGEST,
     RefusedError,
+    arrays_in,
     metadata_text,
     parse_json,
     read_bytes,
     refusing,
     require_format,
 )
-from stickslip.agents.policy.mlp import MLPPolicy
-from stickslip.agents.shipped.definition import named_task_of
-from stickslip.agents.shipped.names import is_name, no_policy, shipped_path
 from stickslip.dynamics.checks import require_kind, require_number, shown
 from stickslip.dynamics.numeric import with_all_digits
+from stickslip.dynamics.plain_checks import nearest
+from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.protocol import Params, State
+    from stickslip.agents.untrusted import Json
+    from stickslip.envs.functional import FunctionalEnv
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
 PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
 SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
 DEEPEST = 64
-"""More layers than this are refused."""
+"""Layers at most."""
+NAMED = "named_task"
+"""The entry of the metadata with the task's name and digest."""
+TASK_ENTRIES = ("name", "digest")
+DIGITS = 12
+"""Of a digest in messages."""
 
 
 def save_policy(
@@ -130,9 +140,59 @@ def policy_path(name: str | Path) -> Path:
 def existing_path(name: str | Path) -> Path:
     """The same; ValueError for a word that names nothing, with the nearest of the package's."""
     path = policy_path(name)
-    if isinstance(name, str) and is_name(name) and not path.exists():
+    if isinstance(name, str) and NAME.fullmatch(name) and not path.exists():
         raise ValueError(no_policy(name))
     return path if path.exists() else Path(name)
+
+
+def describe_environment(env: FunctionalEnv[State, Params], params: Params) -> dict[str, Json]:
+    """An environment and its parameters as JSON values, for the metadata of `save_policy`.
+
+    `evaluate` and `view` play the policy on this task. ValueError for an environment of no machine,
+    and for parameters of another one.
+    """
+    machine = machine_of_env(env)
+    env.check_params(params)
+    return machine.describe(env, params)
+
+
+def named_task_entry(task: TaskDefinition) -> dict[str, Json]:
+    """Metadata of the named task that a policy was trained on."""
+    return {NAMED: {"name": task.name, "digest": task.digest}}
+
+
+def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
+    """The named task of a policy; None where its file names none.
+
+    RefusedError for an unknown task or another digest: the file is of another version of
+    stickslip, since a task never changes under its name.
+    """
+    entry = metadata.get(NAMED)
+    if entry is None:
+        return None
+    name, digest = (entry.get(one) if isinstance(entry, dict) else None for one in TASK_ENTRIES)
+    if not isinstance(name, str) or not isinstance(digest, str):
+        raise RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
+    here = f"stickslip {version('stickslip')}"
+    versions = metadata.get("versions")
+    saved = versions.get("stickslip") if isinstance(versions, dict) else None
+    saved = saved if isinstance(saved, str) else "of an unknown version"
+    whose = f"a policy of the task {shown(name)}, saved by stickslip {saved}"
+    if name in WITHDRAWN:
+        raise RefusedError(f"{whose}; {withdrawal(name)}, or the version that it came with")
+    if name not in TASKS:
+        raise RefusedError(
+            f"{whose}; {here} has no such task{nearest(name, TASKS)}; accepted: "
+            "a policy of a task that it has (`stickslip tasks`), or the version that it came with"
+        )
+    task = TASKS[name]
+    if digest != task.digest:
+        raise RefusedError(
+            f"{whose}, whose definition is {shown(digest[:DIGITS])}; the {name} of "
+            f"{here} is {task.digest[:DIGITS]}; accepted: a policy trained on this one "
+            f"(`stickslip train --task {name}`), or the version that it came with"
+        )
+    return task
 
 
 def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:

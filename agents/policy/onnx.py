@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.policy.plain import PlainPolicy
+from stickslip.agents.policy.network import PlainPolicy
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from onnx import ModelProto, NodeProto
 
-    from stickslip.agents.foreign.reading import Json
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
+    from stickslip.agents.untrusted import Json
 
 OPSET, IR_VERSION = 17, 8
 """Of 2022: read by every runtime since."""

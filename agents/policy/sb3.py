@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from gymnasium.wrappers import NormalizeObservation
 
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:

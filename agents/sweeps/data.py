@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.foreign.reading import refusing
 from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.play import ENDINGS
 from stickslip.agents.sweeps.store import cell_files, read_cell, read_head
+from stickslip.agents.untrusted import refusing
 from stickslip.dynamics.checks import require_known, require_memory
 
 if TYPE_CHECKING:

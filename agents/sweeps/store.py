@@ -16,7 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from stickslip.agents.foreign.reading import (
+from stickslip.agents.untrusted import (
     RefusedError,
     parse_json,
     read_text,

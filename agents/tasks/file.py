@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import jax
 import numpy as np
 
-from stickslip.agents.foreign.reading import LARGEST_TEXT, RefusedError, refusing
 from stickslip.agents.tasks.values import from_json, to_json
+from stickslip.agents.untrusted import LARGEST_TEXT, RefusedError, refusing
 from stickslip.dynamics.checks import require_kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.untrusted import Json
 
 
 class HasParams(Protocol):

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.evaluate import in_words
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.policy.file import policy_path
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.file import named_task_of, policy_path
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machines
-from stickslip.agents.shipped.definition import named_task_of
 from stickslip.agents.tasks.places import controller_of, every_option, read_named
 from stickslip.agents.tasks.players import naming, read_about
 from stickslip.envs.tasks.definition import task_by_name

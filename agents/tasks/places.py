@@ -8,23 +8,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.policy.file import policy_path
+from stickslip.agents.policy.file import named_task_of, policy_path
+from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.registry import (
     machine_of_baseline,
     machine_of_environment,
     machines,
 )
-from stickslip.agents.shipped.definition import named_task_of
-from stickslip.agents.shipped.names import shipped_names
 from stickslip.agents.tasks.players import fitted, naming, read_about, read_player
 from stickslip.dynamics.checks import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.untrusted import Json
 
 
 class Named(NamedTuple):

@@ -6,18 +6,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stickslip.agents.foreign.reading import RefusedError
 from stickslip.agents.optimum.controller import ValuePolicy
 from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
 from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
+from stickslip.agents.untrusted import RefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.untrusted import Json
 
 
 def read_player(path: Path) -> tuple[AnyPlayer, dict[str, Json]]:

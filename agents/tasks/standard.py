@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.foreign.reading import RefusedError, refusing
 from stickslip.agents.protocol import Env, Values
 from stickslip.agents.tasks.file import in_words, plain, read_parts
+from stickslip.agents.untrusted import RefusedError, refusing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options
+    from stickslip.agents.untrusted import Json
 
 
 class StandardTask(NamedTuple, Generic[Env, Values]):

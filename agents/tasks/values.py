@@ -22,7 +22,7 @@ from stickslip.agents.registry import machines
 from stickslip.dynamics.checks import require_known, shown
 
 if TYPE_CHECKING:
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.untrusted import Json
 
 CALLED = "Function"
 """The shape of a track that holds a function of the user's, which no file can keep."""

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.foreign.arrays import arrays_in
-from stickslip.agents.foreign.reading import (
+from stickslip.agents.policy.file import read_policy
+from stickslip.agents.untrusted import (
     RefusedError,
+    Rule,
+    arrays_in,
     parse_json,
     read_bytes,
     read_text,
@@ -27,15 +29,13 @@ from stickslip.agents.foreign.reading import (
     require_entries,
     require_head,
 )
-from stickslip.agents.foreign.rules import Rule
-from stickslip.agents.policy.file import read_policy
 from stickslip.dynamics.checks import memory_limit, shown
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.untrusted import Json
 
 
 FORMAT, VERSION = "stickslip checkpoint", 2

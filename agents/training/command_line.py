@@ -7,9 +7,9 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.foreign.reading import RefusedError, read_text, refusing
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.configuration import every_field, flat
+from stickslip.agents.untrusted import RefusedError, read_text, refusing
 from stickslip.dynamics.plain_checks import require_known, shown
 
 if TYPE_CHECKING:

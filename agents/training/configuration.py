@@ -10,16 +10,14 @@ from dataclasses import asdict, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, Unpack
 
-from stickslip.agents.foreign.reading import RefusedError, parse_json, require_entries, require_head
-from stickslip.agents.foreign.rules import Rule
+from stickslip.agents.untrusted import RefusedError, Rule, parse_json, require_entries, require_head
 from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Mapping
     from pathlib import Path
 
-    from stickslip.agents.foreign.reading import Json
-    from stickslip.agents.foreign.rules import Kind, Limits
+    from stickslip.agents.untrusted import Json, Kind, Limits
 
 
 T = TypeVar("T")

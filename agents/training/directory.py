@@ -12,9 +12,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stickslip.agents.foreign.reading import RefusedError, read_text, refusing
 from stickslip.agents.registry import machines, read_configuration
 from stickslip.agents.training.checkpoint import foreign_to, list_checkpoints, read_state
+from stickslip.agents.untrusted import RefusedError, read_text, refusing
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:

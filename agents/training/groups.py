@@ -6,9 +6,8 @@ import itertools
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeVar
 
-from stickslip.agents.foreign.reading import LARGEST_TEXT
-from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.training.configuration import Configuration, Settings, entry
+from stickslip.agents.untrusted import LARGEST_TEXT, Rule
 from stickslip.dynamics.plain_checks import require_memory
 
 T = TypeVar("T")
@@ -149,7 +148,7 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
 
     observation: about how many numbers an observation has.
     """
-    from stickslip.agents.foreign.arrays import LARGEST
+    from stickslip.agents.untrusted import LARGEST
 
     widths = [observation, *[config.hidden] * config.layers, 2]
     size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.learner import Now, Rates, Sizes
     from stickslip.envs.collecting import Collected, Progress

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.dynamics.checks import as_number, require_integer
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Progress, begin

@@ -8,7 +8,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from stickslip.agents.foreign.reading import LARGEST_TABLE, RefusedError, read_text, refusing
+from stickslip.agents.untrusted import LARGEST_TABLE, RefusedError, read_text, refusing
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import write_whole
 from stickslip.records.table import cell_text, csv_line

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.policy.file import save_policy
+from stickslip.agents.policy.file import named_task_entry, save_policy
 from stickslip.agents.registry import machine_of_config
-from stickslip.agents.shipped.definition import named_task_entry
 from stickslip.agents.training.checkpoint import (
     POLICY,
     TrainState,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.configuration import Configuration
     from stickslip.envs.functional import FunctionalEnv

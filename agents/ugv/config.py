@@ -20,7 +20,7 @@ from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM, require_ground
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
-    from stickslip.agents.foreign.reading import Json
+    from stickslip.agents.untrusted import Json
 
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""

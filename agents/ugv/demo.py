@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from stickslip.agents import load_policy
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
-from stickslip.agents.policy import load_policy
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.evaluate import keep_of
 from stickslip.agents.ugv.names import FILM, UGV_BASELINES, ugv_baseline

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import Policy
     from stickslip.agents.training.configuration import Trained
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
+    from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.html.data import Shown
     from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.env import UGVEnv
@@ -40,7 +40,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     name, title = "ugv", "UGV"
     environment = "UGVEnv"
-    outputs, actions = 2, "the rates of the UGV's legs"
+    outputs = 2
     configuration = UGVTrainConfig
     modules = (
         "stickslip.dynamics.ugv.params",

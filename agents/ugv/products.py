@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.learning import SCORE, Panel, plot_panels
-from stickslip.agents.policy import load_policy
 from stickslip.agents.ugv.names import FILM, FRAMES
 from stickslip.agents.ugv.plots import plot_drive
 from stickslip.agents.ugv.training import make_ugv_task

@@ -9,11 +9,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.foreign.rules import Rule
 from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.tracks import FIXED, RANDOM, ground_by_name
 from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.agents.untrusted import Rule
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.randomisation import UGVRandomisation
@@ -21,8 +21,8 @@ from stickslip.envs.ugv.randomisation import UGVRandomisation
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.foreign.reading import Json
     from stickslip.agents.machine import Options
+    from stickslip.agents.untrusted import Json
     from stickslip.envs.ugv.params import UGVEnvParams
 
 NUMBERS = (

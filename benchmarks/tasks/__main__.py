@@ -18,8 +18,8 @@ from benchmarks.report import markdown, options, put_between
 from benchmarks.tasks.bounds import assumed_of, bound_of
 from benchmarks.tasks.measure import ALIKE, measure
 from stickslip.agents.evaluation.table import mean_interval
-from stickslip.agents.shipped.names import policy_name, shipped_path
-from stickslip.agents.shipped.record import record_of
+from stickslip.agents.policy.record import record_of
+from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 from stickslip.records.files import write_whole

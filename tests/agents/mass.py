@@ -132,7 +132,7 @@ class MassMachine(StandardMachine[MassEnv, MassParams, MassConfig]):
 
     name = title = "mass"
     environment, modules = "MassEnv", (__name__,)
-    outputs, actions = 1, "the force on the mass"
+    outputs = 1
     configuration = MassConfig
     baselines, scenes = ("pull",), ("patchy", "even")
 

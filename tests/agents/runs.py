@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.agents.policy import load_policy
+from stickslip.agents import load_policy
 from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.agents.training.metrics import read_columns
 

@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv

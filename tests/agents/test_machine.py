@@ -9,9 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import evaluate, load_policy, machines, read_metadata, register, train
+from stickslip.agents import (
+    MLPPolicy,
+    describe_environment,
+    evaluate,
+    load_policy,
+    machines,
+    read_metadata,
+    register,
+    save_policy,
+    train,
+)
 from stickslip.agents.biped.machine import BipedMachine
-from stickslip.agents.policy import MLPPolicy, describe_environment, save_policy
 from stickslip.agents.registry import machine_by_name, unregister
 from stickslip.agents.training.checkpoint import folder_name
 from stickslip.agents.training.metrics import read_columns

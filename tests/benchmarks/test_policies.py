@@ -13,9 +13,9 @@ from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import load_policy, read_metadata
+from stickslip.agents.policy.record import record_of
+from stickslip.agents.policy.shipped import policy_name, shipped_names
 from stickslip.agents.registry import machine_by_name, read_configuration
-from stickslip.agents.shipped.names import policy_name, shipped_names
-from stickslip.agents.shipped.record import record_of
 from stickslip.agents.training.command_line import command_of
 from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main

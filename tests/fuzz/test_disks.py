@@ -14,8 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import read_sweep
-from stickslip.agents.policy import MLPPolicy, load_policy, save_policy
+from stickslip.agents import MLPPolicy, load_policy, read_sweep, save_policy
 from stickslip.agents.training.checkpoint import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.sweeps.masses import swept

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.foreign.reading import RefusedError
-from stickslip.agents.policy import MLPPolicy, describe_environment, load_policy, save_policy
-from stickslip.agents.policy.mlp import FARTHEST
+from stickslip.agents.policy.network import FARTHEST
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.checkpoint import MODEL, STATE, TrainState, read_model, read_state
 from stickslip.agents.training.metrics import MetricsFile, read_columns
+from stickslip.agents.untrusted import RefusedError
 from stickslip.envs import BipedEnv
 from tests.fuzz import spoilt
 
@@ -145,7 +145,7 @@ def test_text_files_of_a_run_are_refused_or_sound(tmp_path: Path):
 
 
 def test_the_boundary_turns_every_failure_into_one_kind():
-    from stickslip.agents.foreign.reading import refusing
+    from stickslip.agents.untrusted import refusing
 
     for failure in (MemoryError(), RecursionError("deep"), KeyError("x"), OverflowError("big")):
         with pytest.raises(RefusedError, match="the file is damaged"), refusing("the file"):

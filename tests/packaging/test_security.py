@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.foreign import arrays, reading
+from stickslip.agents import untrusted
 from stickslip.agents.optimum import file as value_file
 from stickslip.agents.policy import file as policy_file
 from stickslip.optim.posture import track_file
@@ -19,18 +19,18 @@ TEXT = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 MIB = 2**20
 LIMITS = {
     "policy (`.npz`)": (
-        f"{arrays.LARGEST // MIB} MiB",
-        f"{arrays.MOST_ENTRIES:,} entries",
+        f"{untrusted.LARGEST // MIB} MiB",
+        f"{untrusted.MOST_ENTRIES:,} entries",
         f"{policy_file.DEEPEST} layers",
     ),
     "value policy": (f"{value_file.LARGEST // MIB} MiB",),
     "JSON in these": (
-        f"{reading.LARGEST_TEXT // MIB} MiB",
-        f"{reading.DEEPEST} levels",
-        f"{reading.LONGEST_NUMBER} characters",
+        f"{untrusted.LARGEST_TEXT // MIB} MiB",
+        f"{untrusted.DEEPEST} levels",
+        f"{untrusted.LONGEST_NUMBER} characters",
     ),
     "torque as arithmetic": (f"{expression.LONGEST:,} characters", f"{expression.DEEPEST} levels"),
-    "tables of a run": (f"{reading.LARGEST_TABLE // MIB} MiB",),
+    "tables of a run": (f"{untrusted.LARGEST_TABLE // MIB} MiB",),
     "track (": (
         f"{track_file.MOST_BYTES // MIB} MiB",
         f"{track_file.MOST_IN_A_LINE:,} characters",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from stickslip.agents import load_policy
 from stickslip.agents.biped.names import FILM, FRAMES
 from stickslip.agents.biped.pictures.plots import plot_episode
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.learning import SCORE, Panel, plot_panels
-from stickslip.agents.policy import load_policy
 from stickslip.envs.rendering import theme
 
 if TYPE_CHECKING:

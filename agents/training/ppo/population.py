@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.envs.functional import FunctionalEnv
 
 RETURN = "episode_return"

@@ -22,7 +22,7 @@ from stickslip.agents.training.ppo.algorithm import (
 if TYPE_CHECKING:
     from jaxtyping import Array
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.learner import Now, Rates, Sizes
     from stickslip.envs.collecting import Progress

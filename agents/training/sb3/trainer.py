@@ -15,7 +15,7 @@ from stickslip.envs.adapters.sb3 import SB3VecEnv
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.checkpoint import ModelState
     from stickslip.agents.training.trainer import Update
     from stickslip.envs.functional import FunctionalEnv

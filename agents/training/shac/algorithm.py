@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from jax.sharding import Mesh
     from jaxtyping import Array, Float
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.learner import Now
     from stickslip.envs.functional import FunctionalEnv, Params, State

@@ -20,7 +20,7 @@ from stickslip.agents.training.shac.algorithm import (
 if TYPE_CHECKING:
     from jaxtyping import Array
 
-    from stickslip.agents.policy.mlp import MLPPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.learner import Now
     from stickslip.agents.training.shac.algorithm import ShortRates, ShortSizes

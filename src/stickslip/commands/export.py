@@ -32,8 +32,25 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 
 def run(given: argparse.Namespace) -> Outcome:
-    """Write it."""
-    from stickslip.agents.shipped.command import export_command
+    """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
+    from pathlib import Path
 
-    export_command(given.who, given.out, given.overwrite)
+    from stickslip.agents.policy.file import existing_path, read_policy
+    from stickslip.agents.view_files import require_new, require_suffix, require_writable
+    from stickslip.records.files import write_whole
+
+    path = Path(given.out)
+    require_suffix(path, (".onnx", ".npz"))
+    source = existing_path(given.who)
+    policy, metadata = read_policy(source)
+    require_new([path], given.overwrite)
+    require_writable([path])
+    if path.suffix.lower() == ".npz":
+        write_whole(path, source.read_bytes(), overwrite=given.overwrite)
+    else:
+        from stickslip.agents.policy.onnx import export_onnx
+
+        export_onnx(policy, path, metadata, overwrite=given.overwrite)
+    sizes = policy.layer_sizes
+    print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
     return Outcome()

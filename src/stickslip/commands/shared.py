@@ -63,15 +63,15 @@ def add_scene(parser: argparse.ArgumentParser, many: bool) -> None:
 
 def shipped() -> dict[str, Mapping[str, str]]:
     """The package's policies and what each does, for the end of a command's help."""
-    from stickslip.agents.shipped.names import shipped_titles
+    from stickslip.agents.policy.shipped import shipped_titles
 
     return {"policies": shipped_titles()}
 
 
 def players() -> tuple[str, ...]:
     """The package's policies and every machine's baselines."""
+    from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.registry import machines
-    from stickslip.agents.shipped.names import shipped_names
 
     return (*shipped_names(), *(name for one in machines() for name in one.baselines))
 

@@ -20,7 +20,7 @@ from stickslip.agents.biped.evaluate import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.biped.scenes import SCENES, scene_by_name
 from stickslip.agents.evaluation import table as statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv.evaluate import UGVEpisodes, ugv_columns
 from stickslip.dynamics import Scene, Status
 from stickslip.envs import BipedEnv, GymEnv, Randomisation

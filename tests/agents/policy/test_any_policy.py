@@ -12,7 +12,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.agents.policy import MLPPolicy, load_policy, save_policy
+from stickslip.agents import MLPPolicy, load_policy, save_policy
 
 
 @st.composite

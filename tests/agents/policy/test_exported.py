@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import shipped_names
-from stickslip.agents.policy import (
+from stickslip.agents import (
     MLPPolicy,
     PlainPolicy,
     export_onnx,
     load_policy,
     read_metadata,
+    shipped_names,
 )
 from stickslip.cli import OK, WRONG_INPUT, main
 

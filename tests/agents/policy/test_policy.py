@@ -14,15 +14,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.foreign import arrays as arrays_file
-from stickslip.agents.policy import (
+from stickslip.agents import (
     MLPPolicy,
     describe_environment,
     load_policy,
     read_metadata,
     save_policy,
+    untrusted,
 )
-from stickslip.agents.policy.mlp import FARTHEST
+from stickslip.agents.policy.network import FARTHEST
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 
 
@@ -126,7 +126,7 @@ def huge_header(path):
 
 def zip_bomb(path):
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("more.npy", bytes(arrays_file.LARGEST))
+        archive.writestr("more.npy", bytes(untrusted.LARGEST))
 
 
 def sb3_zip(path):
@@ -279,8 +279,6 @@ def test_another_observation_is_refused():
 
 def test_a_policy_must_fit_together():
     policy = make_policy()
-    with pytest.raises(ValueError, match="3 outputs"):
-        make_policy((7, 4, 3)).validate()
     with pytest.raises(ValueError, match="at least one"):
         replace(policy, weights=(), biases=()).validate()
     with pytest.raises(ValueError, match="'gelu' is unknown"):

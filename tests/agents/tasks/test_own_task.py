@@ -8,11 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import evaluate
+from stickslip.agents import describe_environment, evaluate, load_policy, save_policy
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.task import from_anywhere
-from stickslip.agents.policy import describe_environment, load_policy, save_policy
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv import task as ugv_parts
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.biped import BipedParams

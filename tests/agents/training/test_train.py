@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip.agents import read_metadata
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.demo import demo, find_directory
-from stickslip.agents.policy import read_metadata
 from stickslip.agents.training.checkpoint import STATE, list_checkpoints, pack, read_model
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import only_writer

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.agents import evaluate
 from stickslip.agents.evaluation.rollout import first_state, rollout
-from stickslip.agents.policy.mlp import MLPPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
 from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
 from stickslip.dynamics.ugv import Track

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip.agents import load_policy, read_metadata
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.policy import load_policy, read_metadata
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.metrics import read_columns

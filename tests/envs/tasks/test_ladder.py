@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import stickslip  # noqa: F401, registers
-from stickslip.agents.foreign.reading import RefusedError
-from stickslip.agents.shipped.definition import named_task_of
+from stickslip.agents.policy.file import named_task_of
+from stickslip.agents.untrusted import RefusedError
 from stickslip.envs import (
     TASKS,
     BipedEnv,

@@ -10,9 +10,15 @@ import pytest
 
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
 from stickslip.agents.evaluation.evaluate import evaluate_task
+from stickslip.agents.policy.file import policy_path
+from stickslip.agents.policy.shipped import (
+    FOLDER,
+    every_record,
+    policy_name,
+    record_of,
+    shipped_path,
+)
 from stickslip.agents.registry import machine_among, read_configuration
-from stickslip.agents.shipped.names import policy_name, shipped_path
-from stickslip.agents.shipped.record import every_record, record_of
 from stickslip.agents.training.command_line import from_flags
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
@@ -23,6 +29,38 @@ NEAR = 0.05
 """Of a score: single precision differs from machine to machine."""
 
 
+@pytest.mark.parametrize(
+    ("task", "name"),
+    [
+        ("BipedIceSeen-v0", "biped-ice-seen-v0"),
+        ("UGVLowGrip-v12", "ugv-low-grip-v12"),
+        ("UGVBump-v1", "ugv-bump-v1"),
+    ],
+)
+def test_a_name_follows_from_the_task(task: str, name: str):
+    assert policy_name(task) == policy_name(name) == name
+
+
+def test_the_latest_version_is_meant_unless_one_is_named(tmp_path: Path):
+    for name in ("biped-ice-v2", "biped-ice-v10", "biped-ice-seen-v0", "ugv-hover-v0"):
+        (tmp_path / f"{name}.npz").write_bytes(b"")
+    assert shipped_names(tmp_path) == ("biped-ice", "biped-ice-seen", "ugv-hover")
+    found = {one: shipped_path(one, tmp_path) for one in ("biped-ice", "biped-ice-v2")}
+    assert [path and path.stem for path in found.values()] == ["biped-ice-v10", "biped-ice-v2"]
+    assert shipped_path("BipedIce-v2", tmp_path) == tmp_path / "biped-ice-v2.npz"
+    for other in ("biped-ice-v3", "biped", "./biped-ice", "../biped-ice", "biped-ice.npz", ""):
+        assert shipped_path(other, tmp_path) is None
+
+
+def test_a_path_is_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    name = shipped_names()[0]
+    (tmp_path / name).mkdir()
+    assert policy_path(name).parent == FOLDER
+    assert policy_path(f"./{name}") == Path(name) / "policy.npz"
+    assert policy_path(Path(name)) == Path(name) / "policy.npz"
+
+
 def test_every_task_has_a_policy():
     assert all(shipped_path(policy_name(name)) is not None for name in TASKS)
     assert len(shipped_names()) == len(TASKS)
@@ -31,7 +69,7 @@ def test_every_task_has_a_policy():
 def test_each_is_small_knows_its_task_and_is_of_its_present_definition():
     for one in every_record():
         assert policy_name(one.task.name).startswith(one.name)
-        assert one.size < LARGEST
+        assert one.path.stat().st_size < LARGEST
         assert load_policy(one.name).layer_sizes == load_policy(one.path).layer_sizes
         known = known_of(one.task)
         assert known is not None

@@ -1,1 +1,0 @@
-"""Files that somebody else may have written: read within bounds, refused in words."""

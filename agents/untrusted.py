@@ -1,0 +1,324 @@
+"""Read files that somebody else may have written: bounded, as data, every failure one ValueError.
+
+`RefusedError` is raised by a reader on purpose; its message is for the user. `refusing` turns any
+other error that damaged bytes cause in a parser into one. Sizes are checked before memory is
+allocated. NumPy reads arrays with pickles refused, since these would run code.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import stat
+import zipfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, TypedDict
+
+from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import numpy as np
+
+Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | bool | None"
+"""The value of a JSON text."""
+LARGEST_TEXT = 4 * 2**20
+"""Bytes of a JSON text."""
+LARGEST_TABLE = 64 * 2**20
+"""Bytes of a CSV file."""
+DEEPEST = 32
+"""Nesting depth of a JSON text."""
+LONGEST_NUMBER = 40
+"""Characters of a number in a JSON text."""
+STRINGS = re.compile(rb'"(?:[^"\\]|\\.)*+(?:"|\\?\Z)', re.DOTALL)
+LARGEST = 64 * 2**20
+"""Bytes of an .npz file, packed and unpacked, unless the reader says otherwise."""
+MOST_ENTRIES = 1024
+ENTRY = b"PK\x01\x02"
+"""Begins each entry of an archive's directory; by chance also stands in one array out of 10^8."""
+COMPRESSIONS = {"stored": zipfile.ZIP_STORED, "deflated": zipfile.ZIP_DEFLATED}
+"""Those that NumPy writes."""
+NUMBERS = ("<f4", "<f8", "<i4", "<i8", "<u4", "|u1", "|b1")
+LONGEST_HEADER = 512
+MOST = 2**53
+"""Upper bound of integers where a rule has none: each is a float, too."""
+
+
+class RefusedError(ValueError):
+    """Untrusted input was refused; the message says why."""
+
+
+@contextmanager
+def refusing(what: str) -> Iterator[None]:
+    """Turn every error while untrusted bytes are read into a RefusedError that names `what`."""
+    try:
+        yield
+    except (RefusedError, Warning):  # where warnings are errors, they are not the file's
+        raise
+    except Exception as error:
+        words = " ".join(str(error)[:500].split())
+        reason = f"{type(error).__name__}: {words}" if words else type(error).__name__
+        raise RefusedError(f"{what} is damaged ({reason[:160]})") from error
+
+
+def read_bytes(path: str | Path, largest: int = LARGEST) -> bytes:
+    """The contents of a plain file of at most `largest` bytes. RefusedError without the path.
+
+    Does not wait at a pipe.
+    """
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        with os.fdopen(os.open(path, flags), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise RefusedError("cannot be read (not a plain file)")
+            raw = file.read(largest + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        raise RefusedError("no such file") from None
+    except RefusedError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RefusedError(f"cannot be read ({reason})") from error
+    if len(raw) > largest:
+        raise RefusedError(f"larger than {largest} bytes")
+    return raw
+
+
+def read_text(path: str | Path, largest: int = LARGEST_TEXT) -> str:
+    """The UTF-8 text of a plain file; RefusedError without the path."""
+    try:
+        return read_bytes(path, largest).decode()
+    except UnicodeDecodeError as error:
+        raise RefusedError("cannot be read (no UTF-8 text)") from error
+
+
+def parse_json(text: str, what: str) -> Json:
+    """The value of a JSON text of bounded size, depth and numbers; `what` names it in messages."""
+    with refusing(what):
+        raw = text.encode()
+        if len(raw) > LARGEST_TEXT:
+            raise RefusedError(f"{what} is longer than {LARGEST_TEXT} bytes")
+        if _depth(raw) > DEEPEST:
+            raise RefusedError(f"{what} is JSON nested deeper than {DEEPEST}")
+        try:
+            value = json.loads(
+                text, parse_int=_integer, parse_float=_finite, parse_constant=_no_number
+            )
+        except json.JSONDecodeError as error:
+            raise RefusedError(f"{what} is no JSON ({error})") from error
+        if re.search(r"\\u[dD][89a-fA-F]", text):
+            json.dumps(value, ensure_ascii=False).encode()  # half a character cannot be printed
+        return value
+
+
+def _depth(raw: bytes) -> int:
+    """Nesting depth of a JSON text, brackets in strings aside."""
+    import numpy as np  # help reads configurations without it
+
+    marks = np.frombuffer(STRINGS.sub(b"", raw), np.uint8)
+    opened = np.isin(marks, tuple(b"[{")).astype(np.int32) - np.isin(marks, tuple(b"]}"))
+    return int(np.max(np.cumsum(opened), initial=0))
+
+
+def _integer(digits: str) -> int:
+    _require_short(digits)
+    return int(digits)
+
+
+def _finite(digits: str) -> float:
+    _require_short(digits)
+    if not math.isfinite(value := float(digits)):
+        _no_number(digits)
+    return value
+
+
+def _require_short(digits: str) -> None:
+    if len(digits) > LONGEST_NUMBER:
+        raise RefusedError(f"a number of {len(digits)} digits; accepted: at most {LONGEST_NUMBER}")
+
+
+def _no_number(word: str) -> NoReturn:
+    raise RefusedError(f"{word} is not a finite number")
+
+
+def metadata_text(own: Mapping[str, object], extra: Mapping[str, object] | None) -> str:
+    """JSON text of a file's own entries and of a caller's, which need other names."""
+    extra = dict(extra or {})
+    if taken := sorted(own.keys() & extra.keys()):
+        raise ValueError(f"metadata names {', '.join(taken)}; accepted: any but {', '.join(own)}")
+    try:
+        text = json.dumps({**own, **extra}, allow_nan=False, ensure_ascii=False)
+        parse_json(text, "metadata")
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(
+            f"metadata is no JSON ({error}); accepted: finite JSON values, at most "
+            f"{LARGEST_TEXT} bytes"
+        ) from error
+    return text
+
+
+def require_format(content: Json, form: str, version: int, kind: str) -> dict[str, Json]:
+    """The object, if it says that it is of this format and version."""
+    if not isinstance(content, dict) or content.get("format") != form:
+        raise RefusedError(f"it does not say that it is {kind}")
+    if (found := content.get("version")) != version or isinstance(found, bool):
+        raise RefusedError(f"its version is {shown(found)}, this is version {version}")
+    return content
+
+
+def require_head(content: Json, form: str, version: int, kind: str) -> dict[str, Json]:
+    """The other entries of such an object."""
+    whole = require_format(content, form, version, kind)
+    return {name: value for name, value in whole.items() if name not in ("format", "version")}
+
+
+Kind: TypeAlias = type[bool] | type[int] | type[float] | type[str] | Literal["range"]
+"""Of a value; "range": two numbers, low <= high."""
+
+
+class Limits(TypedDict, total=False):
+    """Keyword arguments of a Rule."""
+
+    low: float
+    high: float
+    strict: bool
+    optional: bool
+    choices: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Accepted values of a field of a configuration or a file."""
+
+    kind: Kind
+    about: str
+    low: float = -math.inf
+    high: float = math.inf
+    strict: bool = False
+    """The lowest value is itself excluded."""
+    optional: bool = False
+    choices: tuple[str, ...] = ()
+
+    @property
+    def accepted(self) -> str:
+        """In words."""
+        if self.choices:
+            return ", ".join(self.choices)
+        if self.kind is bool or self.kind is str:
+            return "true or false" if self.kind is bool else "a name"
+        words = "an integer" if self.kind is int else "finite"
+        words += "" if self.low == -math.inf else f", {'>' if self.strict else '>='} {self.low:g}"
+        words += "" if self.high == math.inf else f", <= {self.high:g}"
+        words = f"two numbers low <= high, {words}" if self.kind == "range" else words
+        return f"{words}, or nothing" if self.optional else words
+
+    def require(self, name: str, value: object) -> Any:
+        """The value, or ValueError naming the field, the value and what is accepted."""
+        if value is None and self.optional:
+            return None
+        if self.choices:
+            require_choice(name, value, self.choices)
+        elif self.kind is bool or self.kind is str:
+            require_kind(name, value, self.kind, self.accepted)
+        elif self.kind is int:
+            from stickslip.dynamics.checks import require_integer  # rules are read without JAX
+
+            low, high = int(max(self.low, -MOST)), int(min(self.high, MOST))
+            return require_integer(name, value, low=low, high=high, accepted=self.accepted)
+        else:
+            return self._range(name, value) if self.kind == "range" else self._number(name, value)
+        return value
+
+    def _number(self, name: str, value: Any) -> float:
+        from stickslip.dynamics.checks import require_number
+
+        require_kind(name, value, (int, float), self.accepted)
+        limits = {"low": self.low, "high": self.high, "strict": self.strict}
+        require_number(name, value, **limits, accepted=self.accepted)
+        return float(value)
+
+    def _range(self, name: str, value: Any) -> tuple[float, float]:
+        pair = isinstance(value, tuple | list) and len(value) == 2
+        require_kind(name, value, (tuple, list) if pair else (), self.accepted)
+        low, high = (self._number(name, end) for end in value)
+        if low > high:
+            raise ValueError(f"{name} = {(low, high)} has low > high; accepted: {self.accepted}")
+        return low, high
+
+
+def require_entries(content: Mapping[str, Json], rules: Mapping[str, Rule]) -> dict[str, Any]:
+    """The entries, if they are all of the rules' names and no others, each as its rule has it."""
+    try:
+        require_known(content, rules)
+        if missing := [name for name in rules if name not in content]:
+            raise RefusedError(f"it lacks {', '.join(missing)}")
+        return {name: rule.require(name, content[name]) for name, rule in rules.items()}
+    except ValueError as error:
+        raise RefusedError(str(error)) from error
+
+
+def arrays_in(raw: bytes, largest: int = LARGEST) -> dict[str, np.ndarray]:
+    """The arrays of an .npz file's contents: little-endian numbers (NUMBERS) and text.
+
+    RefusedError for anything else, and for more than `largest` bytes packed or unpacked.
+    """
+    if len(raw) > largest:
+        raise RefusedError(f"larger than {largest} bytes")
+    if raw.count(ENTRY) > 2 * MOST_ENTRIES:
+        raise RefusedError(f"an archive of more than {MOST_ENTRIES} entries")
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(raw))
+    except Exception as error:  # whatever bytes make of it
+        raise RefusedError("no .npz archive, or cut short") from error
+    with archive, refusing("the archive"):
+        members = archive.infolist()
+        _require_members(members, largest)
+        return {one.filename.removesuffix(".npy"): _array(archive, one) for one in members}
+
+
+def _require_members(members: list[zipfile.ZipInfo], largest: int) -> None:
+    names = [member.filename for member in members]
+    if others := [name for name in names if not name.endswith(".npy")]:
+        raise RefusedError(f"a foreign archive, with the entry {others[0][:80]!r}")
+    if len(set(names)) != len(names):
+        raise RefusedError("an archive with two entries of one name")
+    if len(names) > MOST_ENTRIES:
+        raise RefusedError(f"an archive of more than {MOST_ENTRIES} entries")
+    if sum(member.file_size for member in members) > largest:
+        raise RefusedError(f"unpacks to more than {largest} bytes")
+    for member in members:
+        if member.compress_type not in COMPRESSIONS.values():
+            raise RefusedError(
+                f"its entry {member.filename[:80]!r} is compressed by method "
+                f"{member.compress_type}, not {' or '.join(COMPRESSIONS)}"
+            )
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
+    """One array, after the size that its header declares was compared with its bytes."""
+    import numpy as np
+
+    what = f"its entry {member.filename[:80]!r}"
+    with refusing(what):
+        with archive.open(member) as packed:
+            file = io.BytesIO(packed.read(member.file_size + 1))  # never more than declared
+        with refusing(f"the header of {what}"):
+            form = np.lib.format
+            version = form.read_magic(file)
+            read = {(1, 0): form.read_array_header_1_0, (2, 0): form.read_array_header_2_0}
+            shape, _, dtype = read[version](file, max_header_size=LONGEST_HEADER)
+        if dtype.hasobject:
+            raise RefusedError(f"{what} holds objects")
+        if (dtype.str not in NUMBERS and dtype.kind != "U") or not dtype.itemsize:
+            raise RefusedError(f"{what} holds {dtype.str}; accepted: numbers")
+        left = len(file.getbuffer()) - file.tell()
+        if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != left:
+            raise RefusedError(f"{what} declares {dtype.str} {shape} over {left} bytes")
+        file.seek(0)
+        return form.read_array(file, allow_pickle=False, max_header_size=LONGEST_HEADER)
