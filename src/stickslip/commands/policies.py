@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.policy.shipped import Record
+    from stickslip.agents.policy.record import Record
     from stickslip.records.table import Table
 
 JSON = True
@@ -40,7 +40,7 @@ def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None
 
 def run(given: argparse.Namespace) -> Outcome:
     """Print all policies in a table, or those named in words; return all about them."""
-    from stickslip.agents.policy.shipped import every_record, record_of
+    from stickslip.agents.policy.record import every_record, record_of
     from stickslip.records.content import Content
 
     records = [record_of(name) for name in given.names] if given.names else every_record()

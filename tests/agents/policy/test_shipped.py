@@ -11,13 +11,8 @@ import pytest
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.policy.file import policy_path
-from stickslip.agents.policy.shipped import (
-    FOLDER,
-    every_record,
-    policy_name,
-    record_of,
-    shipped_path,
-)
+from stickslip.agents.policy.record import every_record, record_of
+from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.command_line import from_flags
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
