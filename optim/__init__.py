@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.names import METHODS
     from stickslip.optim.posture.problem import PostureProblem
     from stickslip.optim.posture.result import PostureResult
-    from stickslip.optim.posture.stations.station import Station, station
+    from stickslip.optim.posture.station import Station, station
     from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
     from stickslip.optim.result import Evaluation, OptimStatus, Result
     from stickslip.optim.solving import methods_of, solve
@@ -42,7 +42,7 @@ else:
             "posture.names": ("METHODS",),
             "posture.problem": ("PostureProblem",),
             "posture.result": ("PostureResult",),
-            "posture.stations.station": ("Station", "station"),
+            "posture.station": ("Station", "station"),
             "problem": ("FreeProblem", "Method", "Problem", "Structure"),
             "result": ("Evaluation", "OptimStatus", "Result"),
             "solving": ("methods_of", "solve"),

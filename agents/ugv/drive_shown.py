@@ -16,7 +16,7 @@ from stickslip.optim.posture.criteria import CRITERIA, station_cost, step_cost, 
 if TYPE_CHECKING:
     from stickslip.optim import PostureProblem
     from stickslip.optim.posture.criteria import Criterion
-    from stickslip.optim.posture.stations.station import Station
+    from stickslip.optim.posture.station import Station
 
 SPEED = 1.0
 """Of the front wheel in pictures [m/s]: nothing else knows of time."""

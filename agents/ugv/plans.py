@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.agents.ugv.controllers import FollowPath
 from stickslip.dynamics.checks import require_integer, require_kind
-from stickslip.optim.posture.graph.fitting import fitting_grid
+from stickslip.optim.posture.graph.grid import fitting_grid
 from stickslip.optim.solving import solve
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim.posture.criteria import Criterion
-    from stickslip.optim.posture.stations.station import Station
+    from stickslip.optim.posture.station import Station
 
 
 STATES = "GRIP", "SLIP"

@@ -32,7 +32,7 @@ from stickslip.envs.ugv.plain import from_plain
 from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.stations.station import Station, station_of, torque_left
+from stickslip.optim.posture.station import Station, station_of, torque_left
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from stickslip.envs.ugv.state import StepWork, UGVEnvState
 from stickslip.optim.posture.criteria import CRITERIA, step_cost
-from stickslip.optim.posture.stations.station import Station
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

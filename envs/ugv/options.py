@@ -11,7 +11,7 @@ from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import require_one
 from stickslip.envs.ugv.randomisation import ground_of
-from stickslip.optim.posture.stations.waypoints import waypoints_along
+from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

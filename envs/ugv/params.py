@@ -31,7 +31,7 @@ from stickslip.envs.ugv.covering import cast, covering, odometer_over
 from stickslip.envs.ugv.names import RANDOM_TRACKS
 from stickslip.envs.ugv.penalty import penalty_in
 from stickslip.envs.ugv.randomisation import UGVRandomisation, ground_of
-from stickslip.optim.posture.stations.waypoints import waypoints_along
+from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.ugv.draw import UGVDrawn
-from stickslip.optim.posture.stations.station import Station
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

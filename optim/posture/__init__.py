@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.problem import PostureProblem
     from stickslip.optim.posture.result import PostureResult
-    from stickslip.optim.posture.stations.station import Station, station
+    from stickslip.optim.posture.station import Station, station
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -18,7 +18,7 @@ else:
             "criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
             "problem": ("PostureProblem",),
             "result": ("PostureResult",),
-            "stations.station": ("Station", "station"),
+            "station": ("Station", "station"),
         },
     )
 

@@ -16,7 +16,7 @@ from stickslip.dynamics.checks import require_choice, require_number, shown
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
-from stickslip.optim.posture.stations.station import Station, turned
+from stickslip.optim.posture.station import Station, turned
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -7,13 +7,14 @@ the constraints there, is no part of it. This measures both.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
+from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import (
     Criterion,
     Weighted,
@@ -22,9 +23,8 @@ from stickslip.optim.posture.criteria import (
     step_cost,
     steps,
 )
-from stickslip.optim.posture.missed import missed_by, tolerated
-from stickslip.optim.posture.stations import evaluated
-from stickslip.optim.posture.stations.station import Station
+from stickslip.optim.posture.result import PostureResult, missed_by, tolerated
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
@@ -70,9 +70,9 @@ def evaluate_finer(
     angles = _between(problem.angles(x), factor)
     count = len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
-    at = evaluated.stations(fine.posture, angles)
+    at = evaluate.stations(fine.posture, angles)
     with jax.enable_x64(True):
-        whole = jax.tree.map(lambda of: evaluated.padded(of, size), at)
+        whole = jax.tree.map(lambda of: evaluate.padded(of, size), at)
         value = float(_value(fine.posture.criterion, whole, np.int32(count)))
     residuals = missed_by(fine, angles, at)
     kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
@@ -103,3 +103,17 @@ def _value(criterion: Criterion | Weighted, at: Station, count: Int[Array, ""]) 
     else:
         value = single(criterion)
     return jnp.where(jnp.all(at.finite) & jnp.isfinite(value), value, jnp.inf)
+
+
+def result_at(problem: PostureProblem, x: Float[np.ndarray, "n"], **others: Any) -> PostureResult:
+    """See Problem.result."""
+    x = np.array(x, dtype=float).reshape(-1)
+    fine = evaluate_finer(problem, x)
+    return problem.result(
+        x,
+        fine_value=fine.value,
+        fine_spacing=fine.spacing,
+        fine_feasible=fine.feasible,
+        fine_residuals=fine.residuals,
+        **others,
+    )

@@ -13,30 +13,55 @@ from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats
+from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
-from stickslip.optim.posture.methods import METHODS
-from stickslip.optim.posture.missed import missed_by
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.sizes import STATION, require_jacobian, require_stations
-from stickslip.optim.posture.stations import evaluated, traced
-from stickslip.optim.posture.stations.data import PostureData
-from stickslip.optim.posture.stations.evaluated import Waypoints
-from stickslip.optim.posture.stations.jacobian import whole_jacobian
-from stickslip.optim.posture.stations.station import Station
-from stickslip.optim.posture.stations.traced import Posture
-from stickslip.optim.posture.stations.waypoints import check_problem, waypoints_along
-from stickslip.optim.posture.stations.wheels import longest_wheelbase
-from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.posture.evaluate import Posture, Waypoints
+from stickslip.optim.posture.names import METHODS as IN_WORDS
+from stickslip.optim.posture.result import PostureResult, missed_by
+from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.waypoints import (
+    STATION,
+    PostureData,
+    check_problem,
+    longest_wheelbase,
+    require_jacobian,
+    require_stations,
+    waypoints_along,
+)
+from stickslip.optim.problem import Method, Problem, Structure
 from stickslip.optim.processes import refuse_after_fork
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
 
     Vector = Real[Number, "n"] | Lists
     Batch = Real[Number, "B n"] | Lists
+
+
+_MODULES = {
+    "grid": ("graph.search", Structure.ADDITIVE),
+    "dp": ("graph.search", Structure.ADDITIVE),
+    "lp": ("graph.lp", Structure.ADDITIVE),
+    "branch": ("bounds.branch", Structure.ADDITIVE),
+    "scp": ("local.scp", Structure.COMPOSITE),
+    "gradient": ("local.gradient", Structure.COMPOSITE),
+    "cma": ("local.cma", None),
+}
+METHODS = {
+    name: Method(
+        IN_WORDS[name],
+        f"stickslip.optim.posture.{module}:solve_{name}",
+        frozenset() if needed is None else frozenset({needed}),
+    )
+    for name, (module, needed) in _MODULES.items()
+}
+""""gradient" splits the criterion at its kinks (epigraph form), and both it and "cma" begin where a
+method of the grid ends; else they are the methods for all problems."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +212,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
         with jax.enable_x64(True):
-            found = np.array(traced.value_and_margins(self._judged, rows, angles))
+            found = np.array(evaluate.value_and_margins(self._judged, rows, angles))
         return float(found[0]), found[1:]
 
     def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
@@ -197,21 +222,21 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             return np.zeros(0), np.zeros(0)
         rows = self._rows(angles)
         with jax.enable_x64(True):
-            value = traced.values(self._criterion, rows)
-            missed = traced.shortfall(self._margins_of, rows, angles)
+            value = evaluate.values(self._criterion, rows)
+            missed = evaluate.shortfall(self._margins_of, rows, angles)
             return np.array(value)[:count], np.array(missed)[:count]
 
     def objective(self, x: Vector) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
         rows = self._waypoints.stations(self.angles(x))
         with jax.enable_x64(True):
-            return float(traced.value(self._criterion, rows))
+            return float(evaluate.value(self._criterion, rows))
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
         rows = self._waypoints.with_slopes(self.angles(x))
         with jax.enable_x64(True):
-            return np.array(traced.gradient(self._criterion, rows)).reshape(-1)
+            return np.array(evaluate.gradient(self._criterion, rows)).reshape(-1)
 
     def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
         """The values of a batch; compiled once for each power of two that B rounds up to."""
@@ -220,14 +245,14 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             return np.zeros(0)
         rows = self._rows(angles)
         with jax.enable_x64(True):
-            return np.array(traced.values(self._criterion, rows))[:count]
+            return np.array(evaluate.values(self._criterion, rows))[:count]
 
     def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
         angles = self.angles(x)
         rows = self._waypoints.stations(angles)
         with jax.enable_x64(True):
-            return np.array(traced.margins(self._margins_of, rows, angles))
+            return np.array(evaluate.margins(self._margins_of, rows, angles))
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; compiled as `objectives` is."""
@@ -236,8 +261,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
         rows = self._rows(angles)
         with jax.enable_x64(True):
-            value = traced.values(self._criterion, rows)
-            margins = traced.margins_all(self._margins_of, rows, angles)
+            value = evaluate.values(self._criterion, rows)
+            margins = evaluate.margins_all(self._margins_of, rows, angles)
             return np.array(value)[:count], np.array(margins)[:count]
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
@@ -246,7 +271,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         rows = self._waypoints.with_slopes(self.angles(x))
         with jax.enable_x64(True):
             at, slopes = Station.unpacked_with_slopes(rows)
-            blocks = jax.tree.map(np.asarray, traced.margin_slopes(self._shared, at, slopes))
+            blocks = jax.tree.map(np.asarray, evaluate.margin_slopes(self._shared, at, slopes))
         per_angle = None if self.leg_rate is None else 1 / (self.leg_rate * np.diff(self.x))
         return whole_jacobian(blocks, self.constraint_groups, per_angle)
 
@@ -296,7 +321,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return self._batch(X).reshape(-1, self.n)
 
     def _rows(self, angles: Float[np.ndarray, "P K 2"]) -> Float[np.ndarray, "rows P K"]:
-        return evaluated.rows_at(self._shared, self.posture.x, self.posture.friction, angles)
+        return evaluate.rows_at(self._shared, self.posture.x, self.posture.friction, angles)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
         """A batch as angles, repeated up to a power of two, and how many drives it has."""
@@ -324,3 +349,30 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 def _number(value: Any) -> Any:
     """A leaf in double precision."""
     return read_only(np.asarray(value, dtype=np.float64))
+
+
+def whole_jacobian(
+    blocks: Mapping[str, Float[np.ndarray, "K m 2"]],
+    groups: Mapping[str, slice],
+    per_angle: Float[np.ndarray, "K-1"] | None,
+) -> Float[np.ndarray, "all n"]:
+    """Rows as PostureProblem.constraints has them, by the flat decision vector.
+
+    blocks: of each group, the slopes of a station's margins in its own two angles. groups: where
+    each group lies. per_angle: slope of `leg_rate` in a leg's move at each step [1/rad]; None: no
+    such group.
+    """
+    K = len(next(iter(blocks.values())))
+    rows = np.zeros((max(of.stop for of in groups.values()), 2 * K))
+    for name, slope in blocks.items():
+        m = slope.shape[1]
+        block = rows[groups[name]].reshape(K, m, K, 2)
+        block[np.arange(K), :, np.arange(K)] = slope
+    if per_angle is not None:
+        step = np.arange(K - 1)
+        block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, K, 2)
+        for leg in range(2):
+            for row, sign in enumerate((-1, 1)):
+                block[step, row, leg, step, leg] = -sign * per_angle
+                block[step, row, leg, step + 1, leg] = sign * per_angle
+    return rows

@@ -39,7 +39,7 @@ from stickslip.dynamics.biped.bodies.newton_euler import GIVEN
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from stickslip.optim import PostureProblem
-from stickslip.optim.posture.stations import evaluated, traced
+from stickslip.optim.posture import evaluate
 from tests.typing.checked import FUNCTIONS, UNREAD
 
 BARS = BipedParams.from_bars
@@ -186,17 +186,17 @@ def test_a_posture_problem_as_arrays(criterion: str):
     angles = np.full((len(problem.x), 2), 1.5)
     with jax.enable_x64(True):
         posture = problem.posture
-        held = evaluated.stations_and_slopes(posture, angles)
-        given = evaluated.Waypoints.of(posture, posture.x, posture.friction)
+        held = evaluate.stations_and_slopes(posture, angles)
+        given = evaluate.Waypoints.of(posture, posture.x, posture.friction)
         rows, sloped = given.stations(angles), given.with_slopes(angles)
-        jax.eval_shape(traced.value, posture.criterion, rows)
-        jax.eval_shape(traced.values, posture.criterion, rows[:, None])
-        jax.eval_shape(traced.shortfall, posture, rows[:, None], angles[None])
-        jax.eval_shape(traced.gradient, posture.criterion, sloped)
-        jax.eval_shape(traced.value_and_margins, posture, rows, angles)
-        jax.eval_shape(traced.margins_all, posture, rows[:, None], angles[None])
-        jax.eval_shape(traced.constraints, posture, held[0], angles)
-        jax.eval_shape(traced.margin_slopes, posture, *held)
+        jax.eval_shape(evaluate.value, posture.criterion, rows)
+        jax.eval_shape(evaluate.values, posture.criterion, rows[:, None])
+        jax.eval_shape(evaluate.shortfall, posture, rows[:, None], angles[None])
+        jax.eval_shape(evaluate.gradient, posture.criterion, sloped)
+        jax.eval_shape(evaluate.value_and_margins, posture, rows, angles)
+        jax.eval_shape(evaluate.margins_all, posture, rows[:, None], angles[None])
+        jax.eval_shape(evaluate.constraints, posture, held[0], angles)
+        jax.eval_shape(evaluate.margin_slopes, posture, *held)
     assert problem.bounds[0].shape == (problem.n,)
 
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.ugv.posture import track_named
+from stickslip.optim.posture.evaluate import finite_cost
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.stations.traced import finite_cost
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.ugv import Track
-    from stickslip.optim.posture.stations.traced import Posture
+    from stickslip.optim.posture.evaluate import Posture
 
 VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
 """Design variables of the UGV [m]; then the fixed leg angles [rad]."""

@@ -1,7 +1,11 @@
-"""Interval version of statics.py and rolling.py: forces and turns over intervals of leg angles.
+"""Enclosures of the rear contact and of the forces, over intervals of leg angles.
 
-Written once for numbers that know +, -, *, /, sin, cos, sqrt and arctan: Interval for a posture,
-Jet for a box of postures with derivatives.
+With the front wheel at its waypoint the rear contact x follows from the squared wheelbase alone:
+P(x) = |C(x) - C_front|^2 = Q(leg angles), C being the path of the wheel's centre (eq. 38, 39). The
+bracket in which contacts are looked for is cut into bins; where P falls all through the bins that
+may hold a contact, there is one and no other. Forces and turns are written once for numbers that
+know +, -, *, /, sin, cos, sqrt and arctan: Interval for a posture, Jet for a box of postures with
+derivatives.
 """
 
 from __future__ import annotations
@@ -11,13 +15,193 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from stickslip.optim.intervals.arithmetic import Interval, interval
-from stickslip.optim.intervals.jet import Jet
-from stickslip.optim.posture.bounds.contact import Wheel
+from stickslip.optim.intervals import Interval, Jet, hull, interval
 
 if TYPE_CHECKING:
+    from jaxtyping import Bool, Int
+
     from stickslip.dynamics.ugv import UGVParams
-    from stickslip.optim.posture.bounds.contact import Bracket
+    from stickslip.optim.posture.bounds.ground import Ground
+
+
+BINS = 1024
+"""Bins of the bracket."""
+RUN = 16
+"""Bins that may hold the contact of one posture, at most: several where P hardly falls, the ground
+being nearly as hollow as the wheel."""
+STEPS = 3
+"""Steps of Newton's method for a posture's contact."""
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel at x, over intervals: sine and cosine of the slope angle, its slope and derivatives,
+    its height above the front contact, and its centre counted from there; [m]."""
+
+    slope: Interval
+    second: Interval
+    third: Interval
+    height: Interval
+    q: Interval
+    centre: tuple[Interval, Interval]
+
+
+def wheel_at(ground: Ground, radius: float, x: Interval, origin: tuple[float, Interval]) -> Wheel:
+    """The wheel touching at x; origin: the front contact and the ground's height there."""
+    f, m, f2, f3 = ground.profile(x)
+    q = (m.square() + 1.0).sqrt()
+    height = f - origin[1]
+    centre = (x - origin[0]) - m / q * radius, height + interval(radius) / q
+    return Wheel(m, f2, f3, height, q, centre)
+
+
+@dataclass(frozen=True)
+class Distance:
+    """P over intervals of x, and two derivatives."""
+
+    value: Interval
+    slope: Interval
+    bend: Interval
+
+
+def distance(radius: float, rear: Wheel, front: Wheel) -> Distance:
+    """P = |W|^2, P' = 2 s (W_x + m W_y), P'' = 2 s^2 q^2 + 2 (s' (W_x + m W_y) + s f'' W_y), with
+    W = C - C_front and the stretch s = 1 - r f'' / q^3."""
+    across, up = (a - b for a, b in zip(rear.centre, front.centre, strict=True))
+    m, q = rear.slope, rear.q
+    cube = q.square() * q
+    s = interval(1.0) - rear.second / cube * radius
+    fifth = cube * q.square()
+    ds = (rear.third / cube - m * rear.second.square() * 3.0 / fifth) * (-radius)
+    along = across + m * up
+    bend = s.square() * q.square() * 2.0 + (ds * along + s * rear.second * up) * 2.0
+    return Distance(across.square() + up.square(), s * along * 2.0, bend)
+
+
+def _by_distance(behind: Interval, wheel: Wheel, P: Distance) -> list[Interval]:
+    """The rows of Bracket.rear: along the ground, x' = 1 / P' and x'' = -P'' / P'^3."""
+    m, f2, q = wheel.slope, wheel.second, wheel.q
+    by = P.slope.reciprocal()
+    square = by.square()
+    bend = -(P.bend * square * by)
+    one, zero = interval(np.ones(by.shape)), interval(np.zeros(by.shape))
+    rows = []
+    for value, slope, second in (
+        (behind, one, zero),
+        (wheel.height, m, f2),
+        (m, f2, wheel.third),
+        (zero, q, m * f2 / q),
+    ):
+        rows += [value, slope * by, second * square + slope * bend]
+    return rows
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Hulls of intervals over runs of bins, from those of runs of 1, 2, 4, ... bins."""
+
+    tables: list[Interval]
+
+    @classmethod
+    def of(cls, rows: list[Interval]) -> Ranges:
+        """Ranges of rows of bins; nothing is known of a bin where a row has no number."""
+        lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
+        lost = np.isnan(lo) | np.isnan(hi)
+        tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
+        while 2 ** len(tables) <= lo.shape[1]:
+            one, by = tables[-1], 2 ** (len(tables) - 1)
+            tables.append(hull(one[:, :-by], one[:, by:]))
+        return cls(tables)
+
+    def over(self, first: np.ndarray, last: np.ndarray) -> Interval:
+        """Range from bin `first` to `last`: [rows, n]."""
+        level = np.frexp(last - first + 1)[1] - 1
+        lo = np.empty((self.tables[0].shape[0], *first.shape))
+        found = Interval(lo, lo.copy())
+        for number, table in enumerate(self.tables):
+            here = level == number
+            begin, end = first[here], last[here] + 1 - 2**number
+            run = hull(table[:, begin], table[:, end])
+            found.lo[:, here], found.hi[:, here] = run.lo, run.hi
+        return found
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """All that is known of P behind one waypoint."""
+
+    ground: Ground
+    radius: float
+    origin: tuple[float, Interval]
+    front: Wheel
+    edges: np.ndarray
+    value: Interval
+    """P over each bin."""
+    slope: Interval
+    lost: Int[np.ndarray, "bins+1"]
+    """Number of bins before each edge that are not used: P may rise there, or jump."""
+    from_left: np.ndarray
+    """The least P of all bins up to each, lower ends."""
+    from_right: np.ndarray
+    """The largest P of all bins from each on, upper ends."""
+    rear: Ranges
+    """Place behind the front contact, height above it, slope and arc length of the rear wheel, each
+    with two derivatives by P, over each bin: [4, 3]."""
+
+    @classmethod
+    def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
+        """Bracket of the waypoint at x_front [m]; longest: the longest wheelbase [m]."""
+        at = interval(np.asarray(x_front, float))
+        origin = (x_front, ground.profile(at)[0])
+        front = wheel_at(ground, radius, at, origin)
+        first = x_front - 1.001 * (longest + 2 * radius)
+        edges = np.linspace(first, x_front, BINS + 1)
+        x = Interval(edges[:-1], edges[1:])
+        wheel = wheel_at(ground, radius, x, origin)
+        found = distance(radius, wheel, front)
+        broken = np.histogram(ground.kinks, edges)[0] > 0
+        bad = broken | ~(found.slope.hi < 0)
+        with np.errstate(all="ignore"):
+            ranges = Ranges.of(_by_distance(x - x_front, wheel, found))
+        return cls(
+            ground, radius, origin, front, edges, found.value, found.slope,
+            np.concatenate([[0], np.cumsum(bad)]),
+            np.minimum.accumulate(found.value.lo),
+            np.maximum.accumulate(found.value.hi[::-1])[::-1],
+            ranges,
+        )  # fmt: skip
+
+    def where(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."], np.ndarray]:
+        """Contacts of squared wheelbases, whether all is known there, and the bins."""
+        # from_left and from_right both fall.
+        first = np.searchsorted(-self.from_left, -Q.hi, side="left")
+        last = np.searchsorted(-self.from_right, -Q.lo, side="right") - 1
+        none = (first > last) | (first >= BINS)
+        first, last = np.clip(first, 0, BINS - 1), np.clip(last, 0, BINS - 1)
+        last = np.maximum(first, last)
+        good = ~none & (self.lost[last + 1] == self.lost[first])
+        return Interval(self.edges[first], self.edges[last + 1]), good, np.stack([first, last])
+
+    def contact(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."]]:
+        """The contact of narrow Q to rounding, and where that is known."""
+        x, good, bins = self.where(Q)
+        first, last = bins
+        good &= last - first < RUN
+        falls = np.max([self.slope.hi[np.minimum(first + k, last)] for k in range(RUN)], axis=0)
+        least = np.where(good, -falls, 1.0)
+        at = x.middle
+        for _ in range(STEPS):
+            found = self._distance(interval(at))
+            at = np.clip(at - (found.value.middle - Q.middle) / found.slope.middle, x.lo, x.hi)
+        missed = (self._distance(interval(at)).value - Q).size
+        off = np.nextafter(missed / least, np.inf) * (1 + 1e-15)
+        off = np.where(good & np.isfinite(off), off, 0.0)
+        found = interval(at) + Interval(-off, off)
+        return Interval(np.maximum(found.lo, x.lo), np.minimum(found.hi, x.hi)), good
+
+    def _distance(self, x: Interval) -> Distance:
+        return distance(self.radius, wheel_at(self.ground, self.radius, x, self.origin), self.front)
+
 
 Z = TypeVar("Z", Interval, Jet)
 """A posture's numbers, or a box's."""

@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import cvxpy as cp
+import jax
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.dynamics.checks import require_choice, require_integer, require_memory
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.options import COUNT
-from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.graph.dp import OVER_GRID, angles_at, best_paths, require_one_kind
-from stickslip.optim.posture.graph.impossible import without_path
-from stickslip.optim.posture.graph.layered_graph import LayeredGraph, build_graph
-from stickslip.optim.posture.graph.posture_grid import build_grid
-from stickslip.optim.posture.local.polish import polishable
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.rounding import below, closes
+from stickslip.optim.posture.criteria import station_cost, step_cost
+from stickslip.optim.posture.finer import result_at
+from stickslip.optim.posture.graph.grid import (
+    PostureGrid,
+    build_grid,
+    moves_of_step,
+    polishable,
+    without_path,
+)
+from stickslip.optim.posture.graph.search import OVER_GRID, angles_at, best_paths, require_one_kind
+from stickslip.optim.posture.result import PostureResult, below, closes
+from stickslip.optim.posture.result import slack as slack_of
+from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.waypoints import EDGE
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from stickslip.optim.posture.graph.posture_grid import PostureGrid
+    from jaxtyping import Float, Int
+
+    from stickslip.optim.posture.graph.grid import PostureGrid
     from stickslip.optim.posture.problem import PostureProblem
+
 
 SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
 """Solvers for linear programs, the first that is installed by default."""
@@ -176,3 +188,151 @@ def _solver(name: str | None) -> str:
         return installed[0]
     require_choice("solver", name, installed)
     return name
+
+
+@dataclass(frozen=True)
+class LayeredGraph:
+    """Edges from `tail` to `head`, sorted by the step of the drive that they belong to.
+
+    Nodes are numbered waypoint by waypoint, N of them each, and then the source, from which an edge
+    goes to every node of the first waypoint, and the sink. begins: where the edges of each step
+    begin; the source's are the first and the sink's the last.
+    """
+
+    tail: Int[np.ndarray, "E"]
+    head: Int[np.ndarray, "E"]
+    cost: Float[np.ndarray, "E"]
+    begins: Int[np.ndarray, "K+1"]
+    waypoints: int
+    per_waypoint: int
+    empty: bool = False
+    """No path leads through."""
+    rounding: Callable[[float], float] = lambda value: 0.0
+    """Rounding error of a path's cost of about this value."""
+
+    @property
+    def source(self) -> int:
+        """The node from which the flow comes."""
+        return self.waypoints * self.per_waypoint
+
+    @property
+    def sink(self) -> int:
+        """The node to which it goes."""
+        return self.source + 1
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return self.source + 2
+
+    def path(self, flow: np.ndarray) -> tuple[np.ndarray | None, float]:
+        """The nodes [K] on the edges that carry most, and by how much a flow misses 0 or 1.
+
+        None where these edges do not join.
+        """
+        ends = np.append(self.begins[1:], len(flow))
+        edges = [int(a + np.argmax(flow[a:b])) for a, b in zip(self.begins, ends, strict=True)]
+        spread = float(np.max(np.abs(flow - np.round(flow))))
+        if np.any(self.head[edges[:-1]] != self.tail[edges[1:]]):
+            return None, spread
+        return self.head[edges[:-1]] % self.per_waypoint, spread
+
+
+def build_graph(
+    grid: PostureGrid, threshold: float | None, slack: float, most_edges: int
+) -> LayeredGraph:
+    """All edges with their costs; threshold: a worst station's value to certify (see solve_lp), two
+    values being the same when they differ by no more than slack.
+
+    ValueError for more than `most_edges`, or than fit.
+    """
+    K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
+    first, last = (np.flatnonzero(grid.admissible(k)) for k in (0, K - 1))
+    edges = _Edges(most_edges, len(first) + len(last))
+    moves = [_moves(grid, step, edges) for step in range(K - 1)]
+    edges.require_room()
+    source = np.full(len(first), K * N)
+    tails = [source, *(a + k * N for k, (a, _) in enumerate(moves)), last + (K - 1) * N]
+    heads = [first, *(b + (k + 1) * N for k, (_, b) in enumerate(moves)),
+             np.full(len(last), K * N + 1)]  # fmt: skip
+    empty = not all(map(len, tails)) or not _connected(moves, first, N)
+    begins = np.cumsum([0, *map(len, tails[:-1])])
+    tail, head = np.concatenate(tails), np.concatenate(heads)
+    cost = np.zeros(0) if empty else _costs(grid, tail, head, threshold, slack)
+    if threshold is not None:  # whole numbers
+        return LayeredGraph(tail, head, cost, begins, K, N, empty)
+    rounding = partial(slack_of, grid.problem, criterion=grid.problem.criterion)
+    return LayeredGraph(tail, head, cost, begins, K, N, empty, rounding)
+
+
+@dataclass
+class _Edges:
+    """Number of edges so far; counted as they are found, so that too many never exist."""
+
+    most: int
+    count: int
+
+    def add(self, more: int) -> None:
+        self.count += more
+        if self.count > self.most:
+            raise ValueError(
+                f"the graph has {self.count} edges or more; accepted: most_edges = {self.most}; "
+                "take fewer angles or a lower leg_rate, or raise most_edges"
+            )
+
+    def require_room(self) -> None:
+        """Refuse a linear program that does not fit."""
+        require_memory(f"most_edges = {self.most}", "edges in lp's graph", self.count, EDGE)
+
+
+def _moves(grid: PostureGrid, step: int, edges: _Edges) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes before and after each admissible move of one step."""
+    tails, heads = [np.zeros(0, int)], [np.zeros(0, int)]
+    for tail, head in moves_of_step(grid, step):
+        edges.add(len(tail))
+        tails.append(tail)
+        heads.append(head)
+    return np.concatenate(tails), np.concatenate(heads)
+
+
+def _connected(moves: list[tuple[np.ndarray, np.ndarray]], first: np.ndarray, count: int) -> bool:
+    """True if a path leads from the first waypoint to the last."""
+    reached = np.zeros(count, dtype=bool)
+    reached[first] = True
+    for a, b in moves:
+        after = np.zeros(count, dtype=bool)
+        after[b[reached[a]]] = True
+        reached = after
+    return bool(np.any(reached))
+
+
+def _costs(
+    grid: PostureGrid, tail: np.ndarray, head: np.ndarray, threshold: float | None, slack: float
+) -> np.ndarray:
+    """The cost of each edge: of its step, or of the station that it leads to, 0 to the sink."""
+    K, N = len(grid.problem.x), grid.shape[0] * grid.shape[1]
+    layers = [grid.layer(k).stations for k in range(K)]
+    cost = np.zeros(len(tail))
+    inner = (tail < K * N) & (head < K * N)
+    criterion = grid.problem.posture.criterion
+    with jax.enable_x64(True):
+        if threshold is None:
+            a, b = (_gather(layers, of[inner], N) for of in (tail, head))
+            cost[inner] = np.asarray(_step_costs(criterion, a, b))
+            return cost
+        to_station = head < K * N
+        worst = np.asarray(_station_costs(criterion, _gather(layers, head[to_station], N)))
+    cost[to_station] = (worst >= threshold - slack) + (K + 1.0) * (worst > threshold + slack)
+    return cost
+
+
+def _gather(layers: list[Station], nodes: np.ndarray, count: int) -> Station:
+    """The stations of nodes given by their numbers in the graph."""
+    k, node = np.divmod(nodes, count)
+    begins = np.cumsum([0, *(len(of.torque) for of in layers[:-1])])
+    joined = jax.tree.map(lambda *of: np.concatenate(of), *layers)
+    return joined.map(lambda of: of[begins[k] + node])
+
+
+_step_costs = jax.jit(step_cost)
+_station_costs = jax.jit(station_cost)

@@ -18,8 +18,8 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.options import COUNT
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name, station_cost
-from stickslip.optim.posture.graph.dp import angles_at, best_paths
-from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid
+from stickslip.optim.posture.graph.grid import PostureGrid, build_grid
+from stickslip.optim.posture.graph.search import angles_at, best_paths
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.checks import shown
 from stickslip.optim.cma import evolution, evolve, package
-from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.local.starts import begin
+from stickslip.optim.posture.finer import result_at
+from stickslip.optim.posture.local.linearise import begin
 from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.sizes import (
+from stickslip.optim.posture.waypoints import (
     COVARIANCE,
     require_stations,
     require_waypoint_matrices,

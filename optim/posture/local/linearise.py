@@ -1,28 +1,35 @@
-"""A posture problem near a point: its smooth terms and margins with their slopes, in blocks.
+"""A posture problem near a point, and the points to begin from.
 
-Every method that follows slopes works with this: the criteria are outer functions (sum of positive
-parts, sum of squares, largest) of smooth terms, and each term depends on the leg angles of one
-waypoint or of two neighbours, so that two directional derivatives of all stations at once give the
-whole sparse Jacobian.
+The criteria are outer functions (sum of positive parts, sum of squares, largest) of smooth terms,
+and each term depends on the leg angles of one waypoint or of two neighbours, so that two
+directional derivatives of all stations at once give the whole sparse Jacobian.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import cvxpy as cp
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.checks import require_choice
+from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
-from stickslip.optim.posture.stations import evaluated, traced
-from stickslip.optim.posture.stations.station import Station
+from stickslip.optim.posture.finer import result_at
+from stickslip.optim.posture.result import PostureResult
+from stickslip.optim.posture.station import Station
+from stickslip.optim.result import OptimStatus
+from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.optim.posture.problem import PostureProblem
+
 
 SMOOTH = ("grip", "normal", "clearance", "wheels", "torque")
 """The constraints that have slopes. leg_rate is linear; pose is a yes or no."""
@@ -66,11 +73,11 @@ class Near:
     def _linearised(self, angles: np.ndarray) -> Linear:
         with jax.enable_x64(True):
             posture = self._shared
-            at, slopes = evaluated.stations_and_slopes(posture, angles)
+            at, slopes = evaluate.stations_and_slopes(posture, angles)
             terms = linear_terms(self.problem.posture.criterion, at, slopes)
             terms, term_slopes, placed = jax.tree.map(np.asarray, terms)
-            margins = _smooth(traced.constraints(posture, at, angles))
-            margin_slopes = _smooth(traced.margin_slopes(posture, at, slopes))
+            margins = _smooth(evaluate.constraints(posture, at, angles))
+            margin_slopes = _smooth(evaluate.margin_slopes(posture, at, slopes))
         return Linear(terms, term_slopes, margins, margin_slopes, placed)
 
     def value(self, at: Linear) -> float:
@@ -93,7 +100,7 @@ def _smooth(margins: dict[str, jax.Array]) -> dict[str, np.ndarray]:
     return {name: np.asarray(margins[name]) for name in SMOOTH if name in margins}
 
 
-def without_criterion(problem: PostureProblem) -> traced.Posture:
+def without_criterion(problem: PostureProblem) -> evaluate.Posture:
     """The posture for what is the same by every criterion, so that all share compiled programs."""
     return replace(problem.posture, criterion=None)
 
@@ -142,3 +149,98 @@ def _pushed(function, at: tuple[Station, ...], each: tuple[Station, ...]):
     finite."""
     slopes = jax.vmap(lambda *d: jax.jvp(function, at, d)[1], out_axes=-1)(*each)
     return function(*at), jax.tree.map(lambda v: jnp.where(jnp.isfinite(v), v, 0), slopes)
+
+
+STARTS = ("dp", "grid", "middle")
+
+
+def start_point(
+    problem: PostureProblem, start: Any, angles: Any = None, progress: bool = False
+) -> tuple[Float[np.ndarray, "n"], str]:
+    """A point to begin from, inside the bounds, and a sentence where it is not what was asked for.
+
+    start: "dp" or "grid", those methods' solutions on the grid of those angles (see build_grid);
+    "middle", the middle of the legs' range everywhere; or a decision vector. Where the grid has no
+    feasible path, or the criterion is a weighted sum that dp does not take, it is the middle.
+    """
+    low, high = problem.bounds
+    if not isinstance(start, str):
+        return np.clip(problem.angles(start).reshape(-1), low, high), ""
+    require_choice("start", start, STARTS)
+    middle = (low + high) / 2
+    if start == "middle":
+        return middle, ""
+    from stickslip.optim.solving import solve
+
+    if start == "dp" and problem.criterion.kind == "mixed":
+        return middle, "began in the middle: dp takes no weighted sum with a worst station in it; "
+    found = solve(problem, start, polish=False, progress=progress, angles=angles)
+    if found.x is None:
+        return middle, f"began in the middle, since {start} found nothing ({found.message}); "
+    return np.clip(found.x, low, high), ""
+
+
+def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
+    """x, or the point nearest to it within the bounds and the leg rates; None if there is none."""
+    angles = problem.angles(x)
+    low, high = (side.reshape(-1, 2) for side in problem.bounds)
+    most = np.inf if problem.leg_rate is None else problem.leg_rate * np.diff(problem.x)[:, None]
+    inside = np.all((angles >= low) & (angles <= high))
+    if inside and np.all(np.abs(np.diff(angles, axis=0)) <= most * (1 + 1e-9)):
+        return angles.reshape(-1)
+    near = cp.Variable(angles.shape)
+    constraints: list[cp.Constraint] = [near >= low, near <= high]
+    if problem.leg_rate is not None:
+        constraints.append(cp.abs(cp.diff(near, axis=0)) <= most * np.ones(2))
+    nearest = cp.Problem(cp.Minimize(cp.sum_squares(near - angles)), constraints)
+    if not _joined(problem):
+        return None
+    if solve_quietly(nearest, cp.CLARABEL).status is not OptimStatus.OPTIMAL:
+        return _straight(problem)
+    return np.clip(np.asarray(near.value), low, high).reshape(-1)
+
+
+def _joined(problem: PostureProblem) -> bool:
+    """True if the rate lets both legs turn from the given start to the given end: that is all that
+    could stand in the way of a point within bounds and rates."""
+    if problem.leg_rate is None or problem.start_angles is None or problem.end_angles is None:
+        return True
+    turn = np.max(np.abs(np.subtract(problem.end_angles, problem.start_angles)))
+    return bool(turn <= problem.leg_rate * (problem.x[-1] - problem.x[0]) * (1 + 1e-9))
+
+
+def _straight(problem: PostureProblem) -> np.ndarray:
+    """Angles that change evenly from the given start to the given end, or stay: within the rates
+    where any are."""
+    ends = [given for given in (problem.start_angles, problem.end_angles) if given is not None]
+    middle = (problem.bounds[0][-2:] + problem.bounds[1][-2:]) / 2
+    first, last = (ends or [middle])[0], (ends or [middle])[-1]
+    part = (problem.x - problem.x[0]) / (problem.x[-1] - problem.x[0])
+    return (first + part[:, None] * (last - first)).reshape(-1)
+
+
+def begin(
+    problem: PostureProblem, method: str, start: Any, angles: Any, progress: bool, began: float
+) -> tuple[Near, Float[np.ndarray, "n"], str] | PostureResult:
+    """Start of a method: the problem's linear models, a point within bounds and leg rates, and
+    start_point's sentence. Or the result, where there is no such point, no pose at it, or no
+    choice."""
+    x, note = start_point(problem, start, angles, progress)
+    x = within_rates(problem, x)
+    if x is None:
+        return PostureResult.without_point(
+            method=method, status=OptimStatus.INFEASIBLE, began=began,
+            message="leg_rate lets no path lead from start_angles to end_angles in this range",
+        )  # fmt: skip
+    if problem.free.n == 0:
+        return result_at(
+            problem, x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
+            message=f"{note}every angle is given{shortcomings(problem, x)}",
+        )  # fmt: skip
+    near = Near(problem)
+    if near(x).placed:
+        return near, x, note
+    message = f"{note}where it begins there is no pose, or no forces{shortcomings(problem, x)}"
+    return result_at(
+        problem, x, method=method, status=OptimStatus.FAILED, began=began, message=message
+    )

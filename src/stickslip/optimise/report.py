@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.params import legs
 from stickslip.optim import OptimStatus, PostureProblem, PostureResult
-from stickslip.optim.posture.missed import tolerated
+from stickslip.optim.posture.result import tolerated
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
 from stickslip.optim import PostureProblem, Station
-from stickslip.optim.posture.stations import evaluated
+from stickslip.optim.posture import evaluate
 from stickslip.paper import drawing
 from stickslip.paper.figure import NOT_STATED, Claim, Columns, Result, by_construction, share_of
 
@@ -88,7 +88,7 @@ def all_pairs(problem: PostureProblem) -> Held:
 def _stations(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:
     """Stations [pairs, K] with the legs held at pairs of angles [degrees]."""
     angles = np.broadcast_to(np.radians(pairs)[:, None], (len(pairs), len(problem.x), 2))
-    return evaluated.stations(problem.posture, angles)
+    return evaluate.stations(problem.posture, angles)
 
 
 def name_of(pair: Pair) -> str:

@@ -7,8 +7,7 @@ import pytest
 
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import OptimStatus, PostureProblem, Weighted
-from stickslip.optim.posture.finer import evaluate_finer, finer
-from stickslip.optim.posture.finish import result_at
+from stickslip.optim.posture.finer import evaluate_finer, finer, result_at
 from tests.optim.posture.helpers import over_bump, random_x
 
 MIXED = Weighted((("wheel_energy", 1.0), ("grip", 0.5), ("torque_variation", 1e-3)))

@@ -10,8 +10,8 @@ import scipy.optimize
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
 from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Weighted, solve
-from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.stations.wheels import nearer_between
+from stickslip.optim.posture.finer import result_at
+from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
 DOWN = np.pi / 2

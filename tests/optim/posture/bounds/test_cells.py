@@ -4,23 +4,22 @@ import jax
 import numpy as np
 import pytest
 
+from stickslip.optim.posture import evaluate
+from stickslip.optim.posture.bounds.branch import NAMES, at_least
+from stickslip.optim.posture.bounds.cells import FIELDS, Surveyor
 from stickslip.optim.posture.bounds.lattice import (
     AHEAD,
     BACK,
     NONE,
+    SQUARE,
     Axis,
     first_axis,
     given_axis,
-    moves,
     shapes,
 )
-from stickslip.optim.posture.bounds.sides import FOUR, Side
-from stickslip.optim.posture.bounds.station_cells import FIELDS, Surveyor
+from stickslip.optim.posture.bounds.steps import FOUR, Side, terms_of
 from stickslip.optim.posture.bounds.sweep import Pairs, Step, best_charges
-from stickslip.optim.posture.bounds.terms import terms_of
-from stickslip.optim.posture.bounds.worst import NAMES, at_least
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.posture.stations import evaluated
 from tests.optim.posture.bounds.helpers import over
 from tests.optim.posture.helpers import plain_cost
 
@@ -46,7 +45,7 @@ def stations(problem, pairs: np.ndarray):
     whole = np.full((len(pairs), len(problem.x), 2), np.pi / 2)
     whole[:, 4:6] = pairs
     with jax.enable_x64(True):
-        at = evaluated.stations(problem.posture, whole)
+        at = evaluate.stations(problem.posture, whole)
     return at.map(lambda of: np.asarray(of)[:, 4:6])
 
 
@@ -182,6 +181,18 @@ def _weights(axes, angles, cells, kinds, leg):
     found = np.select([kinds == AHEAD, kinds == BACK], [ahead, back], square)
     assert np.min(found) > -1e-6  # inside
     return np.stack([[found[2 * p[leg] + q[leg]] for q in FOUR] for p in FOUR]).transpose(2, 0, 1)
+
+
+def moves(problem, step: int, a: Axis, b: Axis) -> np.ndarray:
+    """Pairs of corners, before and after a step, between which allowed moves lie."""
+    pairs = shapes(problem, step, a, b)
+    allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)
+    for i in (0, 1):
+        for j in (0, 1):
+            corner = (pairs == SQUARE) | ((pairs == AHEAD) & ((i, j) != (0, 1)))
+            corner |= (pairs == BACK) & ((i, j) != (1, 0))
+            allowed[i : i + corner.shape[0], j : j + corner.shape[1]] |= corner
+    return allowed
 
 
 def test_moves_within_the_rate_lie_between_allowed_corners():

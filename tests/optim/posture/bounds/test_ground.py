@@ -7,8 +7,7 @@ import pytest
 from stickslip.dynamics.ugv import Odometer, Track
 from stickslip.optim import PostureProblem, solve
 from stickslip.optim.intervals import Interval, interval
-from stickslip.optim.posture.bounds.arc import Arc
-from stickslip.optim.posture.bounds.ground import ground_of
+from stickslip.optim.posture.bounds.ground import Arc, ground_of
 
 RANDOM = np.random.default_rng(5)
 POINTS = (np.linspace(0, 9, 13), 0.1 * RANDOM.standard_normal(13))

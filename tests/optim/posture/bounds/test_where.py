@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.optim.posture.bounds.where import BESIDE, bottleneck, lossy
+from stickslip.optim.posture.bounds.sweep import BESIDE, bottleneck, lossy
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 2 * BESIDE, 2 * BESIDE + 1, 30])

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus
-from stickslip.optim.posture.graph.certificate import certify
-from stickslip.optim.posture.graph.dp import best_paths
-from stickslip.optim.posture.graph.layered_graph import build_graph
-from stickslip.optim.posture.graph.posture_grid import build_grid
-from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.graph.grid import build_grid
+from stickslip.optim.posture.graph.lp import build_graph
+from stickslip.optim.posture.graph.search import best_paths, certify
+from stickslip.optim.posture.result import below
 from tests.optim.posture.helpers import on_grid as solve
 from tests.optim.posture.helpers import over_bump, tiny
 
@@ -88,7 +87,7 @@ def test_the_result_says_that_it_is_the_grids(monkeypatch):
     )
     assert found.details["certificate"]["edges"] > 0
     monkeypatch.setattr(
-        "stickslip.optim.posture.graph.dp.certify",
+        "stickslip.optim.posture.graph.search.certify",
         lambda grid, values: certify(grid, [np.zeros_like(of) for of in values]),
     )
     found = solve(over_bump(leg_rate=0.9), "dp", angles=5)

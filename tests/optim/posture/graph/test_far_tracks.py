@@ -11,9 +11,8 @@ from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs import UGVEnv
 from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.posture.graph.impossible import without_path
-from stickslip.optim.posture.graph.posture_grid import build_grid
-from stickslip.optim.posture.rounding import below
+from stickslip.optim.posture.graph.grid import build_grid, without_path
+from stickslip.optim.posture.result import below
 from tests.dynamics.ugv.slow import Slow
 from tests.optim.posture.helpers import tiny
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import OptimStatus, solve
-from stickslip.optim.posture.graph.fitting import FINEST, fitting_grid, rate_used
-from stickslip.optim.posture.graph.posture_grid import build_grid
+from stickslip.optim.posture.graph.grid import FINEST, build_grid, fitting_grid, rate_used
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, tiny
 
 ANGLE = st.floats(LOW, HIGH)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus
-from stickslip.optim.posture.graph.posture_grid import build_grid
+from stickslip.optim.posture.graph.grid import build_grid
 from tests.optim.posture.helpers import on_grid as solve
 from tests.optim.posture.helpers import over_bump, tiny
 
@@ -78,9 +78,7 @@ def test_a_waypoint_without_any_pair_is_named():
 
 
 def test_stations_in_chunks_are_the_stations_at_once(monkeypatch, grid):
-    monkeypatch.setattr(
-        "stickslip.optim.posture.graph.posture_grid.CHUNK", 80
-    )  # 3 waypoints of 25 pairs
+    monkeypatch.setattr("stickslip.optim.posture.graph.grid.CHUNK", 80)  # 3 waypoints of 25 pairs
     chunked = build_grid(over_bump(), 5, method="test", progress=False)
     for one, other in zip(chunked.stations, grid.stations, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-9)

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import CRITERIA, OptimStatus
-from stickslip.optim.posture.graph.layered_graph import build_graph
-from stickslip.optim.posture.graph.lp import proved_bound
-from stickslip.optim.posture.graph.posture_grid import build_grid
+from stickslip.optim.posture.graph.grid import build_grid
+from stickslip.optim.posture.graph.lp import build_graph, proved_bound
 from tests.optim.posture.helpers import on_grid as solve
 from tests.optim.posture.helpers import over_bump, tiny
 

@@ -100,7 +100,7 @@ def test_the_limit_is_the_users(monkeypatch, method: str, options, said: str):
 def test_too_many_moves_or_edges_are_refused_before_they_are_listed(monkeypatch):
     problem = replace(over_bump(), leg_rate=None)
     monkeypatch.setenv(MEMORY_LIMIT, "2e6")
-    monkeypatch.setattr("stickslip.optim.posture.graph.posture_grid.require_grid", lambda *of: None)
+    monkeypatch.setattr("stickslip.optim.posture.graph.grid.require_grid", lambda *of: None)
     with pytest.raises(ValueError, match=r"leg_rate = None rad/m on this grid makes 14,641 moves"):
         solve(problem, "dp", polish=False, angles=61)
     monkeypatch.setenv(MEMORY_LIMIT, "1e5")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
-from stickslip.optim.posture.local.epigraph import Epigraph
+from stickslip.optim.posture.local.gradient import Epigraph
 from stickslip.optim.posture.local.linearise import Near
 from tests.optim.posture.helpers import over_bump, random_x
 

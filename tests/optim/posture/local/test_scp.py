@@ -8,9 +8,8 @@ import pytest
 from scipy.optimize import linprog
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
-from stickslip.optim.posture.local.convex_model import ConvexModel
 from stickslip.optim.posture.local.linearise import Near
-from stickslip.optim.posture.local.scp import GOOD
+from stickslip.optim.posture.local.scp import GOOD, ConvexModel
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9

@@ -8,30 +8,29 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.intervals.arithmetic import Interval, interval
-from stickslip.optim.posture.bounds.arc import Arc
-from stickslip.optim.posture.bounds.boxes import Boxes, by_parts
-from stickslip.optim.posture.bounds.contact import Bracket, wheel_at
-from stickslip.optim.posture.bounds.friction import most_friction
-from stickslip.optim.posture.bounds.ground import Ground, ground_of
-from stickslip.optim.posture.bounds.lattice import Axis
+from stickslip.optim.intervals import Interval, interval
+from stickslip.optim.posture.bounds.ground import Arc, Ground, ground_of
+from stickslip.optim.posture.bounds.lattice import Axis, Boxes, by_parts
 from stickslip.optim.posture.bounds.vehicle import (
+    Bracket,
     Held,
     Numbers,
     Rear,
     angle_jets,
     held,
     rear_jets,
+    wheel_at,
     wheelbase_squared,
 )
-from stickslip.optim.posture.stations.wheels import longest_wheelbase
+from stickslip.optim.posture.waypoints import longest_wheelbase
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float
 
-    from stickslip.optim.intervals.jet import Jet
-    from stickslip.optim.posture.stations.data import PostureData
+    from stickslip.optim.intervals import Jet
+    from stickslip.optim.posture.problem import PostureProblem
+
 
 FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
 
@@ -129,7 +128,7 @@ def at_corners(cells: np.ndarray, reduce: Callable[..., object]) -> np.ndarray:
 class Surveyor:
     """Makes and refines the cells of a problem's waypoints; kept: the fields that are asked for."""
 
-    def __init__(self, problem: PostureData, kept: tuple[str, ...] = FIELDS):
+    def __init__(self, problem: PostureProblem, kept: tuple[str, ...] = FIELDS):
         self.problem, self.kept = problem, kept
         self.inside = tuple(sorted({*kept, "F", "N_rear", "N_front"}))
         self.vehicle = Numbers.of(problem.params)
@@ -310,3 +309,18 @@ def _nothing(names: tuple[str, ...], shape: tuple[int, ...]) -> Inside:
 def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:
     """The cells, of which nothing is known where it is lost."""
     return replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))
+
+
+def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:
+    """mu of the rear and the front wheel at each waypoint, at most.
+
+    The front wheel stands at the waypoint and the rear one within reach behind it. Of the front
+    wheel, and of both where the ground has no surface of its own, it is the very mu.
+    """
+    mu = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)[:, None]
+    surface = problem.track.surface
+    if surface is None:
+        return np.repeat(mu, 2, 1)
+    reach = 1.01 * (longest_wheelbase(problem.params) + 2 * float(problem.params.wheel_radius))
+    behind = surface.most(problem.x - reach, problem.x)
+    return mu * np.stack([behind, surface.most(problem.x, problem.x)], -1)

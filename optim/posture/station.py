@@ -10,14 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import (
-    Odometer,
-    Pose,
-    PoseSolver,
-    Track,
-    UGVParams,
-    balance,
-)
+from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.contact.rolling import wheel_lags
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.dynamics.ugv.statics import friction_under
@@ -27,6 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, Real
 
     from stickslip.dynamics.numeric import Number
+
 
 PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""

@@ -1,29 +1,144 @@
-"""Dynamic programming over the grid of leg angles: the best path of all, with rate limits."""
+"""Choice of a path over the grid: point by point, and by dynamic programming with a proof.
+
+The costs of arriving are potentials that bound all paths, verified edge by edge. Take any number y
+for every node. Where y_head - y_tail <= cost for every edge, no path costs less than y at its end
+less y where it began: the dual of the shortest path, without a linear program. Where an edge misses
+that by something, the bound is lower by the worst miss of its step.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
-from stickslip.optim.posture.finish import result_at
-from stickslip.optim.posture.graph.certificate import certify
-from stickslip.optim.posture.graph.impossible import without_path
-from stickslip.optim.posture.graph.posture_grid import PostureGrid, build_grid, offsets
-from stickslip.optim.posture.local.polish import polishable
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.rounding import below, closes
-from stickslip.optim.posture.stations.station import Station
+from stickslip.dynamics.checks import require_kind
+from stickslip.optim.posture.criteria import (
+    Criterion,
+    Weighted,
+    pointwise_cost,
+    station_cost,
+    step_cost,
+)
+from stickslip.optim.posture.finer import result_at
+from stickslip.optim.posture.graph.grid import (
+    PostureGrid,
+    build_grid,
+    moves_of_step,
+    offsets,
+    polishable,
+    without_path,
+)
+from stickslip.optim.posture.result import PostureResult, below, closes
+from stickslip.optim.posture.station import Station
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
+    from stickslip.optim.posture.graph.grid import PostureGrid
     from stickslip.optim.posture.problem import PostureProblem
+
+    Edges = tuple[np.ndarray, np.ndarray]
+    """Nodes before and after each."""
+
+
+@polishable
+def solve_grid(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    angles: Any = None,
+    within_rate: bool = False,
+) -> PostureResult:
+    """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
+
+    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
+    steps are not known of one station; in their place stands, for wheel_energy and total_energy,
+    |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
+    in weighted sums the weighted sum of these. So nothing says that such a choice is good.
+
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
+
+    within_rate: choose among the pairs that leg_rate lets the legs reach from the choice before,
+    which may end where there is none; without it leg_rate is not looked at, as in the chapter, and
+    the result may break it (VIOLATED; its residuals say by how much). For single worst-station
+    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
+    grid is below it, within the rate or not. evaluations: stations. details: grid, rate_used (of
+    the grid, see build_grid), grid_bound (None for sums).
+    """
+    began = time.perf_counter()
+    require_kind("within_rate", within_rate, bool, "True or False")
+    grid = build_grid(problem, angles, method="grid", progress=progress)
+    nodes, reason, bound = _choose(grid, within_rate)
+    common: dict[str, Any] = {
+        "method": "grid",
+        "began": began,
+        "evaluations": grid.evaluations,
+    }
+    if reason and np.any(grid.admissible(len(nodes))):
+        failed = OptimStatus.FAILED
+        return PostureResult.without_point(status=failed, message=reason, **common)
+    if reason:
+        return without_path(grid, len(nodes), reason, common)
+    return result_at(
+        problem,
+        np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)]),
+        status=OptimStatus.FEASIBLE,
+        message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
+        details=grid.details | {"grid_bound": bound},
+        **common,
+    )
+
+
+def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float | None]:
+    """The node at each waypoint, as far as there is one, why there is none at the next, and the
+    grid's bound."""
+    criterion = grid.problem.criterion
+    before = None
+    nodes: list[int] = []
+    least = []
+    for k in range(len(grid.problem.x)):
+        here, good = grid.layer(k).stations, grid.admissible(k)
+        if not np.any(good):
+            return nodes, grid.why_none(k), None
+        cost = np.where(good, _cost(criterion, here, before), np.inf)
+        least.append(np.min(cost))
+        if within_rate and before is not None:
+            reached = grid.within(k - 1, before.leg_angles, here.leg_angles)
+            cost = np.where(reached, cost, np.inf)
+            if not np.any(np.isfinite(cost)):
+                return nodes, _dead_end(grid, k), None
+        node = int(np.argmin(cost))
+        before = here.map(lambda of, node=node: of[[node]])
+        nodes.append(node)
+    bound = below(grid.problem, float(np.max(least))) if criterion.kind == "max" else None
+    return nodes, "", bound
+
+
+def _cost(criterion, here: Station, before: Station | None) -> np.ndarray:
+    """Each node's own cost [N]; before: the station [1] chosen before it."""
+    if before is None:
+        before = here.map(lambda of: np.zeros_like(of[:1]))
+    with jax.enable_x64(True):
+        return np.asarray(_pointwise(criterion, here, before))
+
+
+_pointwise = jax.jit(pointwise_cost)
+
+
+def _dead_end(grid: PostureGrid, k: int) -> str:
+    left = int(np.sum(grid.admissible(k)))
+    return (
+        f"dead end: leg_rate = {grid.problem.leg_rate} rad/m lets the pair chosen at waypoint "
+        f"{k - 1} move to none of the {left} admissible ones at waypoint {k} (x = "
+        f"{grid.problem.x[k]:.6g} m); another choice before may pass: see dp"
+    )
+
 
 AGREEMENT = 1e-8
 """Relative difference of the recursion's value and the objective, or the proved bound, above which
@@ -255,3 +370,113 @@ def _recursion(
     first = jax.tree.map(lambda of: of[0], stations)
     rest = jax.tree.map(lambda of: of[1:], stations)
     return jax.lax.scan(step, (first, cost), (rest, ok[1:], windows))[1]
+
+
+EDGES = 1 << 18
+"""About the number of edges whose costs are computed in one call."""
+
+
+class Certificate(NamedTuple):
+    """Bound that potentials prove for a grid's paths."""
+
+    bound: float
+    """No path over the grid costs less, but for the rounding of its stations."""
+    missed: float
+    """Largest violation of an edge's inequality, in the criterion's unit."""
+    edges: int
+    """Number of edges verified: all that the rate and the constraints allow."""
+
+
+def certify(grid: PostureGrid, potentials: Sequence[np.ndarray]) -> Certificate:
+    """The bound that potentials of the nodes, [N] for each waypoint, prove.
+
+    Whoever gives them is trusted in nothing: costs come from the grid's stations, which pairs of
+    nodes are edges from its angles, the rate and the constraints. Infinite: no path arrives there,
+    which is looked up, too. Sums over steps: y_head <= y_tail + cost. Worst stations: y_head <=
+    max(y_tail, cost).
+    """
+    criterion = grid.problem.posture.criterion
+    worst_of = criterion.kind == "max"
+    missed, edges = 0.0, 0
+    lost = 0.0
+    y = np.asarray(potentials[0], float)
+    begin = np.zeros(y.shape)
+    if worst_of:
+        with jax.enable_x64(True):
+            begin = np.asarray(_station_costs(criterion, grid.layer(0).stations))
+    begin = np.where(grid.admissible(0), begin, np.inf)
+    first = _least(begin, y)
+    missed, lost = max(missed, -first), lost + max(-first, 0.0)
+    for step in range(len(potentials) - 1):
+        after = np.asarray(potentials[step + 1], float)
+        least = 0.0
+        for tail, head, cost in _costs(grid, step, criterion, worst_of):
+            from_there = y[tail]
+            arrived = np.maximum(from_there, cost) if worst_of else from_there + cost
+            least = min(least, _least(arrived, after[head]))
+            edges += len(tail)
+        missed, lost, y = max(missed, -least), lost - least, after
+    ends = float(np.min(y))
+    size = float(np.max(np.abs(y[np.isfinite(y)]), initial=0.0))
+    rounding = 4 * np.finfo(float).eps * size * (len(potentials) + 1)
+    return Certificate(ends - lost - rounding, missed, edges)
+
+
+def _least(cost: np.ndarray, y: np.ndarray) -> float:
+    """The least room that finite costs leave above y; none where y is infinite or no number."""
+    counts = np.isfinite(cost)
+    cost, y = cost[counts], y[counts]
+    if not np.all(np.isfinite(y)):
+        return -np.inf
+    return float(np.min(cost - y, initial=np.inf))
+
+
+def _costs(
+    grid: PostureGrid, step: int, criterion: Criterion | Weighted, worst_of: bool
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """All edges of a step and their costs, about EDGES at a time."""
+    a, b = grid.layer(step).stations, grid.layer(step + 1).stations
+    for tail, head in _together(moves_of_step(grid, step)):
+        size = 1 << max(len(tail) - 1, 0).bit_length()  # few programs, whatever is admissible
+        tails, heads = (np.resize(of, size).astype(np.int32) for of in (tail, head))
+        with jax.enable_x64(True):
+            if worst_of:
+                found = _arrivals(criterion, b, heads)
+            else:
+                found = _edge_costs(criterion, a, b, tails, heads)
+        yield tail, head, np.asarray(found)[: len(tail)]
+
+
+def _together(parts: Iterator[Edges]) -> Iterator[np.ndarray]:
+    """The same edges, about EDGES at a time; none that are empty."""
+    waiting: list[np.ndarray] = []
+    count = 0
+    for part in parts:
+        waiting.append(np.stack(part))
+        count += len(part[0])
+        if count >= EDGES:
+            yield np.concatenate(waiting, axis=1)
+            waiting, count = [], 0
+    if count:
+        yield np.concatenate(waiting, axis=1)
+
+
+@jax.jit
+def _edge_costs(
+    criterion: Criterion | Weighted,
+    a: Station,
+    b: Station,
+    tail: Int[Array, "E"],
+    head: Int[Array, "E"],
+) -> Array:
+    """Costs of edges; only the entries that the criterion reads are gathered."""
+    before, after = a.map(lambda of: of[tail]), b.map(lambda of: of[head])
+    return step_cost(criterion, before, after)
+
+
+@jax.jit
+def _arrivals(criterion: Criterion | Weighted, b: Station, head: Int[Array, "E"]) -> Array:
+    return jnp.asarray(station_cost(criterion, b))[head]
+
+
+_station_costs = jax.jit(station_cost)

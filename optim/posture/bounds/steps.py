@@ -1,0 +1,232 @@
+"""Costs of steps between the cells of two waypoints: what they are not below.
+
+A term of a step from a to b is max(0, p), p = (X_a + X_b) (Y_b - Y_a) / 2: torque and turn of the
+wheels, or of a leg; or p^2 / dx, p = X_b - X_a, where Y is None. Both lie above
+
+    s p, s from 0 to 1,    or    (2 s p - s^2) / dx, any s,
+
+and the best s, the slope, gives them. The moves from a point of one cell to one of another are, for
+each leg, a square of the two or a triangle of it (lattice.py). There p lies above its interpolant
+of the corners less
+
+    kappa = sum over both legs of h^2 / 8 (max(p_aa, 0) + max(p_bb, p_aa + 2 p_ab + p_bb, 0)),
+
+the last where a triangle is cut, along its diagonal; or h / 2 of the first derivatives, whichever
+is less. Derivatives are enclosed over both cells, h is a cell's width.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from stickslip.optim.intervals import Interval, interval
+from stickslip.optim.posture.criteria import Criterion, Weighted
+
+if TYPE_CHECKING:
+    from jaxtyping import Bool, Float, Int
+
+    from stickslip.optim.intervals import Interval
+    from stickslip.optim.posture.bounds.cells import StationCells
+    from stickslip.optim.posture.bounds.lattice import Axis
+
+    Array = Float[np.ndarray, "..."]
+
+
+class Term(NamedTuple):
+    """weight * max(0, p), or weight * p^2 / dx where Y is None."""
+
+    weight: float
+    X: str
+    Y: str | None
+
+    def cost(self, p: Array, dx: float) -> Array:
+        """Cost of the term."""
+        return self.weight * (np.maximum(p, 0.0) if self.Y is not None else p**2 / dx)
+
+    def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
+        """A function below what is paid, were p less by kappa, either way; its derivative by the
+        slope. Concave in it."""
+        if self.Y is not None:
+            p = p - kappa
+            return self.weight * slope * p, self.weight * p
+        size, sign = np.abs(slope), np.sign(slope)
+        value = (2 * slope * p - 2 * size * kappa - slope**2) / dx
+        return self.weight * value, self.weight * 2 * (p - sign * kappa - slope) / dx
+
+    def slopes(self, p: Array) -> tuple[Array, Array]:
+        """The least and the largest that may be best; p: [n, corners]."""
+        if self.Y is not None:
+            return np.zeros(len(p)), np.ones(len(p))
+        return np.min(p, axis=1), np.max(p, axis=1)
+
+
+PAIRS = {
+    "wheel_energy": (("torque", "turn"),),
+    "total_energy": (("torque", "turn"), ("leg_rear", "rear"), ("leg_front", "front")),
+    "torque_variation": (("torque", None),),
+}
+
+
+def terms_of(criterion: Criterion | Weighted) -> list[Term]:
+    """The terms of a sum over steps; ValueError for a criterion that has no such form here."""
+    parts = criterion.parts if isinstance(criterion, Weighted) else ((criterion, 1.0),)
+    found = []
+    for one, weight in parts:
+        if one.name not in PAIRS:
+            raise ValueError(
+                f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, their weighted sums, "
+                "and single worst stations"
+            )
+        found += [Term(float(np.asarray(weight)), X, Y) for X, Y in PAIRS[one.name]]
+    return [term for term in found if term.weight > 0]
+
+
+FOUR = ((0, 0), (0, 1), (1, 0), (1, 1))
+"""A cell's corners: rear and front."""
+
+
+class Field(NamedTuple):
+    """A field over n cells: at their corners, over all of each, and its derivatives there."""
+
+    corners: Float[np.ndarray, "n 4"]
+    over: Interval
+    first: Interval
+    """[2, n], as second."""
+    second: Interval
+    radius: float
+    """Greatest error of a corner."""
+
+    def of(self, cells: np.ndarray) -> Field:
+        """Field of those cells."""
+        parts = (self.over[cells], self.first[:, cells], self.second[:, cells])
+        return Field(self.corners[cells], *parts, self.radius)
+
+
+@dataclass(frozen=True)
+class Side:
+    """The cells of a waypoint within the least rectangle that holds those that are alive, n in all,
+    row by row."""
+
+    rear: Axis
+    front: Axis
+    alive: Bool[np.ndarray, "R F"]
+    known: Bool[np.ndarray, "n"]
+    smooth: Bool[np.ndarray, "n"]
+    widths: Float[np.ndarray, "2 n"]
+    fields: dict[str, Field]
+    box: tuple[slice, slice]
+    """Position of the rectangle among all cells."""
+
+    @classmethod
+    def of(cls, cells: StationCells, terms: list[Term]) -> Side:
+        """Side of a waypoint's cells; one of them at least is alive."""
+        rows, columns = np.nonzero(cells.alive)
+        box = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
+        rear, front = (
+            axis.part(of) for axis, of in zip((cells.rear, cells.front), box, strict=True)
+        )
+        alive = cells.alive[box]
+        widths = np.stack(np.meshgrid(rear.widths, front.widths, indexing="ij")).reshape(2, -1)
+        known, smooth = (of[box].ravel() for of in (cells.inside.known, cells.inside.smooth))
+        names = {name for term in terms for name in (term.X, term.Y) if name}
+        fields = {name: _field(cells, name, box) for name in names}
+        return cls(rear, front, alive, known & alive.ravel(), smooth, widths, fields, box)
+
+
+def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
+    shape = cells.alive[box].shape
+    if name in ("rear", "front"):
+        return _angle(cells, int(name == "front"), box)
+    counts = (cells.inside.known & cells.alive)[box].ravel()
+
+    def row(of: np.ndarray) -> np.ndarray:
+        found = of[(..., *box)].reshape(*of.shape[:-2], -1)
+        return np.where(counts, found, 0.0)
+
+    first, second = (part[name].map(row) for part in (cells.inside.first, cells.inside.second))
+    with np.errstate(invalid="ignore"):
+        over = cells.range_of(name).map(row)
+    at = cells.values[name]
+    corners = [at[i : i + at.shape[0] - 1, j : j + at.shape[1] - 1][box] for i, j in FOUR]
+    values = np.stack(corners, -1).reshape(shape[0] * shape[1], 4)
+    return Field(values, over, first, second, cells.radii[name])
+
+
+def _angle(cells: StationCells, leg: int, box: tuple[slice, slice]) -> Field:
+    """A leg angle itself."""
+    nodes = (cells.rear, cells.front)[leg].nodes
+    low, high = nodes[:-1][box[leg]], nodes[1:][box[leg]]
+    shape = cells.alive[box].shape
+    along = (slice(None), None) if leg == 0 else (None, slice(None))
+    low, high = (np.broadcast_to(of[along], shape).ravel() for of in (low, high))
+    corners = np.stack([(low, high)[pair[leg]] for pair in FOUR], -1)
+    zero, one = np.zeros(low.size), np.ones(low.size)
+    first = np.stack([one, zero] if leg == 0 else [zero, one])
+    return Field(corners, Interval(low, high), interval(first), interval(0 * first), 0.0)
+
+
+SLACK = 1e-9
+"""Relative allowance of each loss for rounding outside of interval arithmetic."""
+
+
+def kappas(
+    term: Term,
+    ends: tuple[Side, Side],
+    cells: tuple[Int[np.ndarray, "n"], Int[np.ndarray, "n"]],
+    cut: Bool[np.ndarray, "2 n"],
+) -> Float[np.ndarray, "n"]:
+    """Losses of moves from cells of one end to those of the other; cut: a leg's are a triangle."""
+    X, U = (side.fields[term.X].of(at) for side, at in zip(ends, cells, strict=True))
+    if term.Y is None:
+        return (_alone(X.first, X.second, ends[0], cells[0])
+                + _alone(U.first, U.second, ends[1], cells[1])) * (1 + SLACK)  # fmt: skip
+    Y, V = (side.fields[term.Y].of(at) for side, at in zip(ends, cells, strict=True))
+    way, mean = V.over - Y.over, (X.over + U.over) * 0.5
+    before = _high(X.second * way * 0.5 - X.first * Y.first - mean * Y.second)
+    after = _high(U.second * way * 0.5 + U.first * V.first + mean * V.second)
+    both = (U.first + X.first) * (V.first - Y.first) + mean * (V.second - Y.second)
+    along = _high((X.second + U.second) * way * 0.5 + both)
+    after = np.where(cut, np.maximum(after, along), after)
+    total = np.zeros(len(cells[0]))
+    for (A, B), bend, side, at in (((X, Y), before, *_end(ends, cells, 0)),
+                                   ((U, V), after, *_end(ends, cells, 1))):  # fmt: skip
+        slope = A.first.size * way.size * 0.5 + mean.size * B.first.size
+        total += _least(bend, slope, side, at)
+    return total * (1 + SLACK)
+
+
+def _end(
+    ends: tuple[Side, Side], cells: tuple[np.ndarray, np.ndarray], number: int
+) -> tuple[Side, np.ndarray]:
+    return ends[number], cells[number]
+
+
+def _high(of: Interval) -> np.ndarray:
+    return np.maximum(of.hi, 0.0)
+
+
+def _alone(first: Interval, second: Interval, side: Side, at: np.ndarray) -> np.ndarray:
+    """Loss of a field at one end, either way."""
+    return _least(second.size, first.size, side, at)
+
+
+def _least(bend: np.ndarray, slope: np.ndarray, side: Side, at: np.ndarray) -> np.ndarray:
+    h = side.widths[:, at]
+    curved, straight = h**2 / 8 * bend, h / 2 * slope
+    return np.sum(np.where(side.smooth[at], np.minimum(curved, straight), straight), axis=0)
+
+
+def roundings(term: Term, ends: tuple[Side, Side]) -> float:
+    """Rounding error of a step's p, from the radii of its corners' values."""
+    X, U = (side.fields[term.X] for side in ends)
+    off = X.radius + U.radius
+    if term.Y is None:
+        return 1.01 * off
+    Y, V = (side.fields[term.Y] for side in ends)
+    mean = float(np.max(X.over.size) + np.max(U.over.size)) / 2
+    way = float(max(np.max(V.over.hi) - np.min(Y.over.lo), np.max(Y.over.hi) - np.min(V.over.lo)))
+    by = Y.radius + V.radius
+    return 1.01 * (off * abs(way) / 2 + mean * by + off * by)

@@ -1,1 +1,0 @@
-"""Stations of a drive at its waypoints, evaluated with their slopes."""

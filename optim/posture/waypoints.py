@@ -1,0 +1,274 @@
+"""Waypoints of a drive, checks of a posture problem's arguments, and memory of its methods."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.checks import require_kind, require_memory, require_number, shown
+from stickslip.dynamics.numeric import Numeric, read_only
+from stickslip.dynamics.once import run_once
+from stickslip.dynamics.ugv import PoseSolver, UGVParams
+from stickslip.dynamics.ugv.track import Track, track_of
+from stickslip.optim.options import as_floats, require_scalar
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+
+WAYPOINT = 24
+"""Bytes of a waypoint's place and of what computing it takes."""
+STATION = 1_000
+"""Bytes of a station while it is evaluated."""
+NODE = 360
+"""Bytes of a grid's station, kept, and copied by the recursion."""
+MOVE = 300
+"""Bytes of one of the moves that a leg pair may make on a grid."""
+EDGE = 1_800
+"""Bytes of an edge of lp's graph, in the linear program."""
+CONVEX = 150_000
+"""Bytes of a waypoint in scp's convex program, which gradient uses too."""
+SPARSE = 300_000
+"""Bytes of a waypoint in trust-constr's matrices."""
+DENSE = 900
+"""Bytes of a pair of waypoints in SLSQP's matrices, which are dense."""
+COVARIANCE = 160
+"""Bytes of a pair of waypoints in the matrices of cma."""
+
+_slope = run_once(Track.slope)
+
+
+@dataclass(frozen=True)
+class PostureData:
+    """The fields of PostureProblem; see there."""
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    max_torque: float | None = None
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)
+
+    @cached_property
+    def min_wheel_clearance(self) -> float:
+        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
+        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
+        if self.leg_rate is None:
+            return 0.0
+        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
+
+
+def waypoints_along(
+    track: Track | str,
+    params: UGVParams,
+    spacing: float,
+    start: float | None,
+    end: float | None,
+    bytes_each: float = WAYPOINT,
+) -> Float[np.ndarray, "K"]:
+    """Evenly spaced places of the front wheel [m]; see PostureProblem.along.
+
+    By default the first lies in from the track's start by the longest wheelbase and by how far the
+    contacts of both wheels can lie off below their centres on the steepest slope there. bytes_each:
+    what each will need at least; more waypoints than that leaves room for are refused.
+    """
+    track = track_of(track)
+    require_kind("params", params, UGVParams, "UGVParams, or None")
+    params.validate()
+    require_scalar("spacing", spacing, low=0.0, strict=True, accepted="a length > 0 [m]")
+    for name, value in (("start", start), ("end", end)):
+        if value is not None:
+            require_scalar(name, value, low=-np.inf, accepted="a finite position [m]")
+    first, last = float(np.asarray(track.start)), float(np.asarray(track.end))
+    last = last if end is None else float(end)
+    if start is None:
+        reach, r = longest_wheelbase(params), float(params.wheel_radius)
+        with jax.enable_x64(True):
+            places = np.linspace(first, first + reach + 2 * r, 64)
+            slope = np.asarray(_slope(track.astype(places.dtype), places))
+        begin = first + reach + 2 * r * float(np.max(np.abs(np.sin(np.arctan(slope)))))
+        why = f" (track from {first:.6g} m, and {begin - first:.6g} m for the rear wheel)"
+    else:
+        begin, why = float(start), ""
+    if not begin < last:
+        raise ValueError(
+            f"start = {begin:.6g} m{why}, end = {last:.6g} m; accepted: start < end "
+            "on a track longer than the longest wheelbase"
+        )
+    with np.errstate(over="ignore"):
+        pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
+    require_waypoints(float(spacing), begin, last, pieces, bytes_each)
+    return np.linspace(begin, last, int(pieces) + 1)
+
+
+def check_problem(problem: PostureData) -> dict[str, Any]:
+    """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
+    require_kind("params", problem.params, UGVParams, "a UGVParams")
+    require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
+    problem.params.validate()
+    for leaf in jax.tree.leaves(problem.params):
+        if np.ndim(leaf):
+            raise ValueError(f"params has a field of shape {np.shape(leaf)}; accepted: numbers")
+    x = _waypoints(problem.x)
+    if isinstance(problem.track, Track) and problem.track.surface is not None:
+        problem.track.surface.validate()
+    require_stations(f"x of {len(x)} waypoints", len(x))
+    fields: dict[str, Any] = {"track": track_of(problem.track), "x": x}
+    accepted = "a number >= 0, or one for each waypoint"
+    require_number("friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64)
+    if np.shape(problem.friction) not in ((), x.shape):
+        raise ValueError(
+            f"friction has shape {np.shape(problem.friction)}; accepted: a number or one for each "
+            f"of the {len(x)} waypoints"
+        )
+    if isinstance(problem.friction, np.ndarray):
+        fields["friction"] = read_only(problem.friction)
+    if problem.leg_rate is not None:
+        accepted = "None, or a number > 0 [rad/m]"
+        require_scalar("leg_rate", problem.leg_rate, low=0.0, strict=True, accepted=accepted)
+    for name, unit in (("min_normal", "N"), ("min_grip", "N"), ("min_clearance", "m")):
+        require_scalar(name, getattr(problem, name), low=0.0, accepted=f"a number >= 0 [{unit}]")
+    if problem.max_torque is not None:
+        accepted = "None, or a torque > 0 [N m]"
+        require_scalar("max_torque", problem.max_torque, low=0.0, strict=True, accepted=accepted)
+    for name in ("start_angles", "end_angles"):
+        given = getattr(problem, name)
+        if given is not None:
+            fields[name] = _pair(name, given, problem.params)
+    return fields
+
+
+def _waypoints(x: Any) -> np.ndarray:
+    array = as_floats("x", x, "increasing places, two or more [m]")
+    if array.ndim != 1 or len(array) < 2:
+        raise ValueError(f"x has shape {array.shape}; accepted: [K] with K >= 2 waypoints")
+    falls = np.flatnonzero(np.diff(array) <= 0)
+    if falls.size:
+        i = int(falls[0]) + 1
+        raise ValueError(f"x[{i}] = {array[i]} after {array[i - 1]}; accepted: increasing [m]")
+    return read_only(array)
+
+
+def _pair(name: str, angles: Any, params: UGVParams) -> np.ndarray:
+    low, high = float(params.leg_angle_min), float(params.leg_angle_max)
+    accepted = f"2 angles, rear and front, from {low:.6g} to {high:.6g} rad"
+    array = as_floats(name, angles, accepted)
+    if array.shape != (2,) or np.any((array < low - 1e-9) | (array > high + 1e-9)):
+        raise ValueError(f"{name} = {shown(array.tolist())} is not accepted; accepted: {accepted}")
+    return read_only(np.clip(array, low, high))
+
+
+FINE = 181
+"""Sampled angles of a leg."""
+ALLOWED = 1.05
+"""Times what `nearer_between` finds to second order, for the rest."""
+
+
+def longest_wheelbase(params: UGVParams) -> float:
+    """The greatest distance of the wheels' centres over all leg angles in the range [m]."""
+    angles = np.linspace(float(params.leg_angle_min), float(params.leg_angle_max), FINE)
+    return float(np.max(wheelbase(params, angles[:, None], angles)))
+
+
+def wheelbase(params: UGVParams, rear: np.ndarray, front: np.ndarray) -> np.ndarray:
+    """Distance of the wheels' centres at these angles [rad], broadcast [m]."""
+    l, L = float(params.leg_length), float(params.body_length)
+    along = L - l * (np.cos(rear) + np.cos(front))
+    return np.hypot(along, l * (np.sin(rear) - np.sin(front)))
+
+
+def nearer_between(params: UGVParams, turn: float) -> float:
+    """Greatest approach of the wheels between two waypoints, below their distance at both [m].
+
+    turn: the most that a leg turns from one to the next, evenly [rad]. Where the wheels are closest
+    their distance does not change along the move. So of the postures with wheels that just touch,
+    one for each angle of the rear leg, the moves along which the distance is stationary are looked
+    at: the most that it grows towards both ends.
+    """
+    l, L = float(params.leg_length), float(params.body_length)
+    low, high = float(params.leg_angle_min), float(params.leg_angle_max)
+    least = 2 * float(params.wheel_radius) + float(params.wheel_gap)
+    rear = np.linspace(low, high, FINE)
+    across, up = l * np.cos(rear) - L, -l * np.sin(rear)
+    cosine = (least**2 - L**2 - 2 * l**2 + 2 * L * l * np.cos(rear)) / (
+        2 * l * np.hypot(across, up)
+    )
+    swing = np.arccos(np.where(np.abs(cosine) <= 1, cosine, np.nan))
+    front = (np.arctan2(up, across) + np.stack([swing, -swing])) % (2 * np.pi)
+    pairs = np.stack(np.broadcast_arrays(rear, front)).reshape(2, -1)
+    pairs = pairs[:, (pairs[1] >= low) & (pairs[1] <= high)]
+    way = (L * np.sin(pairs) - l * np.sin(np.sum(pairs, axis=0)))[::-1] * [[1.0], [-1.0]]
+    way *= turn / 2 / np.max(np.abs(way), axis=0)
+    grown = np.zeros(pairs.shape[1])
+    for move in (way, -way):
+        room = np.where(move > 0, high - pairs, pairs - low)
+        share = np.min(room / np.maximum(np.abs(move), room + 1e-300), axis=0)
+        grown += (wheelbase(params, *(pairs + share * move)) - least) / 2
+    return ALLOWED * float(np.max(grown, initial=0.0))
+
+
+def require_waypoints(
+    spacing: float, start: float, end: float, pieces: float, bytes_each: float
+) -> None:
+    """Refuse a spacing [m] that makes more waypoints from start to end [m] than fit."""
+    given = f"spacing = {spacing!r} m from start = {start:.6g} m to end = {end:.6g} m"
+    require_memory(given, "waypoints", pieces + 1, bytes_each)
+
+
+def require_stations(given: str, count: float, bytes_each: float = STATION) -> None:
+    """Refuse to evaluate more stations at once than fit."""
+    require_memory(given, "stations", count, bytes_each)
+
+
+def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
+    """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
+    through one chunk after another, also those of one waypoint."""
+    K, each = len(problem.x), _float(rear) * _float(front)
+    given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
+    at_once = min(chunk / (K * each), 1.0)
+    require_stations(given, K * each, NODE + STATION * at_once)
+
+
+def _float(count: int) -> float:
+    try:
+        return float(count)
+    except OverflowError:
+        return np.inf
+
+
+def require_waypoint_matrices(
+    problem: PostureData, method: str, linear: float = 0.0, square: float = 0.0
+) -> None:
+    """Refuse more waypoints than a method's matrices have room for: bytes of each, and of each pair
+    of waypoints."""
+    K = len(problem.x)
+    require_memory(f"method = {method!r} with {K} waypoints", "rows", K, linear + square * K)
+
+
+def require_jacobian(problem: PostureData) -> None:
+    """Refuse a dense matrix of all constraints' slopes that does not fit."""
+    rows = 13.0 * len(problem.x)
+    bytes_each = 8.0 * problem.n
+    require_memory(f"a jacobian of {problem.n} angles", "rows", rows, bytes_each)
+
+
+def require_moves(problem: PostureData, wide: np.ndarray) -> None:
+    """Refuse a list of more moves than fit; wide: how many grid steps each leg may turn [2]."""
+    count = float(np.prod(2.0 * np.asarray(wide, float) + 1))
+    require_memory(f"leg_rate = {problem.leg_rate} rad/m on this grid", "moves", count, MOVE)
