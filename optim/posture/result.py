@@ -90,8 +90,8 @@ def tolerated(problem: PostureData, name: str) -> float:
     return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)
 
 
-# Stations are computed in double precision from the problem's own numbers. Worked out again by other
-# means (bisection, other equations, other quadrature) torques and turns differ by 1e-15 to 2e-13 of
+# Stations are computed in double precision from the problem's own numbers. By other means
+# (bisection, other equations, other quadrature) torques and turns differ by 1e-15 to 2e-13 of
 # themselves, on ground 1 km long and 1500 m high, too; next to nothing, by roundings of the
 # vehicle's weight. A bound that is called proved is lowered by more than both.
 RELATIVE = 5e-13
