@@ -241,7 +241,13 @@ def evaluation(
 
 
 def view_command(given: Options) -> None:
-    """`stickslip view`: print the task, write an animation (and a plot), or show a window."""
+    """`stickslip view`: print the task, write an animation (and a plot) or a page, or show a
+    window."""
+    if given["html"] is not None:
+        from stickslip.agents.reports.view import view_page_command
+
+        view_page_command(given)
+        return
     if given["window"] and given["out"] is not None:
         raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)

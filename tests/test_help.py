@@ -16,7 +16,6 @@ from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.names import UGV_BASELINES
 from stickslip.agents.ugv.tracks import TRACK_NAMES
 from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
-from stickslip.commands import command_by_name
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
 from stickslip.envs.tasks.definition import TASKS
@@ -91,7 +90,7 @@ def test_settings_stand_below_the_flags_with_the_defaults_of_each_algorithm(caps
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
-    examples = command_by_name(name).EXAMPLES
+    examples = COMMANDS[name].examples
     shown = help_of(capsys, name)
     assert examples
     for line, about in examples.items():
@@ -105,14 +104,14 @@ def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
 
 @pytest.mark.parametrize("name", ["train", "simulate", "sweep", "demo", "optimise"])
 def test_a_command_of_machines_has_an_example_of_each(name: str):
-    lines = command_by_name(name).EXAMPLES
+    lines = COMMANDS[name].examples
     for machine in ("biped", "ugv"):
         named = [line for line in lines if f" {name} {machine}" in line]
         assert named or (name, machine) == ("demo", "biped"), "which is what demo takes for itself"
 
 
 def test_a_name_in_an_example_is_one_that_is_known():
-    lines = " ".join(line for name in COMMANDS for line in command_by_name(name).EXAMPLES)
+    lines = " ".join(line for name in COMMANDS for line in COMMANDS[name].examples)
     known = {*shipped_names(), *CONTROLLERS, *UGV_BASELINES, *TASKS, *FIGURES, *SCENES, *TRACKS}
     for word in re.findall(r"(?<![\w/.-])(?:biped-[a-z-]+|Biped\w+-v\d|UGV\w+-v\d|fig\d+)", lines):
         assert word in known

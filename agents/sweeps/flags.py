@@ -60,11 +60,3 @@ def add_flags(parser: argparse.ArgumentParser, machine: AnyMachine) -> dict[str,
         names = filter(None, (*machine.scenes, machine.scene_files))
         tables["scenes"] = {machine.title: ", ".join(names)}
     return tables | machine.tables()
-
-
-def add_compare_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags of `compare`."""
-    parser.add_argument("one", metavar="DIR", help="a sweep's directory")
-    parser.add_argument("other", metavar="DIR", help="another, of the same machine")
-    parser.add_argument("--out", metavar="FILE", help="write every common point as .csv")
-    parser.add_argument("--overwrite", action="store_true", help="replace the file")

@@ -9,15 +9,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.dynamics.plain_checks import require_choice
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.records.content import Content
 
@@ -55,6 +56,15 @@ BENCHMARKS = {
 """By name, a line each."""
 
 
+def bench_command(flags: Mapping[str, Any]) -> Content:
+    """List the benchmarks, or run one. --json may stand behind its name, too."""
+    if flags["name"] is None:
+        return list_benchmarks()
+    arguments = [one for one in flags["rest"] if one != "--json"]
+    as_json = flags["json"] or len(arguments) < len(flags["rest"])
+    return run_benchmark(flags["name"], arguments, as_json=as_json)
+
+
 def list_benchmarks() -> Content:
     """Print a table of all, and what is needed for those that do not run here; return it."""
     from stickslip.records.content import Content
@@ -78,20 +88,21 @@ HOW = (
 )
 
 
-def run_benchmark(
-    name: str, arguments: Sequence[str], *, as_json: bool = False
-) -> tuple[int, Content | None]:
-    """Run a benchmark with its own arguments; return its exit status and its content.
+def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False) -> Content:
+    """Run a benchmark with its own arguments; return its content, exit status included.
 
     ValueError for an unknown name, for one that cannot run here and, with as_json, for one that
     writes its own JSON.
     """
+    from stickslip.records.content import Content
+
     require_choice("benchmark", name, BENCHMARKS)
     one, root = BENCHMARKS[name], checkout()
     if one.packaged:
         if not runs_here(one, root):
             raise ValueError(f"benchmark {name!r} is not in this version of the package")
-        return import_module(one.module).run(list(arguments))
+        status, found = import_module(one.module).run(list(arguments))
+        return replace(found or Content(), status=status)
     if as_json:
         raise ValueError(f"benchmark {name!r} writes its own JSON; accepted: --out FILE")
     if root is None:
@@ -108,7 +119,7 @@ def run_benchmark(
         cwd=root,
         env=os.environ | {"PYTHONPATH": path},
     )
-    return ended.returncode, None
+    return Content(status=ended.returncode)
 
 
 def runs_here(one: Benchmark, root: Path | None) -> bool:

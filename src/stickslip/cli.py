@@ -1,8 +1,7 @@
 """The command line: `stickslip train | evaluate | simulate | sweep | compare | view | ...`.
 
-Which commands there are stands in `stickslip.commands`, a module each, read when it is asked for:
-help loads neither JAX nor NumPy. Wrong input is a one-line message on stderr and exit status 2.
-With --json standard output holds one JSON object and nothing else.
+`stickslip.commands` lists them; help loads neither JAX nor NumPy. Wrong input is a one-line message
+on stderr and exit status 2. With --json standard output holds one JSON object and nothing else.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import argparse
 import os
 import sys
 from contextlib import redirect_stdout
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from stickslip.commands import (
     COMMANDS,
@@ -19,8 +18,7 @@ from stickslip.commands import (
     OK,
     READER_LEFT,
     WRONG_INPUT,
-    Outcome,
-    command_by_name,
+    function_of,
 )
 from stickslip.parser import Parser, add_examples
 from stickslip.programs import compiled_programs
@@ -30,7 +28,7 @@ from stickslip.streams import prepare_streams, whole_output
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.commands import Command
+    from stickslip.records.content import Content
 
 __all__ = [
     "COMMANDS",
@@ -62,8 +60,6 @@ EXTRAS = {
     "argcomplete": "completion",
 }
 """Optional packages and the extra that brings them."""
-COMPILE_NOTHING = ("bench", "compare", "completion", "export", "policies", "tasks")
-"""Commands that need no compiled programs, or have processes that see to theirs."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -123,9 +119,9 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
         },
     )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for name, about in COMMANDS.items():
-        described = f"{about[0].upper()}{about[1:]}."
-        command = commands.add_parser(name, help=about, description=described)
+    for name, one in COMMANDS.items():
+        described = f"{one.about[0].upper()}{one.about[1:]}."
+        command = commands.add_parser(name, help=one.about, description=described)
         command.set_defaults(command=name)
         if name in arguments:
             _add_flags(name, command, arguments)
@@ -134,41 +130,45 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
 
 def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
     """A command's own flags, and those that every command has."""
-    module = command_by_name(name)
-    module.add_flags(parser, arguments)
-    if module.JSON:
+    command = COMMANDS[name]
+    function_of(command.flags)(parser, arguments)
+    if command.json:
         parser.add_argument(
             "--json",
             action="store_true",
             help="print one JSON object and nothing else, with every number (docs/commands.md)",
         )
-    if name not in COMPILE_NOTHING:
+    if command.compiles:
         parser.add_argument(
             "--no-cache",
             dest="keep_programs",
             action="store_false",
             help="compile everything again, and keep no compiled program for the next command",
         )
-    add_examples(parser, module.EXAMPLES)
+    add_examples(parser, command.examples)
 
 
 def _run(given: argparse.Namespace) -> int:
     """Run the command that was named; with --json all that it prints for people is left out."""
-    module = command_by_name(given.command)
-    if not getattr(given, "json", False):
-        return _outcome(module, given).status
+    flags = vars(given)
+    if not flags.get("json") and "--json" not in flags.get("rest", ()):
+        found = _found(flags)
+        return OK if found is None else found.status
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        outcome = _outcome(module, given)
-    if outcome.found is not None:
-        print(outcome.found.json(given.command, outcome.status), end="")
-    return outcome.status
+        found = _found(flags)
+    if found is None:
+        return OK
+    if found.status != WRONG_INPUT:
+        print(found.json(flags["command"]), end="")
+    return found.status
 
 
-def _outcome(module: Command, given: argparse.Namespace) -> Outcome:
-    if given.command in COMPILE_NOTHING:
-        return module.run(given)
-    with compiled_programs(keep=given.keep_programs):
-        return module.run(given)
+def _found(flags: dict[str, Any]) -> Content | None:
+    command = COMMANDS[flags["command"]]
+    if not command.compiles:
+        return function_of(command.run)(flags)
+    with compiled_programs(keep=flags["keep_programs"]):
+        return function_of(command.run)(flags)
 
 
 class _Version(argparse.Action):

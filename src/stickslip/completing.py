@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from argcomplete.completers import BaseCompleter
 
@@ -77,3 +77,8 @@ def _words(line: str) -> list[str]:
         return shlex.split(line)[1:]
     except ValueError:  # a quotation mark that is still open
         return line.split()[1:]
+
+
+def completion_command(flags: Mapping[str, Any]) -> None:
+    """Print what the shell is to read."""
+    print(script(flags["shell"]), end="")

@@ -9,7 +9,6 @@ import pytest
 
 from stickslip.agents import shipped_names
 from stickslip.cli import COMMANDS, NOTHING_FOUND, OK, WRONG_INPUT, main
-from stickslip.commands import command_by_name
 from stickslip.envs import TASKS
 from stickslip.records.content import Content
 from stickslip.records.table import Column, Table
@@ -30,7 +29,7 @@ def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
         [["a", 0.1 + 0.2], ["b", math.nan], ["c", np.float32(np.inf)], ["d", None]],
     )
     facts = {"values": np.array([1.0, -np.inf]), "nested": [{"x": math.nan}]}
-    told = strict(Content({"rows": table}, facts, {"values": "N"}).json("try", 1))
+    told = strict(Content({"rows": table}, facts, {"values": "N"}, 1).json("try"))
     assert list(told) == ["command", "exit_status", "units", "rows", "values", "nested"]
     assert told["rows"][0] == {"name": "a", "slid": 0.1 + 0.2}
     assert [row["slid"] for row in told["rows"][1:]] == [None, None, None]
@@ -61,7 +60,7 @@ def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[
 def test_commands_with_a_table_have_the_flag_and_only_they(capsys):
     without = {"train", "view", "export", "completion"}
     for name in COMMANDS:
-        assert command_by_name(name).JSON is not (name in without)
+        assert COMMANDS[name].json is not (name in without)
     assert main(["export", "biped-ice", "--out", "x.npz", "--json"]) == WRONG_INPUT
     assert "unrecognized arguments: --json" in capsys.readouterr().err
 
@@ -91,7 +90,9 @@ def test_a_refusal_leaves_standard_output_empty(capsys):
 def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
     from stickslip.optimise import command
 
-    monkeypatch.setattr(command, "optimise_command", lambda given: (False, Content()))
+    monkeypatch.setattr(
+        command, "optimise_ugv_command", lambda given: Content(status=NOTHING_FOUND)
+    )
     assert main(["optimise", "ugv", "--json"]) == NOTHING_FOUND
     assert strict(capsys.readouterr().out) == {
         "command": "optimise",

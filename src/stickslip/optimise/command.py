@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.plain_checks import MEMORY_LIMIT
 from stickslip.dynamics.ugv import PoseSolver, Track
@@ -41,8 +42,8 @@ NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
 
-def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
-    """The command with its flags read: whether a drive was found, and all about it.
+def optimise_ugv_command(flags: Mapping[str, Any]) -> Content:
+    """Solve a posture problem, print and write the drive; NOTHING_FOUND without one.
 
     Writes DIR/stations.csv, result.json, drive.png and report.html, each under a temporary name
     first; without a drive only result.json and a report that says why. Wrong input is refused
@@ -74,7 +75,8 @@ def optimise_command(flags: Mapping[str, Any]) -> tuple[bool, Content]:
     files = {RESULT: json_text(found), **_drive(problem, result, spent, flags)}
     write_all(out, files, (STATIONS, RESULT, PICTURE, REPORT), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
-    return result.x is not None, Content(facts=found | written, units=result_units(problem))
+    status = OK if result.x is not None else NOTHING_FOUND
+    return Content(facts=found | written, units=result_units(problem), status=status)
 
 
 @contextmanager

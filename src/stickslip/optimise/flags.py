@@ -9,8 +9,8 @@ import ast
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
-from stickslip.commands.shared import add_columns, add_overwrite
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
+from stickslip.flags import add_columns, add_overwrite
 from stickslip.optim.gait.names import METHODS as GAIT_METHODS
 from stickslip.optim.gait.names import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
@@ -18,6 +18,7 @@ from stickslip.parser import add_tables, completes, truth
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Sequence
 
     from stickslip.parser import Parser
 
@@ -305,3 +306,18 @@ def _shown(default: ast.expr | None) -> str:
     if default is None:
         return ""
     return f"={default.value if isinstance(default, ast.Constant) else ast.unparse(default)}"
+
+
+MACHINES = ("ugv", "biped")
+
+
+def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
+    """Add the machine and its flags."""
+    parser.add_argument(
+        "machine",
+        choices=MACHINES,
+        help="what to optimise: the UGV's leg angles or the biped's gait; each has flags of its "
+        "own, see --help after its name",
+    )
+    named = next((word for word in arguments if word in MACHINES), MACHINES[0])
+    (add_gait_flags if named == "biped" else add_drive_flags)(parser)

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from stickslip.agents.biped.pictures.gait_shown import WALKED, gait_shown
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
@@ -30,8 +31,8 @@ NOT_WALKED = (
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
-def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
-    """The command with its flags read: whether a gait was found, and all about it.
+def optimise_gait_command(flags: GaitFlags) -> Content:
+    """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
 
     Writes DIR/gait.csv, result.json, gait.png and report.html, each under a temporary name first;
     without a gait only result.json and a report that says why. Wrong input is refused before
@@ -75,7 +76,8 @@ def optimise_gait_command(flags: GaitFlags) -> tuple[bool, Content]:
     write_all(out, files, (NODES, RESULT, PICTURE, REPORT), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
-    return result.gait is not None, Content(facts=found | written, units=units)
+    status = OK if result.gait is not None else NOTHING_FOUND
+    return Content(facts=found | written, units=units, status=status)
 
 
 def gait_problem_of(flags: GaitFlags) -> GaitProblem:

@@ -5,3 +5,23 @@ flags (`flags.py`), what a torque or a posture may be given as (`torque.py`,
 `expression.py`, `posture.py`), the runs (`walk.py`, `biped.py`, `ugv.py`) and the
 files (`files.py`, `picture.py`).
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stickslip.records.content import Content
+
+
+def simulate_command(flags: Mapping[str, Any]) -> Content:
+    """Run the machine's command."""
+    if flags["machine"] == "biped":
+        from stickslip.simulate.biped import simulate_biped_command
+
+        return simulate_biped_command(flags)
+    from stickslip.simulate.ugv import simulate_ugv_command
+
+    return simulate_ugv_command(flags)

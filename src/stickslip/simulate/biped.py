@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.agents.biped.task import floor_words
 from stickslip.agents.view_files import require_new, require_suffix, require_writable
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene, recommend
 from stickslip.dynamics.biped import (
     FIDELITIES,
@@ -45,8 +46,8 @@ SECONDS = 6.0
 """Walked unless something else is said."""
 
 
-def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
-    """The command with its flags read: whether all of it was walked, and what came of it.
+def simulate_biped_command(given: WalkFlags) -> Content:
+    """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early.
 
     Whatever is wrong is refused before anything is computed. A walk that ends early is written as
     far as it went.
@@ -89,7 +90,8 @@ def simulate_biped_command(given: WalkFlags) -> tuple[bool, Content]:
     about = {"setting": _in_words(setting), "files": list(map(str, written))}
     about |= {} if promise is None else {"promise": promise}
     tables = {"summary": summary, "events": event_table(walk)}
-    return walk.status.name in WHOLE, Content(tables, about)
+    status = OK if walk.status.name in WHOLE else NOTHING_FOUND
+    return Content(tables, about, status=status)
 
 
 def _shown_torque(text: str) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypedDict
 
-from stickslip.commands.shared import add_columns
 from stickslip.dynamics.names import SCENES
+from stickslip.flags import add_columns, add_overwrite
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optimise.flags import add_limits, add_track, add_way, options_in_words
 from stickslip.parser import add_tables, completes, truth
@@ -13,7 +13,7 @@ from stickslip.simulate.names import DTYPES, FIDELITIES, INTEGRATORS, SETTINGS
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from stickslip.parser import Parser
 
@@ -230,3 +230,26 @@ def add_ugv_flags(parser: Parser) -> None:
     add_way(parser, "0.1", only=", with --angles")
     add_limits(parser)
     add_tables(parser, {"track options": options_in_words(), "criteria": CRITERIA_IN_WORDS})
+
+
+MACHINES = ("biped", "ugv")
+
+
+def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
+    """Add the machine and its flags."""
+    parser.add_argument(
+        "machine",
+        choices=MACHINES,
+        help="what to simulate; each has flags of its own, see --help after its name",
+    )
+    named = next((word for word in arguments if word in MACHINES), MACHINES[0])
+    data = "walk.csv" if named == "biped" else "drive.csv"
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        default=data,
+        help="rows with units, .csv or .parquet (default: %(default)s)",
+    )
+    parser.add_argument("--plot", metavar="FILE", help="also a .png")
+    add_overwrite(parser)
+    (add_biped_flags if named == "biped" else add_ugv_flags)(parser)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.view_files import require_writable
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
@@ -33,8 +34,8 @@ SPACING = 0.1
 """Of waypoints [m], unless something else is said."""
 
 
-def simulate_ugv_command(given: DriveFlags) -> tuple[bool, Content]:
-    """The command with its flags read: whether the drive can be driven, and what came of it.
+def simulate_ugv_command(given: DriveFlags) -> Content:
+    """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint.
 
     Whatever is wrong is refused before anything is computed; a drive that cannot be driven is
     written all the same, each waypoint with its status.
@@ -62,7 +63,7 @@ def simulate_ugv_command(given: DriveFlags) -> tuple[bool, Content]:
     print(f"Written: {', '.join(map(str, written))}")
     tables = {"summary": summary, "criteria": criteria}
     about = {"feasible": found.feasible, "missed": missed, "files": list(map(str, written))}
-    return found.feasible, Content(tables, about, {"missed": UNITS})
+    return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
 def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:

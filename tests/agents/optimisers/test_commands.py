@@ -56,7 +56,7 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     assert {one.name for one in out.iterdir()} == names
     assert len(read_results(out / "results.csv")) == 4
     assert (out / "ioh" / "mine").is_dir()
-    rows = json.loads(found.json("bench", 0))["runs"]
+    rows = json.loads(found.json("bench"))["runs"]
     assert [row["seed"] for row in rows] == [0, 1, 0, 0]
     assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)
     assert main(arguments) == 2

@@ -17,7 +17,7 @@ from stickslip.agents.training.configuration import (
 from stickslip.agents.training.groups import PPOSettings
 from stickslip.agents.training.metrics import MetricsFile, read_columns, read_rows
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.commands.train import add_fields
+from stickslip.flags import add_fields
 from stickslip.parser import Parser
 
 

@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from stickslip.commands import OK, Outcome
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.parser import add_tables, completes
+from stickslip.records.content import Content
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    import argparse
     from collections.abc import Mapping, Sequence
 
     from stickslip.envs.tasks.definition import TaskDefinition
     from stickslip.envs.tasks.known import Bound, Earned, Known
-    from stickslip.records.table import Table
 
-JSON = True
-EXAMPLES = {
-    "stickslip tasks": "all of them",
-    "stickslip tasks BipedSprint-v1": "one in words: its numbers, and who earned what",
-    "stickslip tasks --json": "every number, for a program to read",
-}
 NOTE = """
 Scores: 0 is a trivial policy (every action 0), 1 the most that a policy is known to have earned in
 replay: no proof that no more can be. ±: half of a 95 % bootstrap interval of the difference on the
@@ -31,22 +23,11 @@ same episodes. "at most": proved. `stickslip tasks NAME` tells more.
 """
 
 
-def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Add the tasks' names."""
-    del arguments
-    names = parser.add_argument(
-        "names", nargs="*", metavar="NAME", help="one or more of those below"
-    )
-    completes(names, TASKS)
-    add_tables(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
-
-
-def run(given: argparse.Namespace) -> Outcome:
+def tasks_command(flags: Mapping[str, Any]) -> Content:
     """Print all tasks in a table, or those named in words; return all about them."""
-    from stickslip.records.content import Content
-
-    tasks = [task_by_name(name) for name in given.names] or list(TASKS.values())
-    if given.names:
+    names = flags["names"]
+    tasks = [task_by_name(name) for name in names] or list(TASKS.values())
+    if names:
         print("\n\n".join(map(_in_words, tasks)))
     else:
         print(_table(tasks).terminal() + NOTE.rstrip())
@@ -54,13 +35,11 @@ def run(given: argparse.Namespace) -> Outcome:
             print(f"{name}: withdrawn, refused: {reason}")
     facts = {"tasks": [_record(task) for task in tasks], "withdrawn": dict(WITHDRAWN)}
     units = {"tasks": {"value": "each task's unit", "scores": "-", "failures": "-"}}
-    return Outcome(OK, Content(facts=facts, units=units))
+    return Content(facts=facts, units=units)
 
 
 def _table(tasks: Sequence[TaskDefinition]) -> Table:
     """A row a task: returns, and the score of the best by hand."""
-    from stickslip.records.table import Column, Table
-
     columns = [
         Column("task", words=True),
         Column("asked", words=True),

@@ -1,61 +1,60 @@
-"""`stickslip policies`."""
+"""`stickslip policies` and `stickslip export`: the package's policies, and a policy's file."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from stickslip.commands import OK, Outcome
-from stickslip.commands.shared import shipped
-from stickslip.parser import add_tables, completes
+from stickslip.agents.policy.file import existing_path, read_policy
+from stickslip.agents.policy.record import every_record, record_of
+from stickslip.agents.view_files import require_new, require_suffix, require_writable
+from stickslip.records.content import Content
+from stickslip.records.files import write_whole
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    import argparse
     from collections.abc import Mapping, Sequence
 
     from stickslip.agents.policy.record import Record
-    from stickslip.records.table import Table
 
-JSON = True
-EXAMPLES = {
-    "stickslip policies": "all of them",
-    "stickslip policies biped-ice": "one in words: how it was trained, what it earns",
-    "stickslip policies --json": "every number, for a program to read",
-}
 NOTE = """
 Scores: 0 is doing nothing, 1 the best known on the task's own episodes (`stickslip tasks`).
 stickslip view NAME shows one, stickslip evaluate NAME plays it, stickslip policies NAME tells more.
 """
 
 
-def add_flags(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Add the policies' names."""
-    del arguments
-    tables = shipped()
-    names = parser.add_argument(
-        "names", nargs="*", metavar="NAME", help="one or more of those below"
-    )
-    completes(names, tables["policies"])
-    add_tables(parser, tables)
-
-
-def run(given: argparse.Namespace) -> Outcome:
+def policies_command(flags: Mapping[str, Any]) -> Content:
     """Print all policies in a table, or those named in words; return all about them."""
-    from stickslip.agents.policy.record import every_record, record_of
-    from stickslip.records.content import Content
-
-    records = [record_of(name) for name in given.names] if given.names else every_record()
-    if given.names:
+    names = flags["names"]
+    records = [record_of(name) for name in names] if names else every_record()
+    if names:
         print("\n\n".join(map(_in_words, records)))
     else:
         print(_table(records).terminal() + NOTE.rstrip())
     facts = {"policies": [_content(one) for one in records]}
     units = {"policies": {"bytes": "B", "score": "-", "earned": "each one's unit"}}
-    return Outcome(OK, Content(facts=facts, units=units))
+    return Content(facts=facts, units=units)
+
+
+def export_command(flags: Mapping[str, Any]) -> None:
+    """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
+    path, overwrite = Path(flags["out"]), flags["overwrite"]
+    require_suffix(path, (".onnx", ".npz"))
+    source = existing_path(flags["who"])
+    policy, metadata = read_policy(source)
+    require_new([path], overwrite)
+    require_writable([path])
+    if path.suffix.lower() == ".npz":
+        write_whole(path, source.read_bytes(), overwrite=overwrite)
+    else:
+        from stickslip.agents.policy.onnx import export_onnx
+
+        export_onnx(policy, path, metadata, overwrite=overwrite)
+    sizes = policy.layer_sizes
+    print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
 
 
 def _table(records: Sequence[Record]) -> Table:
-    from stickslip.records.table import Column, Table
-
     columns = [
         Column("policy", words=True),
         Column("asked", words=True),

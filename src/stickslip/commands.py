@@ -1,0 +1,232 @@
+"""The commands of `stickslip` in one table.
+
+`flags` adds a command's flags to its parser and imports nothing heavy. `run` takes the parsed flags
+by name and returns a Content, or None. Both are named as "module:function" and imported when their
+command is asked for. Examples are shown at the end of the help.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+OK, NOTHING_FOUND, WRONG_INPUT, READER_LEFT = 0, 1, 2, 141
+"""Exit statuses. NOTHING_FOUND: no drive, no gait, or a simulated machine that did not get to the
+end of what was asked. READER_LEFT: nobody reads the output any more, as shells count it."""
+
+
+class Command(NamedTuple):
+    """json: it returns a Content, for --json. compiles: it runs JAX in this process."""
+
+    about: str
+    flags: str
+    run: str
+    examples: Mapping[str, str]
+    json: bool = True
+    compiles: bool = True
+
+
+def function_of(place: str) -> Any:
+    """Import the function that a text "module:function" of this package names."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(f"stickslip.{module}"), name)
+
+
+COMMANDS = {
+    "train": Command(
+        "train a policy with PPO or SAC",
+        "flags:train_flags",
+        "agents.commands:train_command",
+        {
+            "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
+            "stickslip train biped --mu-static 0.1 --timesteps 200000 --seed 3": (
+                "a floor of one's own"
+            ),
+            "stickslip train biped --payload 2 --set slip_weight=2 random_mass=0.9,1.1": (
+                "other settings, by their names"
+            ),
+            "stickslip train ugv --tracks bump --out runs/legs": "the UGV's legs, over one ground",
+            "stickslip train --out runs/fast --resume": "go on with a run that was cut off",
+        },
+        json=False,
+    ),
+    "evaluate": Command(
+        "compare policies and baselines in a table",
+        "flags:evaluate_flags",
+        "agents.commands:evaluate_command",
+        {
+            "stickslip evaluate biped-ice crank-speed-pi": (
+                "a policy of the package beside a baseline"
+            ),
+            "stickslip evaluate crank-speed-pi --scene wet firm --payload 2": (
+                "on two floors, with a load"
+            ),
+            "stickslip evaluate --task UGVBump-v1 level-body --json": (
+                "scores, for a program to read"
+            ),
+        },
+    ),
+    "simulate": Command(
+        "a walk under a torque, or a drive with given leg angles, as data and a picture",
+        "simulate.flags:add_flags",
+        "simulate:simulate_command",
+        {
+            'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
+            "--period 0.005 --seconds 3 --plot walk.png": (
+                "a law for the torque: rows and a picture"
+            ),
+            "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
+            "--set kinetic_ratio=0.8 --seconds 0.9 --out ice.parquet": "a patch of ice",
+            "stickslip simulate biped --torque walk.csv --crank-rate 3 --scene wet --period 0.005 "
+            "--tolerance 1e-3 --json --out again.csv": (
+                "an earlier walk's torques, as exact as needed"
+            ),
+            "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
+                "legs held still over a bump"
+            ),
+            "stickslip optimise ugv --track bump": "the drive of the least wheel energy",
+            "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
+            "--friction 0.5 --out slippery.csv": "that drive on worse ground",
+        },
+    ),
+    "sweep": Command(
+        "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
+        "flags:sweep_flags",
+        "agents.sweeps.command:sweep_command",
+        {
+            "stickslip sweep biped --policy biped-ice crank-speed-pi --axis mu=0.03:0.3:10 "
+            "--axis payload=0,5,10 --episodes 8 --out runs/mu": (
+                "two policies over frictions and loads"
+            ),
+            "stickslip sweep ugv --policy level-body --axis friction=0.05:0.4:4 --out runs/grip "
+            "--json": "a baseline over frictions, the summary as JSON",
+        },
+    ),
+    "compare": Command(
+        "two sweeps side by side",
+        "flags:compare_flags",
+        "agents.sweeps.compare:compare_command",
+        {
+            "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 "
+            "--out runs/moving": "walks that begin in motion",
+            "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 --start rest "
+            "--out runs/rest": "walks from rest",
+            "stickslip compare runs/moving runs/rest --out points.csv": "every point of the two",
+        },
+        compiles=False,
+    ),
+    "view": Command(
+        "an animation or a page of a policy or baseline at work",
+        "flags:view_flags",
+        "agents.commands:view_command",
+        {
+            "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
+            "stickslip view optimal-gait --scene wet --seconds 3 --out gait.png "
+            "--plot gait-plot.png": "a baseline, and its episode over time",
+            "stickslip view biped-ice crank-speed-pi --html ice.html": (
+                "two side by side, in a browser"
+            ),
+        },
+        json=False,
+    ),
+    "demo": Command(
+        "train a machine on a task of its own and compare it",
+        "flags:demo_flags",
+        "agents.commands:demo_command",
+        {
+            "stickslip demo": "the biped on a floor too slippery for constant speed",
+            "stickslip demo ugv --time-limit 120": "the UGV, with two minutes of training",
+        },
+    ),
+    "tasks": Command(
+        "named tasks that never change, and the best known on each",
+        "flags:tasks_flags",
+        "tasks_command:tasks_command",
+        {
+            "stickslip tasks": "all of them",
+            "stickslip tasks BipedSprint-v1": "one in words: its numbers, and who earned what",
+            "stickslip tasks --json": "every number, for a program to read",
+        },
+        compiles=False,
+    ),
+    "policies": Command(
+        "trained policies of the package, one for each task",
+        "flags:policies_flags",
+        "policies_command:policies_command",
+        {
+            "stickslip policies": "all of them",
+            "stickslip policies biped-ice": "one in words: how it was trained, what it earns",
+            "stickslip policies --json": "every number, for a program to read",
+        },
+        compiles=False,
+    ),
+    "export": Command(
+        "a policy as ONNX, or as a NumPy archive",
+        "flags:export_flags",
+        "policies_command:export_command",
+        {
+            "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
+            "stickslip demo": "trains a walker, into runs/demo",
+            "stickslip export runs/demo --out walker.npz": (
+                "of a run, here that one, for NumPy alone"
+            ),
+        },
+        json=False,
+        compiles=False,
+    ),
+    "optimise": Command(
+        "a UGV's leg angles along a track, or the biped's best gait",
+        "optimise.flags:add_flags",
+        "optimise:optimise_command",
+        {
+            "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
+                "least wheel energy over a higher bump, with motors of 400 N m"
+            ),
+            "stickslip optimise biped --objective friction --mean-rate 3": (
+                "the steady gait at 3 rad/s that asks least of the floor"
+            ),
+            "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "
+            "--set reserve=0.02 zmp=true --out runs/start": (
+                "four steps from rest, as fast as 3 N m and the floor allow; as a replay, too, it "
+                "holds"
+            ),
+        },
+    ),
+    "reproduce": Command(
+        "compute the chapter's figures again and compare its claims with what comes out",
+        "flags:reproduce_flags",
+        "paper.command:reproduce_command",
+        {
+            "stickslip reproduce fig13 fig17": "two figures",
+            "stickslip reproduce all --out figures --overwrite": "all of them, some minutes",
+        },
+    ),
+    "bench": Command(
+        "measure: speed, accuracy, optimisers, this package beside others",
+        "flags:bench_flags",
+        "benchmarks:bench_command",
+        {
+            "stickslip bench": "which there are, and which of them run here",
+            "stickslip bench throughput --quick": "environment steps a second, in some minutes",
+            "stickslip bench optimisers methods --json": "what one found, for a program to read",
+            "stickslip bench suite --help": "the flags of one",
+        },
+        compiles=False,
+    ),
+    "completion": Command(
+        "what makes a shell complete commands, flags and names",
+        "flags:completion_flags",
+        "completing:completion_command",
+        {
+            "stickslip completion bash >> ~/.bashrc": "for good, in bash",
+            "stickslip completion zsh >> ~/.zshrc": "in zsh",
+            "stickslip completion fish >> ~/.config/fish/config.fish": "in fish",
+        },
+        json=False,
+        compiles=False,
+    ),
+}
+"""By name, in the order of the help."""

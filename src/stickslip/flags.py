@@ -1,0 +1,319 @@
+"""Flags of the commands that know policies, tasks, figures and benchmarks by name.
+
+Names and words only: nothing heavy is imported.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from stickslip.agents.policy.shipped import shipped_names, shipped_titles
+from stickslip.agents.registry import machine_among, machines
+from stickslip.envs.tasks.definition import TASKS
+from stickslip.parser import Names, add_tables, completes, flag_of, truth
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from stickslip.agents.training.configuration import Configuration, Field
+    from stickslip.parser import Parser
+
+HOW = {
+    "bash": 'eval "$(stickslip completion bash)", in ~/.bashrc',
+    "zsh": 'eval "$(stickslip completion zsh)", in ~/.zshrc',
+    "fish": "stickslip completion fish | source, in ~/.config/fish/config.fish",
+}
+"""Where what `stickslip completion` prints goes."""
+POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
+
+
+def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
+    """Add the machine, the run, and every setting of the machine's configuration."""
+    machine = machine_among(arguments)
+    parser.add_argument(
+        "machine",
+        nargs="?",
+        choices=[one.name for one in machines()],
+        default=machine.name,
+        help=f"what to train (default: {machines()[0].name}, or whose --task is); each has "
+        "settings of its own, see --help after its name",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
+    )
+    parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
+    parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
+    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
+    parser.add_argument(
+        "--config",
+        metavar="FILE",
+        help="settings in TOML, or a run's config.json; those of the command line go before them",
+    )
+    add_fields(parser, machine.configuration)
+    completes(parser._option_string_actions.get("--task"), TASKS)
+
+
+def add_fields(parser: Parser, kind: type[Configuration]) -> None:
+    """Add a flag or a setting for each field; only those given appear in the parsed arguments."""
+    from stickslip.agents.training.configuration import every_field, rule_of
+
+    for one in every_field(kind):
+        rule = rule_of(one)
+        options: dict[str, Any] = {"default": argparse.SUPPRESS}
+        options["help"] = _field_help(one, kind).replace("%", "%%")
+        if rule.kind is bool:
+            options["type"] = truth
+        elif rule.kind == "range":
+            options |= {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
+        else:
+            options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
+        if one.name in kind.FLAGS:
+            parser.add_argument(flag_of(one.name), dest=one.name, **options)
+        else:
+            parser.add_setting(one.name, **options)
+
+
+def _field_help(one: Field, kind: type[Configuration]) -> str:
+    """Meaning of a field, accepted names and defaults."""
+    from stickslip.agents.training.configuration import every_field, rule_of
+
+    rule = rule_of(one)
+    choices = f": {', '.join(rule.choices)}" if rule.choices else ""
+    usual = kind.USUALLY.get(one.name, one.default)
+    defaults = "none" if usual is None else f"{usual}"
+    defaults += ", with a task its own" if one.name in kind.USUALLY else ""
+    rules = {of.name: rule_of(of) for of in every_field(kind)}
+    for asked in ("algorithm", "trainer"):
+        for choice in rules[asked].choices if asked in rules else ():
+            others = kind._defaults(**{"algorithm": "ppo", asked: choice})
+            other = others.get(one.name, one.default)
+            defaults += f"; {choice}: {other}" if other != one.default else ""
+    return f"{rule.about}{choices} (default: {defaults})"
+
+
+def evaluate_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add policies, task or scene, and episodes."""
+    _add_policies(parser, many=True)
+    parser.add_argument(
+        "--episodes", type=int, help="for each (default: 32; of a task, those it was measured on)"
+    )
+    task = parser.add_argument(
+        "--task",
+        metavar="TASK",
+        help="a task of `stickslip tasks`, in place of the policies' own: with scores and the gap",
+    )
+    completes(task, TASKS)
+    parser.add_argument(
+        "--bound",
+        action="store_true",
+        help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
+    )
+    parser.add_argument(
+        "--amplification",
+        action="store_true",
+        help="biped: also how many times a small difference of the start grows in an episode",
+    )
+    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
+    add_overwrite(parser, "what is in --out")
+    _add_scene(parser, many=True)
+
+
+def view_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add policies, task, duration and files."""
+    _add_policies(parser, many=True)
+    parser.add_argument(
+        "--html",
+        metavar="FILE",
+        help="a page to play in a browser, with curves; of one or several",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
+    parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
+    parser.add_argument("--plot", metavar="FILE", help="also a .png of the episode over time")
+    add_overwrite(parser)
+    parser.add_argument("--window", action="store_true", help="show it on the screen instead")
+    _add_scene(parser, many=False)
+
+
+def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
+    """Add the machine, and its policies and axes."""
+    from stickslip.agents.sweeps.flags import add_flags
+
+    parser.add_argument(
+        "machine",
+        choices=[machine.name for machine in machines()],
+        help="whose policies; each has axes of its own, see --help after its name",
+    )
+    add_tables(parser, add_flags(parser, machine_among(arguments)))
+    completes(parser._option_string_actions.get("--policy"), _policy_names())
+    completes(parser._option_string_actions.get("--task"), TASKS)
+
+
+def compare_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add two sweeps and the file."""
+    parser.add_argument("one", metavar="DIR", help="a sweep's directory")
+    parser.add_argument("other", metavar="DIR", help="another, of the same machine")
+    parser.add_argument("--out", metavar="FILE", help="write every common point as .csv")
+    add_overwrite(parser, "the file")
+
+
+def demo_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the machine, the directory and the time."""
+    names = [machine.name for machine in machines()]
+    parser.add_argument(
+        "machine",
+        nargs="?",
+        choices=names,
+        default=names[0],
+        help="whose demo (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        default="runs",
+        help="where its directory goes (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--fresh", action="store_true", help="train again, in a new directory beside the old one"
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="stop training after so long and show how far it came (default: none)",
+    )
+
+
+def tasks_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the tasks' names."""
+    _add_names(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
+
+
+def policies_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the policies' names."""
+    _add_names(parser, _shipped())
+
+
+def export_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the policy and the file."""
+    _add_policies(parser, "one of those below, a file or a run")
+    parser.add_argument(
+        "--out", metavar="FILE", required=True, help=".onnx, or .npz for NumPy alone"
+    )
+    add_overwrite(parser, "the file")
+    add_tables(parser, _shipped())
+
+
+def reproduce_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the figures' names, files and resolution."""
+    from stickslip.paper.figure import EVERYTHING, FIGURES
+
+    figures = parser.add_argument(
+        "figures",
+        nargs="+",
+        metavar="FIGURE",
+        help=f"one or more of those below, or {EVERYTHING}",
+    )
+    completes(figures, (*FIGURES, EVERYTHING))
+    parser.add_argument(
+        "--out", metavar="DIR", default="figures", help="where files go (default: %(default)s)"
+    )
+    add_overwrite(parser, "files in --out")
+    parser.add_argument(
+        "--samples",
+        type=int,
+        default=240,
+        metavar="N",
+        help="points a step; of fig24 along the bump (default: %(default)s)",
+    )
+    add_tables(parser, {"figures": {name: one.title for name, one in FIGURES.items()}})
+
+
+def bench_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the benchmark's name; all that follows it is its own."""
+    from stickslip.benchmarks import BENCHMARKS
+
+    name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
+    completes(name, BENCHMARKS)
+    parser.add_argument("rest", nargs=argparse.REMAINDER, help="what the benchmark takes")
+    add_tables(parser, {"benchmarks": {name: one.about for name, one in BENCHMARKS.items()}})
+
+
+def completion_flags(parser: Parser, _: Sequence[str]) -> None:
+    """Add the shell."""
+    parser.add_argument("shell", choices=tuple(HOW), help="that reads what is printed")
+    add_tables(parser, {"where it goes": HOW})
+
+
+def add_overwrite(parser: argparse.ArgumentParser, what: str = "the files") -> None:
+    """--overwrite, without which nothing that exists is replaced."""
+    parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
+
+
+def add_columns(group: argparse._ActionsContainer, file: str, example: str) -> None:
+    """Add --columns, which names a table's columns."""
+    group.add_argument(
+        "--columns",
+        metavar="NAME=HEAD,...",
+        help=f"the columns of {file} whose heads are other names: {example}",
+    )
+
+
+def _add_names(parser: Parser, tables: Mapping[str, Mapping[str, str]]) -> None:
+    """Add any number of the names in a table."""
+    names = parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="one or more of those below"
+    )
+    completes(names, (name for table in tables.values() for name in table))
+    add_tables(parser, tables)
+
+
+def _add_policies(parser: Parser, about: str = POLICY, many: bool = False) -> None:
+    nargs = "+" if many else None
+    policies = parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about)
+    completes(policies, _policy_names())
+
+
+def _policy_names() -> tuple[str, ...]:
+    """The package's policies and every machine's baselines."""
+    return (*shipped_names(), *(name for one in machines() for name in one.baselines))
+
+
+def _shipped() -> dict[str, Mapping[str, str]]:
+    return {"policies": shipped_titles()}
+
+
+def _add_scene(parser: Parser, many: bool) -> None:
+    """Add the scene and changes of the task, machine by machine."""
+    every = machines()
+    names = [name for machine in every for name in machine.scenes]
+    several: dict[str, Any] = {"action": Names, "names": names}
+    how: dict[str, Any] = several if many else {"nargs": 1}
+    usual = [machine.usual_scene(viewed=not many) for machine in every if machine.scenes]
+    scene = parser.add_argument(
+        "--scene",
+        dest="scenes",
+        metavar="NAME",
+        **how,
+        help="floor or ground, see below (default: the policy's own; for baselines alone "
+        f"{' or '.join(usual)})"
+        + ("; more names may follow, and the flag may come again" if many else ""),
+    )
+    completes(scene, names)
+    for machine in every:
+        under = parser.add_argument_group(f"for the {machine.title}")
+        for option in machine.options(viewed=not many):
+            if option.flag not in parser._option_string_actions:
+                option.add_to(under)
+    tables: dict[str, Mapping[str, str]] = {
+        "baselines": {one.title: ", ".join(one.baselines) for one in every if one.baselines},
+        "scenes": {
+            one.title: ", ".join(filter(None, (*one.scenes, one.scene_files)))
+            for one in every
+            if one.scenes
+        },
+    } | _shipped()
+    for machine in every:
+        tables |= machine.tables()
+    add_tables(parser, tables)
