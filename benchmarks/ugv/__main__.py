@@ -1,4 +1,4 @@
-"""What `stickslip.dynamics.ugv.recommend` promises: errors and costs of the UGV's settings.
+"""What `stickslip.dynamics.ugv.recommendation` promises: errors and costs of the UGV's settings.
 
     python -m benchmarks.ugv [--quick] [--update] [--only PART ...] [--out FILE]
     python -m benchmarks.ugv --redraw
@@ -22,7 +22,7 @@ from stickslip.records.files import write_whole
 
 RESULTS = Path("benchmarks/results/ugv.json")
 DOCUMENT = Path("docs/ugv_tradeoff.md")
-DATA = Path("dynamics/ugv/trade/measured.json")
+DATA = Path("dynamics/ugv/measured.json")
 PARTS: dict[str, Any] = {"promise": promises, "costs": costs}
 
 

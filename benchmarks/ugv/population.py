@@ -21,7 +21,7 @@ from stickslip.dynamics.ugv.ground.near import in_two
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Bump, Closed, Ditch, Ramp, Sinusoid, Step
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
-from stickslip.dynamics.ugv.trade.settings import FAR, NEAR
+from stickslip.dynamics.ugv.recommendation import FAR, NEAR
 
 PLACES = {"near": (0.0, NEAR), "far": (NEAR, FAR)}
 """Distance of the pose from the origin along x, in wheel radii; up to half of it upwards."""

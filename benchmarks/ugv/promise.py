@@ -15,7 +15,7 @@ from benchmarks.points import rank
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
 from stickslip.dynamics.ugv import Equilibrium, PoseSolver, Setting, Track, equilibrium
 from stickslip.dynamics.ugv.pose_solver import NEWTON
-from stickslip.dynamics.ugv.trade.checking import Differences, differences, entered
+from stickslip.dynamics.ugv.setting_check import Differences, differences, entered
 
 COUNT = 1 << 14
 """Poses of each class and place, and as many held out."""

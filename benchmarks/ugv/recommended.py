@@ -101,7 +101,7 @@ def recommended(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]
 
 
 def source(content: dict[str, Any]) -> str:
-    """Text of dynamics/ugv/trade/measured.json; the same content gives the same text."""
+    """Text of dynamics/ugv/measured.json; the same content gives the same text."""
     settings: dict[tuple, int] = {}
     promises, costs = [], {}
     for point, priced in recommended(content):

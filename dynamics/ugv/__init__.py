@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.contact.placed import Pose
-    from stickslip.dynamics.ugv.contact.rolling import wheel_turns
-    from stickslip.dynamics.ugv.contact.wheel import WheelContact
     from stickslip.dynamics.ugv.ground.surface import Surface
     from stickslip.dynamics.ugv.names import TRACKS
-    from stickslip.dynamics.ugv.odometer import Odometer
+    from stickslip.dynamics.ugv.odometer import Odometer, wheel_turns
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.pose_solver import PoseSolver
-    from stickslip.dynamics.ugv.poses import place, pose
+    from stickslip.dynamics.ugv.poses import Pose, place, pose
+    from stickslip.dynamics.ugv.recommendation import Recommendation, Setting, recommend
+    from stickslip.dynamics.ugv.setting_check import SettingCheck, check_poses
     from stickslip.dynamics.ugv.statics import (
         Equilibrium,
         Forces,
@@ -28,14 +27,12 @@ if TYPE_CHECKING:
         leg_torques,
     )
     from stickslip.dynamics.ugv.track import Track
-    from stickslip.dynamics.ugv.trade.checking import SettingCheck, check_poses
-    from stickslip.dynamics.ugv.trade.recommendation import Recommendation, recommend
-    from stickslip.dynamics.ugv.trade.settings import Setting
+    from stickslip.dynamics.ugv.wheel import WheelContact
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "trade.checking": ("SettingCheck", "check_poses"),
+            "setting_check": ("SettingCheck", "check_poses"),
             "statics": (
                 "Equilibrium",
                 "Forces",
@@ -45,17 +42,14 @@ else:
                 "leg_torques",
             ),
             "names": ("TRACKS",),
-            "odometer": ("Odometer",),
+            "odometer": ("Odometer", "wheel_turns"),
             "params": ("UGVParams",),
-            "contact.placed": ("Pose",),
-            "poses": ("place", "pose"),
+            "poses": ("Pose", "place", "pose"),
             "pose_solver": ("PoseSolver",),
-            "trade.recommendation": ("Recommendation", "recommend"),
-            "contact.rolling": ("wheel_turns",),
-            "trade.settings": ("Setting",),
+            "recommendation": ("Recommendation", "Setting", "recommend"),
             "ground.surface": ("Surface",),
             "track": ("Track",),
-            "contact.wheel": ("WheelContact",),
+            "wheel": ("WheelContact",),
         },
     )
 

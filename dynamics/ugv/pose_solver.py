@@ -16,8 +16,8 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.ugv.contact.wheel import WheelContact, contact, dot, penetration
 from stickslip.dynamics.ugv.ground.near import Near
+from stickslip.dynamics.ugv.wheel import WheelContact, contact, dot, penetration
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.lanes import where_needed
 from stickslip.dynamics.numeric import Lists, Number, float_type
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.contact.clearance import clearance, wheel_clearance
-from stickslip.dynamics.ugv.contact.placed import Pose
-from stickslip.dynamics.ugv.contact.pose_status import status_of
-from stickslip.dynamics.ugv.contact.wheel import contact, cross, dot
+from stickslip.dynamics.ugv.ground.hollow import nowhere_hollow
 from stickslip.dynamics.ugv.params import UGVParams, legs
-from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, locate
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed, locate, size_near
 from stickslip.dynamics.ugv.track import Track, track_of
+from stickslip.dynamics.ugv.wheel import WheelContact, contact, cross, dot, penetration
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Real
+    from jaxtyping import Array, Bool, Float, Int, Real
 
-    from stickslip.dynamics.ugv.ground.shapes import Points
+    from stickslip.dynamics.ugv.ground.near import Near
+    from stickslip.dynamics.ugv.ground.shapes import Points, Values
+    from stickslip.dynamics.ugv.wheel import WheelContact
 
 
 def pose(
@@ -181,3 +185,150 @@ def turned(vector: Points, along: Points) -> Points:
     x, y = vector[..., 0], vector[..., 1]
     cos, sin = along[..., 0], along[..., 1]
     return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
+
+
+def status_of(
+    params: UGVParams, ground: Near, placed: Pose, missed: tuple[Values, Values], solver: PoseSolver
+) -> Int[Array, "..."]:
+    """The first of the pose's failures that applies."""
+    dtype = placed.wheelbase.dtype
+    eps = jnp.finfo(dtype).eps
+    r = params.wheel_radius
+    size = size_near(ground, placed.wheelbase, r)
+    gap, rate = missed
+    # At a sharp edge the last digit of x moves the wheel by far more than that.
+    accepted = solver.accepted_gap(dtype) * size * jnp.maximum(jnp.abs(rate), 1)
+    status = jnp.where(jnp.abs(gap) > accepted, Status.NOT_CONVERGED, Status.OK)
+    hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
+    if solver.samples:
+        hollow |= _entered(ground, placed, r, size, solver.samples)
+    status = jnp.where(hollow & (status == 0), Status.HOLLOW_GROUND, status)
+    vanished = placed.wheelbase <= 16 * eps * params.body_length
+    status = jnp.where(vanished, Status.NO_SOLUTION, status)
+    numbers = placed.wheelbase + placed.pitch + placed.rear.x + sum(ground.anchor) + size
+    return jnp.where(jnp.isfinite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
+
+
+def _entered(
+    ground: Near, placed: Pose, radius: Values | float, size: Values, samples: int
+) -> Bool[Array, "..."]:
+    """True if the ground enters a wheel; looked up only where its own numbers leave it open."""
+
+    def look(ground: Near, rear: WheelContact, front: WheelContact, radius: Values, size: Values):
+        wheels = rear, front
+        depth = jnp.maximum(*(penetration(ground, wheel, radius, samples) for wheel in wheels))
+        return depth > depth_allowed(size)
+
+    numbers = (ground, placed.rear, placed.front, jnp.asarray(radius, size.dtype), size)
+    proved = nowhere_hollow(ground.shape, radius)
+    if proved is None:
+        return look(*numbers)
+    never = jnp.zeros(jnp.shape(size), bool)
+    return where_needed(~jnp.all(proved), look, jax.lax.stop_gradient(numbers), never)
+
+
+class Pose(NamedTuple):
+    """The half vehicle on the track; points [..., 2] [m], y up, x forwards.
+
+    In the world frame, or, out of `stand`, from `origin`, which keeps the digits of differences
+    far from x = 0 and y = 0; `in_world` adds it.
+    """
+
+    rear: WheelContact
+    front: WheelContact
+    wheelbase: Float[Array, "..."]
+    """R: between the wheel centres [m] (eq. 39)."""
+    pitch: Float[Array, "..."]
+    """Angle of the body above the horizontal, nose up positive [rad]."""
+    rear_hinge: Float[Array, "... 2"]
+    front_hinge: Float[Array, "... 2"]
+    body: Float[Array, "... 2"]
+    """Centre of mass of the body; of the legs below."""
+    rear_leg: Float[Array, "... 2"]
+    front_leg: Float[Array, "... 2"]
+    clearance: Float[Array, "..."]
+    """Least height above the ground [m], measured vertically at points of the body, a line from
+    hinge to hinge, and of the legs as far as they stand out of the wheels."""
+    wheel_clearance: Float[Array, "..."]
+    """Between the wheels [m]: wheelbase - 2 r - wheel_gap. Negative: they overlap."""
+    status: Int[Array, "..."]
+    """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
+    origin: Float[Array, "... 2"]
+    """Origin of the points' frame in the world [m]: zero, or out of `stand` where the
+    front wheel touches."""
+
+    def potential_energy(self, params: UGVParams) -> Values:
+        """Potential energy above y = 0 [J]; far up, energy_above_origin keeps more digits."""
+        return self.energy_above_origin(params) + params.weight * self.origin[..., 1]
+
+    def energy_above_origin(self, params: UGVParams) -> Values:
+        """Potential energy of all five bodies above `origin` [J]."""
+        wheels = params.wheel_mass * (self.rear.centre[..., 1] + self.front.centre[..., 1])
+        legs = params.leg_mass * (self.rear_leg[..., 1] + self.front_leg[..., 1])
+        return (wheels + legs + params.body_mass * self.body[..., 1]) * params.gravity
+
+    def in_world(self) -> Pose:
+        """The same with every point in the world frame."""
+        by = self.origin
+
+        def moved(wheel: WheelContact) -> WheelContact:
+            return wheel._replace(
+                x=wheel.x + by[..., 0], point=wheel.point + by, centre=wheel.centre + by
+            )
+
+        points = ("rear_hinge", "front_hinge", "body", "rear_leg", "front_leg")
+        return self._replace(
+            rear=moved(self.rear),
+            front=moved(self.front),
+            origin=jnp.zeros_like(by),
+            **{name: getattr(self, name) + by for name in points},
+        )
+
+
+def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Values:
+    """Least height above the ground of the body and of what the wheels leave of the legs [m]."""
+    if samples == 0:
+        return jnp.full_like(placed.wheelbase, jnp.inf)
+    bare = jnp.maximum(1 - params.wheel_radius / params.leg_length, 0)
+    rear = placed.rear_hinge + bare * (placed.rear.centre - placed.rear_hinge)
+    front = placed.front_hinge + bare * (placed.front.centre - placed.front_hinge)
+    corners = [rear, placed.rear_hinge, placed.front_hinge, front]
+    return _least_height(samples, ground, [(a, b - a) for a, b in pairwise(corners)])
+
+
+def wheel_clearance(params: UGVParams, wheelbase: Values) -> Values:
+    """Distance of the wheels' rims less the required gap [m]; negative: the wheels overlap."""
+    return wheelbase - (2 * params.wheel_radius + params.wheel_gap)
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]) -> Values:
+    """Least height of `samples` points on each line (begin, way) above the ground [m].
+
+    One point after the other: for a batch their numbers stay in the nearest cache. Derivatives are
+    those of jnp.min, which divides them among points of the same height.
+    """
+
+    def look(place, least):
+        part = (jnp.asarray(place, least.dtype) + 0.5) / samples
+        for begin, way in lines:
+            x, y = begin[..., 0] + part * way[..., 0], begin[..., 1] + part * way[..., 1]
+            least = jnp.minimum(least, y - ground.height(x))
+        return least
+
+    nothing = jnp.full_like(lines[0][0][..., 0], jnp.inf)
+    return jax.lax.fori_loop(0, samples, look, nothing)
+
+
+@_least_height.defjvp
+def _least_height_jvp(samples: int, primals, tangents):
+    def at_once(ground, lines):
+        least = None
+        for begin, way in lines:
+            (x, y), (along, up) = ((v[..., :1], v[..., 1:]) for v in (begin, way))
+            part = (jnp.arange(samples, dtype=x.dtype) + 0.5) / samples
+            lowest = jnp.min(y + part * up - ground.height(x + part * along), axis=-1)
+            least = lowest if least is None else jnp.minimum(least, lowest)
+        return least
+
+    return jvp_in_front(at_once, primals, tangents)

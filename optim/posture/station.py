@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
-from stickslip.dynamics.ugv.contact.rolling import wheel_lags
+from stickslip.dynamics.ugv.odometer import wheel_lags
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.dynamics.ugv.statics import friction_under
 

@@ -25,8 +25,8 @@ from benchmarks.ugv.promise import (
 )
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Setting
-from stickslip.dynamics.ugv.trade.checking import Differences
-from stickslip.dynamics.ugv.trade.recommendation import MEASUREMENTS, NEAR
+from stickslip.dynamics.ugv.recommendation import MEASUREMENTS, NEAR
+from stickslip.dynamics.ugv.setting_check import Differences
 
 ROOT = Path(__file__).parents[2]
 FRESH = 100

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.ugv import Pose, PoseSolver, Track, UGVParams, balance, place
-from stickslip.dynamics.ugv.contact.systems import five, nine
+from stickslip.dynamics.ugv.statics import five, nine
 
 NEWTON = PoseSolver()
 SCAN = PoseSolver("scan")

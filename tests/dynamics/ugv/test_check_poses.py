@@ -16,7 +16,7 @@ from stickslip.dynamics.ugv import (
     equilibrium,
 )
 from stickslip.dynamics.ugv.ground.spline import Spline
-from stickslip.dynamics.ugv.trade.settings import reach
+from stickslip.dynamics.ugv.recommendation import reach
 
 BARE = PoseSolver(samples=0)
 FIXED = PoseSolver(iterations=2, samples=0)

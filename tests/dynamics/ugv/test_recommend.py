@@ -10,16 +10,17 @@ import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams, check_poses
 from stickslip.dynamics.ugv.ground.roughness import Waves
-from stickslip.dynamics.ugv.trade.recommendation import (
+from stickslip.dynamics.ugv.recommendation import (
+    FAR,
     GROUNDS,
     MEASUREMENTS,
+    NEAR,
     PLACES,
     Measurement,
     ground_of,
     place_of,
     recommend,
 )
-from stickslip.dynamics.ugv.trade.settings import FAR, NEAR
 
 BATCHES = tuple(sorted({point.batch for point in MEASUREMENTS}))
 TOLERANCES = tuple(10.0**k for k in range(-17, 0))

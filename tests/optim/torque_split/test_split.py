@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams, ground_forces, pose
-from stickslip.dynamics.ugv.contact.systems import five
+from stickslip.dynamics.ugv.statics import five
 from stickslip.optim.result import OptimStatus
 from stickslip.optim.torque_split.family import Family, SplitData
 from stickslip.optim.torque_split.split import SPLIT_CRITERIA, TorqueSplit

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.dynamics.ugv.contact import pose_status
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, poses
 from stickslip.dynamics.ugv.ground.hollow import MARGIN, greatest_bend, nowhere_hollow
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import (
@@ -125,7 +124,7 @@ def test_where_it_is_proved_nothing_is_looked_up_and_the_status_is_the_same(monk
     proved = jax.vmap(lambda w: nowhere_hollow(Bump(0.25, 5.0, w), RADIUS))(widths)
     assert 10 < int(jnp.sum(proved)) < 30
     found = jax.jit(jax.vmap(statuses))(widths)
-    monkeypatch.setattr(pose_status, "nowhere_hollow", lambda shape, radius: None)
+    monkeypatch.setattr(poses, "nowhere_hollow", lambda shape, radius: None)
     looked_up = jax.jit(jax.vmap(lambda width: statuses(width)))(widths)
     np.testing.assert_array_equal(found, looked_up)
     hollow = np.asarray(looked_up) == Status.HOLLOW_GROUND

@@ -18,13 +18,13 @@ from stickslip.dynamics.checks import (
     require_number,
 )
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.contact.placed import Pose
-from stickslip.dynamics.ugv.contact.wheel import penetration
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed
+from stickslip.dynamics.ugv.poses import Pose
+from stickslip.dynamics.ugv.recommendation import Setting
 from stickslip.dynamics.ugv.statics import Equilibrium, equilibrium
 from stickslip.dynamics.ugv.track import Track, track_of
-from stickslip.dynamics.ugv.trade.settings import Setting
+from stickslip.dynamics.ugv.wheel import penetration
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, pose
-from stickslip.dynamics.ugv.contact.clearance import clearance
+from stickslip.dynamics.ugv.poses import clearance
 from tests.dynamics.ugv.helpers import SCAN, TRACKS, drawn, placed
 
 

@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv import (
     place,
     wheel_turns,
 )
-from stickslip.dynamics.ugv.contact.systems import SYSTEMS
+from stickslip.dynamics.ugv.statics import SYSTEMS
 from tests.dynamics.ugv.helpers import TRACKS, balanced, drawn, mirrored, placed, rows_of
 
 GROUND = ("F_rear", "N_rear", "F_front", "N_front", "torque")

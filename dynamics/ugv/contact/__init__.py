@@ -1,1 +1,0 @@
-"""Contacts of wheels: placed wheels, the solver of poses and its status."""

@@ -1,1 +1,0 @@
-"""Speed against accuracy of poses: settings, what was measured of them, what is promised."""
