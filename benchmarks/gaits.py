@@ -23,7 +23,6 @@ from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.rendering import theme
 from stickslip.optim import GaitProblem, solve
-from stickslip.optim.gait.convex.limits import ground_of, torque_of
 from stickslip.paper import drawing
 from stickslip.records.files import write_whole
 
@@ -51,7 +50,7 @@ def fastest(robot: BipedParams) -> Iterator[dict[str, Any]]:
             "mu": mu,
             "fastest": np.pi / found.held_value,
             "none above": np.pi / (found.every_bound or np.nan),
-            "constant rate": constant(problem.instance.profiles[0], mu),
+            "constant rate": constant(problem.on_grid.profiles.nodes, mu),
             "status": found.status.name,
         }
 
@@ -62,8 +61,8 @@ def constant(p: Profile, mu: float | None) -> float:
     for _ in range(60):
         rate = (low + high) / 2
         b, a = np.full_like(p.M, rate**2), np.zeros_like(p.M)
-        friction, normal = ground_of(p, a, b)
-        fits = np.all(np.abs(torque_of(p, a, b)) <= TORQUE) and np.all(normal >= 0)
+        friction, normal = p.friction(a, b), p.normal(a, b)
+        fits = np.all(np.abs(p.torque(a, b)) <= TORQUE) and np.all(normal >= 0)
         fits = fits and (mu is None or bool(np.all(np.abs(friction) <= mu * normal)))
         low, high = (rate, high) if fits else (low, rate)
     return low
@@ -71,7 +70,7 @@ def constant(p: Profile, mu: float | None) -> float:
 
 def thrift(robot: BipedParams) -> Iterator[dict[str, Any]]:
     """Least energy (copper loss 0.5 W/(N m)^2) as cost of transport at each speed and floor."""
-    profile = GaitProblem.periodic(robot).instance.profiles[0]
+    profile = GaitProblem.periodic(robot).on_grid.profiles.nodes
     limits: dict[str, Any] = {"torque_limit": TORQUE}
     for speed in SPEEDS:
         row: dict[str, Any] = {"mean crank rate [rad/s]": speed}
@@ -85,7 +84,7 @@ def thrift(robot: BipedParams) -> Iterator[dict[str, Any]]:
 
 def constant_cost(p: Profile, rate: float) -> float:
     """Cost of transport at a constant crank rate, were the floor and the motor to bear it [-]."""
-    torque = torque_of(p, np.zeros_like(p.M), np.full_like(p.M, rate**2))[0]
+    torque = p.torque(np.zeros_like(p.M), np.full_like(p.M, rate**2))[0]
     energy = np.trapezoid(np.maximum(torque, 0) + 0.5 * torque**2 / rate, p.theta[0])
     return float(energy / (p.robot.weight * p.robot.step_length))
 

@@ -12,10 +12,9 @@ from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
     from stickslip.optim.function_problem import FunctionProblem
-    from stickslip.optim.gait.gait import Gait
+    from stickslip.optim.gait.gait import Certificate, Gait, GaitResult
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.replay import Replay, replay
-    from stickslip.optim.gait.result import Certificate, GaitResult
     from stickslip.optim.instances.catalogue import FAMILIES, instance, suite
     from stickslip.optim.instances.instance import Instance
     from stickslip.optim.instances.objective import Objective
@@ -33,10 +32,9 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "gait.gait": ("Gait",),
+            "gait.gait": ("Certificate", "Gait", "GaitResult"),
             "gait.problem": ("GaitProblem",),
             "gait.replay": ("Replay", "replay"),
-            "gait.result": ("Certificate", "GaitResult"),
             "posture.bounds.branch": ("DriveBound", "bound_every_drive"),
             "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
             "posture.names": ("METHODS",),

@@ -27,7 +27,7 @@ class Ended(NamedTuple):
     """Outcome of a solver, with the solver's or cvxpy's message."""
 
     status: OptimStatus
-    words: str
+    message: str
 
     @property
     def answered(self) -> bool:
@@ -51,7 +51,7 @@ def solve_quietly(
             problem.solve(solver=solver, warm_start=False, **settings)
         except cp.SolverError as error:
             return Ended(OptimStatus.FAILED, f"{solver}: {error}")
-    words = f"{solver} ended with status {problem.status}"
+    message = f"{solver} ended with status {problem.status}"
     if bounded and problem.status == INFEASIBLE_OR_UNBOUNDED:
-        return Ended(OptimStatus.INFEASIBLE, words)
-    return Ended(STATUSES.get(problem.status, OptimStatus.FAILED), words)
+        return Ended(OptimStatus.INFEASIBLE, message)
+    return Ended(STATUSES.get(problem.status, OptimStatus.FAILED), message)

@@ -12,7 +12,7 @@ from stickslip.agents.evaluation.rollout import first_state, without_resets
 from stickslip.agents.ugv.plans import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import bound_every_drive
-from stickslip.optim.gait.proof.steady import bound_steady_reward
+from stickslip.optim.gait.steady import bound_steady_reward
 
 if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition, UGVEnv

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.optim.gait.grid import Grid
+    from stickslip.optim.gait.profile import Grid
 
 STRAIGHT = 1e-4
 """z below which f(z) and the motion are two terms of their series."""

@@ -13,15 +13,14 @@ from stickslip.dynamics.biped.links import SUPPORT_START
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.gait import between
 from stickslip.optim.gait.between import Polynomials
-from stickslip.optim.gait.convex.limits import ground_of, torque_of, zmp_of
-from stickslip.optim.gait.convex.program import STRAIN, TIME, TORQUE, WORK
-from stickslip.optim.gait.grid import Grid
+from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.gait.profile import Grid, Profile, Profiles
+from stickslip.optim.result import Result
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.numeric import Number
-    from stickslip.optim.gait.profile import Closely, Profile
 
 
 @dataclass(frozen=True)
@@ -29,20 +28,27 @@ class Gait:
     """Crank acceleration a [n, K+1] at the nodes of a grid, straight between them, and b = crank
     rate^2, a parabola in each cell: b[k+1] = b[k] + h (a[k] + a[k+1]).
 
-    nodes: the robot's profile at the grid's nodes; closely: what has it at `grid.samples`. In the
-    acceleration there is no step but at an exchange of support, so torque and forces are continuous
-    inside a step. The foot rests on the floor throughout.
+    profiles: the robot on the grid. The acceleration jumps at exchanges of support alone, so torque
+    and forces are continuous inside a step. The foot rests on the floor throughout.
     """
 
-    grid: Grid
+    profiles: Profiles
     a: Float[np.ndarray, "n K+1"]
     b: Float[np.ndarray, "n K+1"]
-    nodes: Profile
-    closely: Closely
 
     def __post_init__(self):
         for name in ("a", "b"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    @property
+    def grid(self) -> Grid:
+        """Its nodes."""
+        return self.profiles.grid
+
+    @property
+    def nodes(self) -> Profile:
+        """The robot's profile at the nodes."""
+        return self.profiles.nodes
 
     @property
     def theta(self) -> Float[np.ndarray, "n K+1"]:
@@ -57,22 +63,22 @@ class Gait:
     @property
     def torque(self) -> Float[np.ndarray, "n K+1"]:
         """Motor torque at the nodes [N m]."""
-        return torque_of(self.nodes, self.a, self.b)
+        return self.nodes.torque(self.a, self.b)
 
     @property
     def friction_force(self) -> Float[np.ndarray, "n K+1"]:
         """Friction force on the foot at the nodes, forwards [N]."""
-        return ground_of(self.nodes, self.a, self.b)[0]
+        return self.nodes.friction(self.a, self.b)
 
     @property
     def normal_force(self) -> Float[np.ndarray, "n K+1"]:
         """Normal force on the foot at the nodes [N]."""
-        return ground_of(self.nodes, self.a, self.b)[1]
+        return self.nodes.normal(self.a, self.b)
 
     @property
     def zmp(self) -> Float[np.ndarray, "n K+1"]:
         """Zero-moment point from the ankle forwards at the nodes [m]."""
-        return zmp_of(self.nodes, self.a, self.b)
+        return self.nodes.zmp(self.a, self.b)
 
     @property
     def repeats(self) -> bool:
@@ -104,7 +110,7 @@ class Gait:
         return a + rise * x, self.b[row, cell] + 2 * a * x + rise * x**2
 
     @cached_property
-    def inner(self) -> tuple[Float[np.ndarray, "n K D+1"], Float[np.ndarray, "n K D+1"]]:
+    def samples(self) -> tuple[Float[np.ndarray, "n K D+1"], Float[np.ndarray, "n K D+1"]]:
         """a and b at `grid.samples`."""
         x = self.grid.samples - self.theta[:, :-1, None]
         a = self.a[:, :-1, None]
@@ -115,13 +121,16 @@ class Gait:
     @cached_property
     def torque_between(self) -> Polynomials:
         """Motor torque in each cell [N m]."""
-        return Polynomials(torque_of(self.closely.profile, *self.inner))
+        return Polynomials(self.profiles.samples.torque(*self.samples))
 
     @cached_property
     def ground_between(self) -> tuple[Polynomials, Polynomials]:
         """Friction and normal force in each cell [N]."""
-        friction, normal = ground_of(self.closely.profile, *self.inner)
-        return Polynomials(friction), Polynomials(normal)
+        profile = self.profiles.samples
+        return (
+            Polynomials(profile.friction(*self.samples)),
+            Polynomials(profile.normal(*self.samples)),
+        )
 
     @cached_property
     def slowest(self) -> float:
@@ -131,8 +140,7 @@ class Gait:
 
     @cached_property
     def spent(self) -> dict[str, float]:
-        """The terms of the objectives, integrated between the nodes, too: see program.TERMS. The
-        time in closed form."""
+        """The terms of the objectives, integrated between the nodes, the time in closed form."""
         torque = self.torque_between
         work, strain = between.positive_and_squared(torque, self.grid.h)
         return {
@@ -143,10 +151,12 @@ class Gait:
         }
 
     @property
-    def on_grid(self) -> dict[str, float]:
+    def spent_on_grid(self) -> dict[str, float]:
         """The same terms as the program adds them up."""
-        found = terms_on_grid(self.grid, self.b, self.torque)
-        return {term: float(value) for term, value in found.items()}
+        return {
+            name: float(value)
+            for name, value in terms_on_grid(self.grid, self.b, self.torque).items()
+        }
 
     @cached_property
     def times(self) -> Float[np.ndarray, "n K"]:
@@ -175,16 +185,13 @@ class Gait:
     def friction_use(self) -> float:
         """Largest |friction| / normal force, at the nodes and between them [-]."""
         friction, normal = self.ground_between
-
-        def use(at: np.ndarray) -> np.ndarray:
-            return np.asarray(friction_uses(friction(at), normal(at)))
-
-        return max(self.friction_at_nodes, float(np.max(between.peak(use))))
+        within = between.peak(lambda at: np.asarray(friction_uses(friction(at), normal(at))))
+        return max(self.friction_at_nodes, float(np.max(within)))
 
     @property
     def friction_at_nodes(self) -> float:
         """The same at the nodes alone [-]."""
-        return float(friction_use(*ground_of(self.nodes, self.a, self.b)))
+        return float(np.max(friction_uses(self.friction_force, self.normal_force)))
 
     def cost_of_transport(self, copper_loss: float = 0.0) -> float:
         """(Positive work + copper_loss times torque^2 over time) / (weight x way) [-]."""
@@ -216,17 +223,96 @@ def terms_on_grid(
     }
 
 
-def friction_use(
-    friction: Float[Number, "..."], normal: Float[Number, "..."], xp: ModuleType = np
-) -> float | Float[Array, ""]:
-    """Largest |friction| / normal force; infinite where nothing presses the foot down. xp: as
-    above."""
-    return xp.max(friction_uses(friction, normal, xp))
-
-
 def friction_uses(
     friction: Float[Number, "..."], normal: Float[Number, "..."], xp: ModuleType = np
 ) -> Float[Number, "..."]:
-    """The same of each."""
+    """|friction| / normal force; infinite where nothing presses the foot down. xp: as above."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return xp.where(normal > 0, xp.abs(friction) / normal, np.inf)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Certificate computed in float64 from the robot's numbers, without trust in the solver.
+
+    value: of the gait on the grid. bound: no gait of the grid is better (infinite below: not
+    proved). violation: worst one of a limit at the nodes, in the limit's unit of size. sign: the
+    most negative multiplier of a limit (0: none is). complementarity: largest product of a
+    multiplier and its limit's slack, over the sum of what the multipliers hold up.
+    """
+
+    value: float
+    bound: float
+    violation: float
+    sign: float
+    complementarity: float
+
+    @property
+    def gap(self) -> float:
+        """Value less bound."""
+        return self.value - self.bound
+
+
+@dataclass(frozen=True)
+class GaitResult(Result):
+    """Result of `solve` for a gait problem: see Result; value and bound are those of the grid.
+
+    gait: the best one of the grid, its limits kept at the nodes; between them its crank may stand
+    still, and its duration is infinite then. held: a gait whose limits hold between the nodes, too,
+    to 1e-8 of their size (1e-7 where the rounds of tightening end before that), as polynomials
+    through samples in each cell tell; b > 0 but for rest at the walk's ends, and the mean rate, in
+    closed form. held_value is its value, integrated between the nodes; None where none was found.
+    every_bound: no gait whatever is better, of any acceleration that may change at any place (None:
+    not proved); its integral is a quadrature, whose error is not bounded. So the best possible lies
+    between every_bound and held_value, whatever the grid.
+    certificate: of the grid's optimum.
+    """
+
+    gait: Gait | None = None
+    held: Gait | None = None
+    held_value: float = np.inf
+    every_bound: float | None = None
+    certificate: Certificate | None = None
+
+    @property
+    def discretisation(self) -> float:
+        """(held_value - every_bound) / value: the gap that the grid leaves; infinite if unknown."""
+        if self.every_bound is None or not np.isfinite(self.held_value):
+            return np.inf
+        off = self.held_value - self.every_bound
+        return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
+
+    @property
+    def best(self) -> Gait:
+        """`held`, or the grid's own gait where there is none. ValueError without any."""
+        found = self.gait if self.held is None else self.held
+        if found is None:
+            raise ValueError(
+                f"the result holds no gait ({self.message}); accepted: one with a gait"
+            )
+        return found
+
+    @property
+    def theta(self) -> Float[np.ndarray, "n K+1"]:
+        """Nodes as crank angles of the supporting leg, of `best` as all below [rad]."""
+        return self.best.theta
+
+    @property
+    def crank_rate(self) -> Float[np.ndarray, "n K+1"]:
+        """Crank rate at the nodes [rad/s]."""
+        return self.best.crank_rate
+
+    @property
+    def torque(self) -> Float[np.ndarray, "n K+1"]:
+        """Motor torque at the nodes [N m]."""
+        return self.best.torque
+
+    @property
+    def mean_rate(self) -> float:
+        """Mean crank rate [rad/s]."""
+        return self.best.mean_rate
+
+    @property
+    def friction_use(self) -> float:
+        """Largest |friction| / normal force, at the nodes and between them [-]."""
+        return self.best.friction_use

@@ -11,16 +11,12 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.optim.gait.convex.goal import goal_of
-from stickslip.optim.gait.convex.instance import Instance
-from stickslip.optim.gait.convex.limits import TORQUE, UNITS, Limits
-from stickslip.optim.gait.convex.units import lift_off_rate, swing_torque
-from stickslip.optim.gait.grid import Grid
-from stickslip.optim.gait.names import METHODS as IN_WORDS
-from stickslip.optim.gait.places import friction_along
-from stickslip.optim.gait.profile import profile_of, robot_of
-from stickslip.optim.gait.result import GaitResult
-from stickslip.optim.gait.slopes import Slopes
+from stickslip.optim.gait import METHODS
+from stickslip.optim.gait.convex.grid_problem import GridProblem
+from stickslip.optim.gait.convex.limits import UNITS, Limits, friction_along
+from stickslip.optim.gait.gait import GaitResult
+from stickslip.optim.gait.objective import goal_of
+from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure
 from stickslip.optim.result import Evaluation, OptimStatus
@@ -33,8 +29,8 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.dynamics.scene import Scene
-    from stickslip.optim.gait.convex.goal import Goal
     from stickslip.optim.gait.gait import Gait
+    from stickslip.optim.gait.objective import Goal
 
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
@@ -83,7 +79,7 @@ class GaitProblem(Problem[GaitResult]):
     goal: Goal = field(init=False)
 
     methods: ClassVar[Mapping[str, Method]] = {
-        "conic": Method(IN_WORDS["conic"], "stickslip.optim.gait.convex.conic:solve_conic")
+        "conic": Method(METHODS["conic"], "stickslip.optim.gait.convex.conic:solve_conic")
     }
     result_kind = GaitResult
     default_method = "conic"
@@ -153,27 +149,28 @@ class GaitProblem(Problem[GaitResult]):
             object.__setattr__(self, name, value)
 
     @cached_property
-    def instance(self) -> Instance:
+    def on_grid(self) -> GridProblem:
         """The problem in numbers."""
         from_rest, to_rest = self.start_rate == 0.0, self.end_rate == 0.0
         grid = Grid(self.steps_taken, self.cells, from_rest, to_rest)
-        robot = self.__dict__["_robot"]
-        profile = profile_of(self.params, robot, grid.theta)
-        lift = lift_off_rate(profile)
+        profiles = Profiles(self.params, self.__dict__["_robot"], grid)
+        lift = profiles.nodes.lift_off_rate
         cap = CAP * lift if self.max_rate is None else float(self.max_rate)
         most = self.torque_limit
-        motor = most is not None
-        most = float(most) if most is not None else TORQUES * swing_torque(profile, lift)
         limits = Limits(
-            self.__dict__["_friction"], most, float(self.min_normal), self.zmp, cap, lift, motor
+            mu=self.__dict__["_friction"],
+            torque=TORQUES * profiles.nodes.swing_torque if most is None else float(most),
+            min_normal=float(self.min_normal),
+            zmp=self.zmp,
+            cap=cap,
+            lift_off=lift,
+            motor=most is not None,
         )
         longest = None
         if self.mean_rate is not None:
             longest = np.pi * self.steps_taken / float(self.mean_rate)
         first, last = (_squares(rate, cap) for rate in (self.start_rate, self.end_rate))
-        return Instance(
-            self.params, robot, grid, self.goal, limits, self.is_periodic, longest, first, last
-        )
+        return GridProblem(profiles, self.goal, limits, self.is_periodic, longest, first, last)
 
     @property
     def structure(self) -> frozenset[Structure]:
@@ -188,7 +185,7 @@ class GaitProblem(Problem[GaitResult]):
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         """Bounds of b at the beginning, and of the accelerations by the greatest torque."""
-        at, nodes = self.instance, self.instance.profiles[0]
+        at, nodes = self.on_grid, self.on_grid.profiles.nodes
         b = at.limits.cap**2
         needed = at.limits.torque + np.abs(nodes.fall) + np.abs(nodes.dM) / 2 * b
         most = np.ravel(needed / nodes.M)
@@ -201,7 +198,7 @@ class GaitProblem(Problem[GaitResult]):
             raise ValueError('objective = "friction" is no convex program; accepted: another')
         from stickslip.optim.gait.convex.program import Program, Solved
 
-        at = self.instance
+        at = self.on_grid
         program = Program(at.structure)
         problem = program.filled(at.numbers())
 
@@ -214,39 +211,32 @@ class GaitProblem(Problem[GaitResult]):
     def gait(self, x: Float[np.ndarray, "n"]) -> Gait:
         """The gait of a decision vector."""
         x = self.batch([x])[0]
-        return self.instance.gait(x[1:].reshape(self.steps_taken, -1), float(x[0]))
+        return self.on_grid.gait(x[1:].reshape(self.steps_taken, -1), float(x[0]))
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
         """Value and constraints at the grid's nodes."""
-        return self.looked_at(self.gait(x))
-
-    @cached_property
-    def _slopes(self) -> Slopes:
-        return Slopes(self.instance)
+        return self.evaluate_gait(self.gait(x))
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """See Problem; a subgradient where the torque changes its sign or friction its worst
         node, 0 where the crank stands still."""
-        return self._slopes.gradient(self.batch([x])[0])
+        return self.on_grid.gradient(self.batch([x])[0])
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem."""
-        return self._slopes.jacobian(self.batch([x])[0])
+        return self.on_grid.jacobian(self.batch([x])[0])
 
-    def looked_at(self, gait: Gait) -> Evaluation:
-        """The same of a gait on the problem's grid."""
-        at, b = self.instance, self.instance.units.b
-        rows = at.rows[0]
+    def evaluate_gait(self, gait: Gait) -> Evaluation:
+        """Value and constraints of a gait on the problem's grid."""
+        at, b = self.on_grid, self.on_grid.units.b
+        rows = at.rows
         excess = rows.excess(gait.a, gait.b)
-        spent = gait.on_grid
+        spent = gait.spent_on_grid
         value = gait.friction_at_nodes if self.goal.is_friction else self.goal.of(spent)
         margins: list[np.ndarray] = [np.ravel(-excess / rows.size[:, None, None])]
-        residuals = {
-            name: max(
-                0.0, float(np.max(excess[[i for i, o in enumerate(rows.names) if o == name]]))
-            )
-            for name in dict.fromkeys(rows.names)
-        }
+        residuals: dict[str, float] = {}
+        for name, worst in zip(rows.names, np.max(excess, axis=(1, 2)), strict=True):
+            residuals[name] = max(residuals.get(name, 0.0), float(worst))
         if at.longest is not None:
             margins.append(np.array([1 - spent["time"] / at.longest]))
             residuals["time"] = max(0.0, float(spent["time"]) - at.longest)
@@ -272,13 +262,12 @@ def _squares(rate: float | None, cap: float) -> tuple[float, float]:
 
 def _check(p: GaitProblem) -> None:
     """ValueError for a field of a gait problem that will not do."""
-    accepted = "a BipedParams of one robot (carry a payload in params.payload)"
-    require_kind("params", p.params, BipedParams, accepted)
+    require_kind("params", p.params, BipedParams, ROBOT)
     require_integer("steps_taken", p.steps_taken, high=MOST_STEPS)
     require_integer("steps", p.cells, low=LEAST_CELLS, accepted="an integer >= 8, cells of a step")
     require_memory(f"steps = {shown(p.cells)}", "nodes", p.steps_taken * (p.cells + 1), NODE)
     require_kind("zmp", p.zmp, bool, "True or False")
-    for name in (TORQUE + "_limit", "mean_rate", "max_rate"):
+    for name in ("torque_limit", "mean_rate", "max_rate"):
         given = getattr(p, name)
         if given is not None:
             require_scalar(name, given, low=0.0, strict=True, accepted=POSITIVE)

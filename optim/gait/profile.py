@@ -1,8 +1,8 @@
-"""The inertia functions along support phases as float64 arrays, from the user's own robot."""
+"""Grid of a gait, and the robot's inertia functions on it, in float64."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
-from stickslip.dynamics.biped.links import as_batch
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.processes import refuse_after_fork
@@ -20,21 +20,115 @@ from stickslip.optim.processes import refuse_after_fork
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.optim.gait.grid import Grid
-
 BLOCK = 512
 """Crank angles computed at once: one program for every number of them."""
 MISMATCH = 1e-6
 """Tolerated mismatch of the exchange of support, as in `simulate` in float64; single-precision
 lengths are allowed their own rounding."""
-NAMES = ("M", "dM", "P", "dP", "Y", "dY", "L", "dL", "X")
+ROBOT = "a BipedParams of one robot (carry a payload in params.payload)"
+POINTS = 4
+"""Gauss-Legendre points in each cell, for bounds on every gait."""
+DEGREE, SAMPLES = 6, 400
+"""Least degree of the polynomials through a cell's samples, and about the samples of a step:
+in cells of pi / 8 a degree of 5 has errors of 3e-3 in the inertia functions."""
+CLOSER = 1.5
+"""Power of a node's number that its distance from rest goes with. The first cell's time is in error
+by its length to the power 1.5: above 4/3 that is of second order in the number of cells."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """K cells in each of n support phases.
+
+    from_rest, to_rest: the walk begins or ends with no speed. There nodes stand closer (CLOSER),
+    since the crank rate grows with the root of the angle; elsewhere they are pi / K apart.
+    """
+
+    steps: int
+    cells: int
+    from_rest: bool = False
+    to_rest: bool = False
+
+    @cached_property
+    def theta(self) -> Float[np.ndarray, "n K+1"]:
+        """Nodes as crank angles of the supporting leg [rad]; both ends of every phase."""
+        share = np.linspace(0.0, 1.0, self.cells + 1)
+        rows = np.tile(share, (self.steps, 1))
+        if self.steps == 1 and self.from_rest and self.to_rest:
+            near, far = share**CLOSER, (1 - share) ** CLOSER
+            rows[0] = near / (near + far)
+        else:
+            if self.from_rest:
+                rows[0] = share**CLOSER
+            if self.to_rest:
+                rows[-1] = 1 - (1 - share) ** CLOSER
+        theta = SUPPORT_START + (SUPPORT_END - SUPPORT_START) * rows
+        theta[:, 0], theta[:, -1] = SUPPORT_START, SUPPORT_END
+        return read_only(theta)
+
+    @cached_property
+    def h(self) -> Float[np.ndarray, "n K"]:
+        """Length of each cell [rad]."""
+        return read_only(np.diff(self.theta, axis=1))
+
+    @cached_property
+    def weights(self) -> Float[np.ndarray, "n K+1"]:
+        """Weights of the trapezoid rule over the phase [rad]."""
+        ends = np.zeros((self.steps, 1))
+        return read_only((np.hstack([self.h, ends]) + np.hstack([ends, self.h])) / 2)
+
+    @cached_property
+    def inside(self) -> tuple[Float[np.ndarray, "n K Q"], Float[np.ndarray, "n K Q"]]:
+        """Points inside the cells, from each cell's left node [rad], and their weights [rad].
+
+        Gauss and Legendre's; in a cell at rest at one end in the root of the distance from it, in
+        which integrals over time are smooth.
+        """
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        x, w = (x + 1) / 2, w / 2
+        share = np.broadcast_to(x, (*self.h.shape, POINTS)).copy()
+        weight = np.broadcast_to(w, share.shape).copy()
+        if self.from_rest:
+            share[0, 0], weight[0, 0] = x**2, 2 * x * w
+        if self.to_rest:
+            share[-1, -1], weight[-1, -1] = 1 - x[::-1] ** 2, (2 * x * w)[::-1]
+        return read_only(share * self.h[..., None]), read_only(weight * self.h[..., None])
+
+    @cached_property
+    def samples(self) -> Float[np.ndarray, "n K D+1"]:
+        """Crank angles in each cell, its ends included, through which polynomials are laid [rad]:
+        Chebyshev's."""
+        degree = max(DEGREE, -(-SAMPLES // self.cells))
+        share = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
+        found = self.theta[:, :-1, None] + share * self.h[..., None]
+        found[..., -1] = self.theta[:, 1:]
+        return read_only(found)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Whole mass [kg], gravity [m/s^2], the foot's edges behind and before the ankle [m], step
+    length [m], length of the crank [m]."""
+
+    mass: float
+    gravity: float
+    heel: float
+    toe: float
+    step_length: float
+    crank: float
+
+    @property
+    def weight(self) -> float:
+        """[N]"""
+        return self.mass * self.gravity
 
 
 @dataclass(frozen=True)
 class Profile:
     """M, P, Y, L, their slopes and X of MODEL 1.4 at crank angles theta [...], in float64.
 
-    mass [kg], gravity [m/s^2] and the foot's edges heel, toe [m] beside them.
+    With b = crank rate^2, a = crank acceleration = b'/2 and the foot at rest, torque and forces are
+    affine in a and b.
     """
 
     robot: Robot
@@ -54,44 +148,82 @@ class Profile:
         """Slope of the potential energy by the crank angle, g Y [N m]."""
         return self.robot.gravity * self.Y
 
+    def torque(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """The motor's torque [N m]."""
+        return self.M * a + self.dM / 2 * b + self.fall
 
-@dataclass(frozen=True)
-class Robot:
-    """Constants of the robot: whole mass [kg], gravity [m/s^2], the foot's edges behind
-    and before the ankle [m], step length [m], length of the crank [m]."""
+    def friction(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Friction force on the foot, forwards [N]."""
+        return self.P * a + self.dP * b
 
-    mass: float
-    gravity: float
-    heel: float
-    toe: float
-    step_length: float
-    crank: float
+    def normal(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Normal force on the foot [N]."""
+        return self.robot.weight + self.Y * a + self.dY * b
+
+    def zmp(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """The zero-moment point from the ankle forwards [m] (eq. 30)."""
+        moment = self.L * a + self.dL * b + self.robot.gravity * self.X
+        normal = self.normal(a, b)
+        return np.divide(moment, normal, out=np.zeros_like(moment), where=normal > 0)
 
     @property
-    def weight(self) -> float:
-        """[N]"""
-        return self.mass * self.gravity
+    def lift_off_rate(self) -> float:
+        """The constant crank rate at which the foot first leaves the ground [rad/s]."""
+        return float(np.sqrt(self.robot.weight / np.max(np.abs(self.dY))))
+
+    @property
+    def swing_torque(self) -> float:
+        """A torque that carries and swings the robot at that rate [N m]."""
+        rate = self.lift_off_rate
+        return self.robot.weight * self.robot.crank + float(np.max(self.M)) * rate**2
 
 
 @dataclass(frozen=True)
-class Closely:
-    """The profile at a grid's samples, computed when it is first used."""
+class Profiles:
+    """A robot's profiles on a grid, each computed when it is first used."""
 
     params: BipedParams
     robot: Robot
     grid: Grid
 
+    @property
+    def nodes(self) -> Profile:
+        """At the nodes [n, K+1]."""
+        return self._both[0]
+
+    @property
+    def inside(self) -> Profile:
+        """At `grid.inside` [n, K, Q]."""
+        return self._both[1]
+
     @cached_property
-    def profile(self) -> Profile:
-        """[n, K, D+1]"""
+    def samples(self) -> Profile:
+        """At `grid.samples` [n, K, D+1]."""
         return profile_of(self.params, self.robot, self.grid.samples)
+
+    def finer(self, times: int) -> Profiles:
+        """Those on a grid of so many times the cells."""
+        return replace(self, grid=replace(self.grid, cells=times * self.grid.cells))
+
+    @cached_property
+    def _both(self) -> tuple[Profile, Profile]:
+        theta = self.grid.theta
+        inside = theta[:, :-1, None] + self.grid.inside[0]
+        both = np.concatenate([theta.ravel(), inside.ravel()])
+        columns = _columns(self.params, both)
+        parts = zip(
+            (theta, inside), (columns[:, : theta.size], columns[:, theta.size :]), strict=True
+        )
+        nodes, within = (
+            Profile(self.robot, read_only(at), *part.reshape(-1, *at.shape)) for at, part in parts
+        )
+        return nodes, within
 
 
 def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     """The robot's constants; ValueError for a batch of robots, or for one that cannot hand over its
     support without an impact where it has to."""
-    accepted = "a BipedParams of one robot (carry a payload in params.payload)"
-    require_kind("params", params, BipedParams, accepted)
+    require_kind("params", params, BipedParams, ROBOT)
     if batch := as_batch(params)[0]:
         raise ValueError(f"params is a batch of shape {batch}; accepted: one robot")
     params.validate()
@@ -99,15 +231,13 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     kind = jnp.result_type(params.crank)
     with jax.enable_x64(True):
         wide = params.astype(jnp.float64)
-        constants = _constants(wide)
-        mismatch = float(constants[-1])
+        mass, length, mismatch = map(float, _constants(wide))
     most = max(MISMATCH, 1e3 * float(jnp.finfo(kind).eps))
     if (steps > 1 or periodic) and not mismatch < most:
         raise ValueError(
             f"this linkage breaks the exchange of support by {mismatch:.3g} (crank lengths or "
             f"rad); accepted: below {most:.1g}, or a transfer of one step"
         )
-    mass, length = float(constants[0]), float(constants[1])
     names = ("gravity", "heel", "toe", "crank")
     rest = {name: float(np.asarray(getattr(wide, name))) for name in names}
     return Robot(mass=mass, step_length=length, **rest)
@@ -115,8 +245,14 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
 
 def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."]) -> Profile:
     """The profile at any crank angles of the supporting leg, exact (`inertia_and_moment`)."""
+    columns = _columns(params, np.ravel(theta))
+    return Profile(robot, read_only(theta), *columns.reshape(-1, *np.shape(theta)))
+
+
+def _columns(params: BipedParams, theta: Float[np.ndarray, "m"]) -> Float[np.ndarray, "9 m"]:
+    """Numbers of a profile from M to X."""
     refuse_after_fork()
-    angles, where = np.unique(np.ravel(theta), return_inverse=True)
+    angles, where = np.unique(theta, return_inverse=True)
     blocks = -(-len(angles) // BLOCK)
     padded = np.pad(angles, (0, blocks * BLOCK - len(angles)), mode="edge")
     with jax.enable_x64(True):
@@ -124,11 +260,10 @@ def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."
         rows = [
             np.asarray(_numbers(wide, jnp.asarray(block))) for block in np.split(padded, blocks)
         ]
-    columns = np.concatenate(rows, axis=1)[:, where].reshape(len(NAMES), *np.shape(theta))
-    columns = read_only(columns)
+    columns = read_only(np.concatenate(rows, axis=1)[:, where])
     if not np.all(np.isfinite(columns)):
         raise ValueError("params give inertia functions that are not finite in double precision")
-    return Profile(robot, read_only(theta), *columns)
+    return columns
 
 
 @jax.jit

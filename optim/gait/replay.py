@@ -1,4 +1,10 @@
-"""Replay of a gait in simulation, compared with its promised values."""
+"""Replay of a gait in simulation, compared with its promised values.
+
+Without slip the energy E = M w^2 / 2 + V changes by the motor's work alone: dE/d theta = T, exactly
+and for every gait. So the reduced model, linearised about a gait, is an integrator in the energy,
+and the feedback T = T* - gain (E - E*) takes a deviation away as exp(-gain x angle). V cancels at
+one crank angle, so that E - E* = M (w^2 - b*) / 2.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +16,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedState, EventExact, Table, prepare, step
-from stickslip.dynamics.biped.links import SUPPORT_END
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.optim.gait.convex.program import WORK
-from stickslip.optim.gait.law import GaitLaw
+from stickslip.optim.gait.objective import WORK
 from stickslip.optim.options import require_scalar
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped import BipedModel, BipedParams
     from stickslip.dynamics.biped.state import Contact
@@ -43,15 +49,15 @@ BLOCK = 4000
 class Replay:
     """A gait's torque in `dynamics.biped`, event_exact, in float64.
 
-    mu: of the floor, static and kinetic (None: the foot cannot slip). feedback [1/rad]: see
-    GaitLaw; 0 is open loop, the torque over the crank angle and nothing corrected. hold: how long a
-    torque is held [s]. status: the gravest one met. slid: path of the foot over the floor [m];
-    breaks: how many holds it slid in. steps: exchanges reached. duration [s], work (positive, [J])
-    and mean_rate [rad/s] up to the last exchange, beside the promised ones. friction_use: largest
-    |friction| / normal force at the ends of holds, exchanges left out [-]. rate_error: largest
-    |crank rate - gait's| [rad/s] there; end_rate: the crank rate in the end. arrived: whether all
-    steps were done; of a gait that stops, whether the crank was within a hundredth of a step of its
-    place at the time promised.
+    mu: of the floor, static and kinetic (None: the foot cannot slip). feedback [1/rad]: gain on the
+    energy; 0 is open loop, the torque over the crank angle. hold: how long a torque is held [s].
+    status: the gravest one met. slid: path of the foot over the floor [m]; breaks: how many holds
+    it slid in. steps: exchanges reached. duration [s], work (positive, [J]) and mean_rate [rad/s]
+    up to the last exchange, beside the promised ones. friction_use: largest |friction| / normal
+    force at the ends of holds, exchanges left out [-]. rate_error: largest |crank rate - gait's|
+    [rad/s] there; end_rate: the crank rate in the end. arrived: whether all steps were done; of a
+    gait that stops, whether the crank was within a hundredth of a step of its place at the time
+    promised.
     """
 
     mu: float | None
@@ -122,6 +128,59 @@ def replay(
     with jax.enable_x64(True):
         trace = _walked(params, gait, mu, float(feedback), count, float(hold), zmp, whole)
     return _summed(gait, trace, mu, float(feedback), float(hold), count, whole)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class GaitLaw:
+    """theta [n, K+1] rad, a [n, K+1] rad/s^2, b [n, K+1] rad^2/s^2 as in Gait."""
+
+    theta: Float[Array, "n K+1"]
+    a: Float[Array, "n K+1"]
+    b: Float[Array, "n K+1"]
+
+    @classmethod
+    def of(cls, gait: Gait) -> GaitLaw:
+        """The law of a gait, in JAX's own precision."""
+        dtype = jnp.result_type(float)
+        return cls(*(jnp.asarray(part, dtype) for part in (gait.theta, gait.a, gait.b)))
+
+    def at(
+        self, phase: Float[Array, ""], steps: Int[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """a and b at a phase of the step so many exchanges after the first; the last step goes
+        on for ever. Beyond a phase's end, within a step's reach, the next step is read."""
+        last = self.theta.shape[0] - 1
+        beyond = (phase - SUPPORT_START >= np.pi).astype(steps.dtype)
+        phase = phase - np.pi * beyond.astype(phase.dtype)
+        row = jnp.clip(steps + beyond, 0, last)
+        nodes = self.theta[row]
+        cells = nodes.shape[0] - 1
+        cell = jnp.clip(jnp.searchsorted(nodes, phase, side="right") - 1, 0, cells - 1)
+        x = phase - nodes[cell]
+        rise = (self.a[row, cell + 1] - self.a[row, cell]) / (nodes[cell + 1] - nodes[cell])
+        start = self.a[row, cell]
+        return start + rise * x, self.b[row, cell] + 2 * start * x + rise * x**2
+
+    def torque(
+        self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
+    ) -> Float[Array, ""]:
+        """Torque of the gait there [N m]."""
+        a, b = self.at(phase, steps)
+        turned = phase - SUPPORT_START
+        inertia = model.inertia.at(SUPPORT_START + jnp.mod(turned, np.pi))
+        return inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y
+
+    def excess(
+        self,
+        model: BipedModel,
+        phase: Float[Array, ""],
+        steps: Int[Array, ""],
+        crank_rate: Float[Array, ""],
+    ) -> Float[Array, ""]:
+        """E - E*, by how much more energy the walk has than the gait there [J]."""
+        _, b = self.at(phase, steps)
+        return model.inertia.at(phase).M * (crank_rate * jnp.abs(crank_rate) - b) / 2
 
 
 def _walked(

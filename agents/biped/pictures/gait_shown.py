@@ -36,7 +36,7 @@ def gait_shown(
     Nothing is simulated: rate, torque and forces are those of the grid, over its own time.
     floor: friction of the floor that is drawn, None: the limit that the gait keeps to."""
     course = _course(gait, steps if problem.is_periodic else 1)
-    limits = problem.instance.limits.mu
+    limits = problem.on_grid.limits.mu
     mu = None if limits is None else float(np.min(limits))
     floor = mu if floor is None else floor
     frames = _frames(course, gait.nodes.robot.step_length, gait.mean_rate, floor)

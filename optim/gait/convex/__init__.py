@@ -1,1 +1,1 @@
-"""The gait as a convex program: what stands in it, and how it is solved."""
+"""The gait as a convex program: its limits and numbers, the solver, and the proofs."""

@@ -1,9 +1,4 @@
-"""Limits of a gait as rows A a + B b <= C at every crank angle.
-
-With b = crank rate^2 and a = crank acceleration = b'/2, torque, friction, normal force and the
-ground's moment about the ankle are affine in a and b (MODEL 1.4, foot at rest), so each limit is a
-row with coefficients of the crank angle.
-"""
+"""Limits of a gait as rows A a + B b <= C at every crank angle."""
 
 from __future__ import annotations
 
@@ -12,9 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
+from stickslip.optim.options import as_floats
+
 if TYPE_CHECKING:
     from jaxtyping import Float
 
+    from stickslip.dynamics.numeric import Lists, Number
     from stickslip.optim.gait.profile import Profile
 
 TORQUE, FRICTION, NORMAL, ZMP = "torque", "friction", "normal force", "foot edges"
@@ -22,6 +22,7 @@ RATE, STANDING = "greatest rate", "squared rate >= 0"
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
 UNITS |= {STANDING: "rad^2/s^2"}
 """Unit of a row's violation."""
+ACCEPTED = "None, a number >= 0, one for each step, or a Scene of dry friction"
 
 
 @dataclass(frozen=True)
@@ -60,49 +61,25 @@ class Rows(NamedTuple):
         """Violation of each limit, > 0, in its own unit."""
         return self.A * a + self.B * b - self.C
 
-    def flat(self) -> Rows:
-        """All crank angles in one axis, in units of `size`: [m, nodes]."""
+    def scaled_excess(
+        self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
+    ) -> Float[np.ndarray, "m n ..."]:
+        """Violation of each limit in units of `size`."""
+        return self.excess(a, b) / self.size.reshape(-1, *[1] * np.ndim(a))
+
+    def flat(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A, B and C, all crank angles in one axis, in units of `size`: [m, nodes]."""
         unit = self.size[:, None]
         A, B, C = (part.reshape(len(self.names), -1) / unit for part in (self.A, self.B, self.C))
-        return Rows(self.names, A, B, C, self.size)
-
-
-def affine_torque(p: Profile) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coefficients of a, b and 1 in the motor's torque [N m]."""
-    return p.M, p.dM / 2, p.fall
-
-
-def affine_ground(
-    p: Profile,
-) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, float]]:
-    """The same of the friction force and, with the weight, of the normal force [N]."""
-    return (p.P, p.dP), (p.Y, p.dY, p.robot.weight)
-
-
-def torque_of(p: Profile, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The motor's torque [N m]."""
-    on_a, on_b, constant = affine_torque(p)
-    return on_a * a + on_b * b + constant
-
-
-def ground_of(p: Profile, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Friction and normal force [N]."""
-    return p.P * a + p.dP * b, p.robot.weight + p.Y * a + p.dY * b
-
-
-def zmp_of(p: Profile, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The zero-moment point from the ankle forwards [m] (eq. 30)."""
-    moment = p.L * a + p.dL * b + p.robot.gravity * p.X
-    normal = ground_of(p, a, b)[1]
-    return np.divide(moment, normal, out=np.zeros_like(moment), where=normal > 0)
+        return A, B, C
 
 
 def rows_of(p: Profile, limits: Limits) -> Rows:
     """All limits along a profile [n, ...], its first axis the steps."""
     weight, zero, one = p.robot.weight, np.zeros_like(p.M), np.ones_like(p.M)
     parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] = []
-    on_a, on_b, fall = affine_torque(p)
-    parts += [(s * on_a, s * on_b, limits.torque - s * fall, torque_unit(p)) for s in (1, -1)]
+    for s in (1, -1):
+        parts.append((s * p.M, s * (p.dM / 2), limits.torque - s * p.fall, torque_unit(p)))
     if limits.mu is not None:
         mu = limits.mu.reshape(-1, *[1] * (p.M.ndim - 1))
         for s in (1, -1):
@@ -123,3 +100,36 @@ def rows_of(p: Profile, limits: Limits) -> Rows:
 def torque_unit(p: Profile) -> float:
     """A torque of the robot's own size [N m]: its weight on a crank's length."""
     return p.robot.weight * p.robot.crank
+
+
+def friction_along(
+    mu: Number | Lists | Scene | None, steps: int, step_length: float
+) -> Float[np.ndarray, "n"] | None:
+    """Static friction of each step [n], None where the foot never slips.
+
+    A scene's patches count where the supporting ankle stands: step k at k step lengths [m].
+    """
+    if mu is None:
+        return None
+    if not isinstance(mu, Scene):
+        found = as_floats("mu", mu, ACCEPTED)
+        if found.shape not in ((), (steps,)):
+            raise ValueError(f"mu has shape {found.shape}; accepted: one number, or ({steps},)")
+    else:
+        floor = mu.floor
+        if isinstance(floor, Grip):
+            return None
+        if isinstance(floor, Patches):
+            edges = as_floats("edges", floor.edges, "finite positions [m]")
+            coefficients = as_floats("mu_static", floor.mu_static, "numbers >= 0")
+            at = np.searchsorted(edges, step_length * np.arange(steps), side="right")
+            found = np.broadcast_to(coefficients, (len(edges) + 1,))[at]
+        elif isinstance(floor, Uniform):
+            found = as_floats("mu_static", floor.mu_static, ACCEPTED)
+        else:
+            raise ValueError(f"mu is a scene with the floor {floor!r}; accepted: {ACCEPTED}")
+        if found.ndim > 1 or (found.ndim == 1 and found.shape != (steps,)):
+            raise ValueError(f"mu is a batch of floors {found.shape}; accepted: one floor")
+    if np.any(found < 0):
+        raise ValueError(f"mu = {float(np.min(found))!r} is not accepted; accepted: {ACCEPTED}")
+    return read_only(np.broadcast_to(found, (steps,)).astype(float))

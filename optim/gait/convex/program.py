@@ -21,16 +21,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"
-TERMS = (TIME, TORQUE, WORK, STRAIN)
-"""Time [s]; torque^2 over time [(N m)^2 s]; positive work [J]; torque^2 over the crank angle
-[(N m)^2 rad]."""
-
 
 ACCURACY = {"tol_feas": 1e-11, "tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11}
 """Tolerances of Clarabel. Small cells near rest need them; where it stops earlier, the certificate
@@ -87,7 +82,7 @@ class Solved(NamedTuple):
     """a and b at the nodes [n, K+1], the relaxation, multipliers, and how the solver ended."""
 
     status: OptimStatus
-    words: str
+    message: str
     a: Float[np.ndarray, "n K+1"] | None = None
     b: Float[np.ndarray, "n K+1"] | None = None
     relaxation: float = 0.0
@@ -107,7 +102,6 @@ class Program:
         self._A, self._B, self._C, self._R = (cp.Parameter(shape) for _ in range(4))
         self._h = cp.Parameter(n * K, nonneg=True)
         self._on_a, self._on_b, self._rest = (cp.Parameter(nodes) for _ in range(3))
-        self._trapezoid = cp.Parameter(nodes, nonneg=True)
         self._weights = {term: cp.Parameter(nodes, nonneg=True) for term in (WORK, STRAIN)}
         self._cell_weights = {term: cp.Parameter(n * K, nonneg=True) for term in (TIME, TORQUE)}
         self._longest = cp.Parameter(nonneg=True)
@@ -192,12 +186,11 @@ class Program:
             self._set(numbers)
             ended = solve_quietly(self.problem, cp.CLARABEL, bounded=True, **ACCURACY)
             if not ended.answered or self._b.value is None:
-                return Solved(ended.status, ended.words)
-            return self._read(ended.status, ended.words)
+                return Solved(ended.status, ended.message)
+            return self._solved(ended.status, ended.message)
 
     def filled(self, numbers: Numbers) -> cp.Problem:
-        """The problem with these numbers, to be solved by whoever likes; `read` tells what came of
-        it."""
+        """The problem with these numbers, for any solver; `read` gives the solution."""
         self._set(numbers)
         return self.problem
 
@@ -208,11 +201,9 @@ class Program:
         return a, b
 
     def _set(self, given: Numbers) -> None:
-        names = ("A", "B", "C", "R", "on_a", "on_b", "rest", "trapezoid")
-        for name in names:
+        for name in ("A", "B", "C", "R", "on_a", "on_b", "rest"):
             getattr(self, f"_{name}").value = getattr(given, name)
-        h = given.h.ravel()
-        self._h.value = h
+        self._h.value = h = given.h.ravel()
         for term, parameter in self._weights.items():
             parameter.value = given.weights.get(term, 0.0) * given.trapezoid
         for term, factor in ((TIME, 2.0), (TORQUE, 1.0)):
@@ -220,7 +211,7 @@ class Program:
         self._longest.value = 0.0 if given.longest is None else given.longest
         self._ends.value = np.array([given.first[0], given.last[0]])
 
-    def _read(self, status: OptimStatus, words: str) -> Solved:
+    def _solved(self, status: OptimStatus, message: str) -> Solved:
         a, b = self.read()
         motion = np.reshape(self._motion.dual_value, (a.shape[0], a.shape[1] - 1))
         exchange = np.zeros(0)
@@ -229,7 +220,7 @@ class Program:
         time = 0.0 if self._timing is None else float(np.asarray(self._timing.dual_value))
         rows = np.stack([np.asarray(row.dual_value) for row in self._rows])
         relaxation = 0.0 if self.kind.terms else float(np.asarray(self._r.value))
-        return Solved(status, words, a, b, relaxation, Duals(motion, exchange, time, rows))
+        return Solved(status, message, a, b, relaxation, Duals(motion, exchange, time, rows))
 
 
 @lru_cache(maxsize=24)

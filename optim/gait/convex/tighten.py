@@ -9,14 +9,15 @@ import numpy as np
 
 from stickslip.optim.gait.between import Polynomials, lowest, peak
 from stickslip.optim.gait.convex.limits import STANDING
-from stickslip.optim.gait.convex.program import TIME, program_of
+from stickslip.optim.gait.convex.program import program_of
+from stickslip.optim.gait.objective import TIME
 
 if TYPE_CHECKING:
     from stickslip.optim.gait.convex.answer import Answer
-    from stickslip.optim.gait.convex.instance import Instance
+    from stickslip.optim.gait.convex.grid_problem import GridProblem
     from stickslip.optim.gait.convex.program import Numbers
     from stickslip.optim.gait.gait import Gait
-    from stickslip.optim.gait.grid import Grid
+    from stickslip.optim.gait.profile import Grid
 
 ROUNDS = 9
 HELD = 1e-8
@@ -39,60 +40,56 @@ def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
     The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
     known once the crank stands still nowhere.
     """
-    instance, gait = answer.instance, answer.gait
-    numbers = instance.numbers(relaxed=answer.relaxed)
-    structure, free = instance.structure, answer.relaxed
+    problem, gait = answer.problem, answer.gait
+    numbers = problem.numbers(relaxed=answer.relaxed)
+    structure, free = problem.structure, answer.relaxed
     if free:
-        numbers.weights.clear()
+        numbers = replace(numbers, weights={})
         structure = structure._replace(terms=())
     solves, before = 0, np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * ROUNDS, LAST):
-        missed, slow = overshoot(instance, gait, free), too_slow(instance, gait)
-        late = _late(instance, gait)
-        if max(np.max(missed), np.max(slow), late) <= tolerance:
-            return gait, _value(instance, gait), solves
+        violation, slow = overshoot(problem, gait, free), too_slow(problem, gait)
+        late = 0.0 if problem.longest is None else gait.duration / problem.longest - 1
+        if max(np.max(violation), np.max(slow), late) <= tolerance:
+            goal = problem.goal
+            return gait, gait.friction_use if goal.is_friction else goal.of(gait.spent), solves
         if tolerance == LAST:
             break
-        taken = MORE * np.where(missed > HELD, missed, 0.0)
-        stuck = missed > np.maximum(before / 2, HELD)
-        taken = taken + np.where(stuck, _slack(instance, gait, numbers), 0.0)
-        numbers = _kept_moving(instance, gait, replace(numbers, C=numbers.C - taken), slow)
-        before = missed
+        taken = MORE * np.where(violation > HELD, violation, 0.0)
+        stuck = violation > np.maximum(before / 2, HELD)
+        taken = taken + np.where(stuck, _slack(problem, gait, numbers), 0.0)
+        numbers = _kept_moving(problem, gait, replace(numbers, C=numbers.C - taken), slow)
+        before = violation
         if numbers.longest is not None and 0 < late < np.inf:
-            took = min(gait.on_grid[TIME] * instance.units.rate, numbers.longest)
+            took = min(gait.spent_on_grid[TIME] * problem.units.rate, numbers.longest)
             numbers = replace(numbers, longest=took / (1 + late))
         solved = program_of(structure).solve(numbers)
         solves += 1
         if solved.a is None or solved.b is None:
             break
-        gait = instance.gait_of(solved)
+        gait = problem.gait_of(solved)
     return None, np.inf, solves
 
 
-def _slack(instance: Instance, gait: Gait, numbers: Numbers) -> np.ndarray:
+def _slack(problem: GridProblem, gait: Gait, numbers: Numbers) -> np.ndarray:
     """Slack of each limit at the nodes [m, nodes], in units of their size. Where one
-    is missed between nodes that leave much of it, taking less than that off changes nothing."""
-    rows = instance.rows[0]
+    is violated between nodes that leave much of it, taking less than that off changes nothing."""
+    rows = problem.rows
     spent = (rows.A * gait.a + rows.B * gait.b).reshape(len(rows.names), -1)
     return np.maximum(numbers.C - spent / rows.size[:, None], 0.0)
 
 
-def _late(instance: Instance, gait: Gait) -> float:
-    """Excess of the gait's time over the longest one, as a share."""
-    return 0.0 if instance.longest is None else gait.duration / instance.longest - 1
-
-
-def overshoot(instance: Instance, gait: Gait, free: str = "") -> np.ndarray:
+def overshoot(problem: GridProblem, gait: Gait, free: str = "") -> np.ndarray:
     """Violation of the limits in each cell, assigned to both of its nodes [m, nodes], in units
-    of their size; `free` may be missed, and of what keeps b above 0 `too_slow` tells."""
-    rows = instance.rows_between
-    between = peak(Polynomials(rows.excess(*gait.inner) / rows.size[:, None, None, None]))
+    of their size, but of `free` and of b >= 0 (see `too_slow`)."""
+    rows = problem.rows_between
+    between = peak(Polynomials(rows.scaled_excess(*gait.samples)))
     worst = _at_nodes(between).reshape(len(rows.names), -1)
-    apart = [name in (free, STANDING) for name in rows.names]
-    return np.where(np.array(apart)[:, None], -np.inf, worst)
+    left_out = np.isin(rows.names, (free, STANDING))
+    return np.where(left_out[:, None], -np.inf, worst)
 
 
-def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
+def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     """Shortfall of a cell's least b, in closed form, below its lower limit, at its
     nodes [nodes]; in a cell at rest the b that the acceleration there leads to. In the limit's unit
     of size."""
@@ -105,11 +102,11 @@ def too_slow(instance: Instance, gait: Gait) -> np.ndarray:
             nearer = np.minimum(way[:-1], way[1:])
             nearer[end] = grid.h[end, end]
             share[end] = np.minimum(share[end], nearer / STARTED)
-    size = instance.rows_between.size[-1]
+    size = problem.rows_between.size[-1]
     asked = np.inf
-    if instance.longest is not None:
-        asked = np.pi * grid.steps / instance.longest
-    floor = min(MOVING * instance.limits.lift_off, QUARTER * asked) ** 2
+    if problem.longest is not None:
+        asked = np.pi * grid.steps / problem.longest
+    floor = min(MOVING * problem.limits.lift_off, QUARTER * asked) ** 2
     return _at_nodes(floor * share - least).ravel() / size
 
 
@@ -125,21 +122,17 @@ def _at_nodes(cells: np.ndarray) -> np.ndarray:
     return np.maximum(left, right)
 
 
-def _kept_moving(instance: Instance, gait: Gait, numbers: Numbers, slow: np.ndarray) -> Numbers:
+def _kept_moving(problem: GridProblem, gait: Gait, numbers: Numbers, slow: np.ndarray) -> Numbers:
     """b at both nodes of a cell kept by what is missing above what it is now; where the walk rests
     the acceleration is."""
-    grid, row = gait.grid, instance.limits.names.index(STANDING)
-    size = instance.rows_between.size[row]
+    grid, row = gait.grid, problem.limits.names.index(STANDING)
+    size = problem.rows_between.size[row]
     A, C, now = numbers.A.copy(), numbers.C.copy(), gait.b.ravel() / size
     for rests, end, sign in _ends(grid):
         if rests and slow[end] > 0:
             reach = sign * 2 * grid.h[end, end]
             now[end] = reach * gait.a[end, end] / size
-            A[row, end] = -reach * instance.units.b / size
+            A[row, end] = -reach * problem.units.b / size
     floor = np.where(slow > 0, now + MORE * slow, -np.inf)
     C[row] = np.minimum(C[row], -floor)
     return replace(numbers, A=A, C=C)
-
-
-def _value(instance: Instance, gait: Gait) -> float:
-    return gait.friction_use if instance.goal.is_friction else instance.goal.of(gait.spent)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from stickslip.dynamics.biped import RK4Split
-from stickslip.optim.gait.convex.goal import goal_of
+from stickslip.optim.gait.objective import goal_of
 from stickslip.optim.instances.biped.gains import gains_problem
 from stickslip.optim.instances.biped.gait import gait_goals, gait_problem
 from stickslip.optim.instances.biped.linkage import LENGTHS, MASSES, biped_design

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypedDict, TypeGuard
 
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.flags import add_columns, add_overwrite
-from stickslip.optim.gait.names import METHODS as GAIT_METHODS
-from stickslip.optim.gait.names import OBJECTIVES
+from stickslip.optim.gait import METHODS as GAIT_METHODS
+from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
 from stickslip.parser import add_tables, completes, truth
 

@@ -12,7 +12,7 @@ from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
-from stickslip.optim.gait.convex.goal import goal_of
+from stickslip.optim.gait.objective import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.flags import GaitFlags

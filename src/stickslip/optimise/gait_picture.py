@@ -49,7 +49,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
             drawing.mark(torque, y=sign * float(problem.torque_limit))
     limited = "" if problem.torque_limit is None else "dashed: limit"
     drawing.name_panel(torque, "motor's torque [N m]", limited)
-    limits = problem.instance.limits.mu
+    limits = problem.on_grid.limits.mu
     if limits is not None:
         for j, mu in enumerate(limits):
             for sign in (1, -1):

@@ -33,10 +33,10 @@ def solved(objective: str = "time", **options) -> GaitResult:
 def quickest_on_a_lattice(problem: GaitProblem, cells: int = 30, levels: int = 900) -> float:
     """Time [s] of the quickest walk over a lattice of phases and squared rates, by dynamic
     programming; limits are looked at in the middle of each cell."""
-    at = problem.instance
+    at = problem.on_grid
     theta = np.linspace(np.pi / 2, 3 * np.pi / 2, cells + 1)
     middle = (theta[1:] + theta[:-1]) / 2
-    p = at.profiles[0]
+    p = at.profiles.nodes
     rows = {
         name: np.interp(middle, p.theta[0], getattr(p, name)[0])
         for name in ("M", "dM", "P", "dP", "Y", "dY")

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from stickslip.optim.gait import between
-from stickslip.optim.gait.grid import Grid
+from stickslip.optim.gait.profile import Grid
 
 
 def test_a_cells_time_and_least_rate_are_those_of_its_parabola():

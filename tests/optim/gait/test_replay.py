@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import replay, solve
-from stickslip.optim.gait.law import GaitLaw
+from stickslip.optim.gait.replay import GaitLaw
 from tests.optim.gait.helpers import periodic, robot, solved, transfer
 
 MU, RESERVE = 0.06, 0.02

@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import GaitProblem, replay, solve
-from stickslip.optim.gait.convex.limits import STANDING, ground_of, rows_of, torque_of
+from stickslip.optim.gait.convex.limits import STANDING, rows_of
 from stickslip.optim.gait.gait import Gait
 from stickslip.optim.gait.profile import profile_of
 from tests.optim.gait.helpers import robot, transfer
@@ -40,7 +40,9 @@ def problem_of(objective: str, given: dict, limits: dict) -> GaitProblem:
 def sampled(problem: GaitProblem, gait: Gait):
     """The profile, a and b at FINE places in each cell, the profile exact."""
     x = gait.grid.h[..., None] * np.linspace(0.0, 1.0, FINE)
-    profile = profile_of(problem.params, problem.instance.robot, gait.theta[:, :-1, None] + x)
+    profile = profile_of(
+        problem.params, problem.on_grid.profiles.robot, gait.theta[:, :-1, None] + x
+    )
     c = (np.diff(gait.a, axis=1) / gait.grid.h)[..., None]
     a = gait.a[:, :-1, None]
     return profile, a + c * x, gait.b[:, :-1, None] + 2 * a * x + c * x**2
@@ -64,7 +66,7 @@ def integrated(problem: GaitProblem, gait: Gait) -> dict[str, float]:
     """What the gait spends, as a motion in time: theta' = rate, to 1e-10."""
     profile, a, b = sampled(problem, gait)
     theta, at = np.unique(profile.theta[0].ravel(), return_index=True)
-    torque = CubicSpline(theta, torque_of(profile, a, b)[0].ravel()[at])
+    torque = CubicSpline(theta, profile.torque(a, b)[0].ravel()[at])
 
     def rates(time: float, now: np.ndarray) -> list[float]:
         T, rate = float(torque(now[0])), float(np.sqrt(gait.at(now[:1])[1][0]))
@@ -127,7 +129,8 @@ def test_where_no_gait_is_held_between_the_nodes_the_message_says_so():
 def test_the_friction_that_a_gait_asks_for_is_that_between_the_nodes(given: dict, limits: dict):
     problem = problem_of("friction", given, limits)
     found = solve(problem)
-    friction, normal = ground_of(*sampled(problem, found.held))
+    profile, a, b = sampled(problem, found.held)
+    friction, normal = profile.friction(a, b), profile.normal(a, b)
     assert found.held_value == pytest.approx(np.max(np.abs(friction) / normal), rel=1e-3)
     assert found.held.friction_use == found.held_value > found.value
 
@@ -157,7 +160,7 @@ def test_held_limits_are_kept_at_every_place_to_a_hundred_millionth(given: dict,
     problem = problem_of("time", given, limits)
     gait = solve(problem).held
     profile, a, b = sampled(problem, gait)
-    rows = rows_of(profile, problem.instance.limits)
+    rows = rows_of(profile, problem.on_grid.limits)
     excess = rows.excess(a, b) / rows.size[:, None, None, None]
     kept = [name != STANDING for name in rows.names]
     assert np.max(excess[kept]) <= 1.01e-8

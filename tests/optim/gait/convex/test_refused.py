@@ -14,7 +14,7 @@ from tests.optim.gait.helpers import periodic, robot, solved, transfer
 
 def weakest_motor() -> float:
     """The constant torque that just lifts the robot over its first step [N m]."""
-    profile = transfer(1, steps=400).instance.profiles[0]
+    profile = transfer(1, steps=400).on_grid.profiles.nodes
     turned = profile.theta[0] - np.pi / 2
     steps = np.diff(turned) * (profile.fall[0, 1:] + profile.fall[0, :-1]) / 2
     return float(np.max(np.cumsum(steps) / turned[1:]))

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stickslip.dynamics.checks import require_choice, require_known, shown
-from stickslip.optim.gait.convex.program import STRAIN, TIME, TORQUE, WORK
-from stickslip.optim.gait.names import OBJECTIVES
+from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.options import require_scalar
 
+TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"
+"""Terms of an objective: time [s]; torque^2 over time [(N m)^2 s]; positive work [J]; torque^2 over
+the crank angle [(N m)^2 rad]."""
 FRICTION = "friction"
 TERMS_OF: dict[str, tuple[str, ...]] = {
     "time": (TIME,),
@@ -18,20 +20,21 @@ TERMS_OF: dict[str, tuple[str, ...]] = {
     "work": (WORK,),
     "energy": (WORK, TORQUE),
 }
-"""The program's terms that a name adds up, the copper loss with the last one of "energy"."""
+"""Terms that a name adds up, the copper loss with the last one of "energy"."""
 UNITS: dict[str, str] = {
     "time": "s",
     "torque": "(N m)^2 s",
     "torque_over_phase": "(N m)^2 rad",
     "work": "J",
+    "energy": "J",
+    FRICTION: "-",
 }
-UNITS |= {"energy": "J", FRICTION: "-"}
 
 
 @dataclass(frozen=True)
 class Goal:
-    """words: as it was asked for. weights: of the program's terms, in SI units; none for the least
-    friction demand, which is a quotient and no sum."""
+    """words: as it was asked for. weights: of the terms, in SI units; none for the least friction
+    demand, which is a quotient and no sum."""
 
     words: str
     unit: str
@@ -53,9 +56,8 @@ def goal_of(objective: str | Mapping[str, float] | Goal, copper_loss: float) -> 
         return objective
     if isinstance(objective, str):
         require_choice("objective", objective, tuple(OBJECTIVES))
-        if objective == FRICTION:
-            return Goal(objective, UNITS[objective], {})
-        return Goal(objective, UNITS[objective], _weights({objective: 1.0}, copper_loss))
+        weights = {} if objective == FRICTION else _weights({objective: 1.0}, copper_loss)
+        return Goal(objective, UNITS[objective], weights)
     if not isinstance(objective, Mapping):
         raise ValueError(
             f"objective = {shown(objective)}; accepted: {', '.join(OBJECTIVES)}, or a mapping of "
@@ -69,14 +71,12 @@ def goal_of(objective: str | Mapping[str, float] | Goal, copper_loss: float) -> 
     require_known(objective, tuple(TERMS_OF), "objective in a sum")
     for name, weight in objective.items():
         require_scalar(f"weight of {name}", weight, low=0.0, accepted="a finite number >= 0")
-    weights = {name: float(weight) for name, weight in objective.items() if weight > 0}
+    given = {name: float(weight) for name, weight in objective.items() if weight > 0}
+    weights = _weights(given, copper_loss)
     if not weights:
         raise ValueError(f"objective = {shown(objective)}; accepted: a weight above 0")
-    found = _weights(weights, copper_loss)
-    if not found:
-        raise ValueError(f"objective = {shown(objective)} comes to nothing; accepted: a weight > 0")
-    words = " + ".join(f"{weight:g} {name}" for name, weight in weights.items())
-    return Goal(words, "weighted", found)
+    words = " + ".join(f"{weight:g} {name}" for name, weight in given.items())
+    return Goal(words, "weighted", weights)
 
 
 def _weights(objective: Mapping[str, float], copper_loss: float) -> dict[str, float]:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from stickslip.optim.gait.proof.pointwise import Lagrangian, Polygons, least
+from stickslip.optim.gait.convex.certificate import Lagrangian, Polygons, least
+from stickslip.optim.gait.convex.grid_problem import Sample
 
 
 def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it():
@@ -13,7 +14,7 @@ def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it()
     C = np.stack([np.full(m, 2.0), np.full(m, 2.0), np.full(m, 1.5), np.full(m, 2.5)])
     one, none = np.ones(m), np.zeros(m)
     ends = (np.full(m, 0.01), np.full(m, 3.0))
-    polygons = Polygons.of(A, B, C, (one, none, none), ends)
+    polygons = Polygons.of(Sample(A, B, C, (one, none, none), ends, one))
     parts = {name: rng.uniform(0, 1, m) * (rng.uniform(size=m) < 0.6)
              for name in ("inverse", "heat", "strain", "work", "root")}  # fmt: skip
     form = Lagrangian(**parts, on_T=rng.normal(size=m), on_b=rng.normal(size=m), rest=none)
@@ -33,6 +34,6 @@ def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it()
 def test_limits_that_leave_nothing_give_infinity():
     one, none = np.ones(1), np.zeros(1)
     rows = (np.array([[1.0], [-1.0]]), np.zeros((2, 1)), np.array([[-1.0], [-1.0]]))
-    polygons = Polygons.of(*rows, (one, none, none), (none, one))
+    polygons = Polygons.of(Sample(*rows, (one, none, none), (none, one), one))
     form = Lagrangian(one, none, none, none, none, one, one, none)
     assert np.isposinf(least(polygons, form)[0])

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.envs import known_of, task_by_name
 from stickslip.optim import GaitProblem, solve
-from stickslip.optim.gait.proof.steady import bound_steady_reward
+from stickslip.optim.gait.steady import bound_steady_reward
 from tests.optim.gait.helpers import robot
 
 FLOOR = {"mu": 0.06, "torque_limit": 2.0}

@@ -1,1 +1,0 @@
-"""Proofs about gaits, independent of the solver."""
