@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.optimum.state_map import StateMap
+    from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.training.configuration import Trained

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.optimum.grid import Axis, Grid, Place, Sheet
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.numeric import require_one
@@ -16,7 +17,6 @@ from stickslip.envs.biped.draw import Drawn
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import NUMBERS
 from stickslip.envs.biped.state import BipedEnvState, Totals
-from stickslip.optim.dynamic_programming.grid import Axis, Grid, Place, Sheet
 
 if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams

@@ -5,31 +5,34 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.agents.optimum.best_known import Known, known
-    from stickslip.agents.optimum.controller import ValuePolicy
+    from stickslip.agents.optimum.best_known import Known, Replay, known, replay
     from stickslip.agents.optimum.file import load_value_policy, save_value_policy
+    from stickslip.agents.optimum.grid import Axis, Grid, Place, Sheet
     from stickslip.agents.optimum.improved import Improved
-    from stickslip.agents.optimum.replayed import Replay, replay
-    from stickslip.agents.optimum.state_map import StateMap
-    from stickslip.agents.optimum.value_iteration import Solution, solve
+    from stickslip.agents.optimum.policy import Ahead, StateMap, ValuePolicy
+    from stickslip.agents.optimum.solution import Solution, solve
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "controller": ("ValuePolicy",),
+            "best_known": ("Known", "Replay", "known", "replay"),
             "file": ("load_value_policy", "save_value_policy"),
+            "grid": ("Axis", "Grid", "Place", "Sheet"),
             "improved": ("Improved",),
-            "best_known": ("Known", "known"),
-            "replayed": ("Replay", "replay"),
-            "value_iteration": ("Solution", "solve"),
-            "state_map": ("StateMap",),
+            "policy": ("Ahead", "StateMap", "ValuePolicy"),
+            "solution": ("Solution", "solve"),
         },
     )
 
 __all__ = [
+    "Ahead",
+    "Axis",
+    "Grid",
     "Improved",
     "Known",
+    "Place",
     "Replay",
+    "Sheet",
     "Solution",
     "StateMap",
     "ValuePolicy",

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.optimum.controller import ValuePolicy
+from stickslip.agents.optimum.grid import Axis, Grid, Sheet
+from stickslip.agents.optimum.policy import Ahead, ValuePolicy
 from stickslip.agents.policy.file import describe_environment
 from stickslip.agents.registry import machine_of_environment
 from stickslip.agents.untrusted import (
@@ -24,8 +25,6 @@ from stickslip.agents.untrusted import (
 )
 from stickslip.dynamics.checks import require_number, shown
 from stickslip.dynamics.numeric import with_all_digits
-from stickslip.optim.dynamic_programming.grid import Axis, Grid, Sheet
-from stickslip.optim.dynamic_programming.lookahead import Ahead
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:

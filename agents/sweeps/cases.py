@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from stickslip.agents.evaluation.evaluate import is_random
 from stickslip.agents.evaluation.rollout import horizon, validated, without_resets
-from stickslip.agents.optimum.checkpoint import digest_of
+from stickslip.agents.optimum.solution import digest_of
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Controller, Planner
 from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from stickslip.agents.evaluation.evaluate import A_STEP
-from stickslip.agents.optimum.checkpoint import digest_of
+from stickslip.agents.optimum.solution import digest_of
 from stickslip.agents.sweeps.cases import Case
 from stickslip.agents.sweeps.store import digest_of_text
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from stickslip.agents.optimum.controller import ValuePolicy
 from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
+from stickslip.agents.optimum.policy import ValuePolicy
 from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
 from stickslip.agents.untrusted import RefusedError
 

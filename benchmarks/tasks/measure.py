@@ -17,12 +17,11 @@ from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.idle import Idle
-from stickslip.agents.optimum import Improved, solve
+from stickslip.agents.optimum import Ahead, Improved, solve
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.ugv.plans import Optimum
-from stickslip.optim.dynamic_programming import Ahead
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.standard import StandardEpisodes

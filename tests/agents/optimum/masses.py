@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import jax.numpy as jnp
 
-from stickslip.optim.dynamic_programming import Axis, Grid, Sheet
+from stickslip.agents.optimum import Axis, Grid, Sheet
 from tests.agents.mass import MassEnv, MassState
 
 ENV = MassEnv()

@@ -11,14 +11,22 @@ import pytest
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
 from stickslip.agents.biped.task import from_anywhere
-from stickslip.agents.optimum import known, load_value_policy, replay, save_value_policy, solve
+from stickslip.agents.optimum import (
+    Ahead,
+    Grid,
+    Sheet,
+    known,
+    load_value_policy,
+    replay,
+    save_value_policy,
+    solve,
+)
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.tasks.players import fitted
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv
 from stickslip.envs.biped.params import Randomisation
-from stickslip.optim.dynamic_programming import Ahead, Grid, Sheet
 
 ENV = BipedEnv(autoreset="disabled")
 

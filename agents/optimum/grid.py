@@ -1,4 +1,4 @@
-"""Grids over few coordinates, sheet by sheet, and multilinear interpolation in them.
+"""Grids over few coordinates, sheet by sheet, with multilinear interpolation.
 
 A sheet is a box of coordinates with nodes along each axis. A system that changes its kind has a
 sheet for each: a foot at rest needs no axis for its velocity, and nothing is interpolated between
@@ -82,12 +82,6 @@ class Axis:
         """Nodes."""
         return np.size(self.nodes)
 
-    def finer(self) -> Axis:
-        """The same with a node in the middle of every cell."""
-        nodes = np.asarray(self.nodes)
-        both = np.stack([nodes[:-1], (nodes[:-1] + nodes[1:]) / 2], 1).ravel()
-        return Axis(self.name, np.append(both, nodes[-1]), self.periodic, self.unit)
-
     def cell(
         self, at: Float[Array, ""]
     ) -> tuple[Int[Array, ""], Float[Array, ""], Bool[Array, ""]]:
@@ -155,10 +149,6 @@ class Sheet:
         """Numbers of nodes from one to the next along each axis; the last axis runs fastest."""
         return tuple(math.prod(self.shape[at + 1 :]) for at in range(len(self.axes)))
 
-    def finer(self) -> Sheet:
-        """The same with a node in the middle of every cell of every axis."""
-        return Sheet(self.name, tuple(axis.finer() for axis in self.axes))
-
     def coordinates(self) -> np.ndarray:
         """Coordinates of every node [size, axes]."""
         along = np.meshgrid(*(np.asarray(axis.nodes) for axis in self.axes), indexing="ij")
@@ -204,10 +194,6 @@ class Grid:
         """Its sheets and their nodes."""
         parts = [f"{one.name} {' x '.join(map(str, one.shape))}" for one in self.sheets]
         return f"{', '.join(parts)}: {self.size:,} nodes"
-
-    def finer(self) -> Grid:
-        """Every cell of every sheet cut in half along each axis."""
-        return Grid(tuple(sheet.finer() for sheet in self.sheets))
 
     def place(self, sheet: Int[Array, ""] | int, *coordinates: Float[Array, ""]) -> Place:
         """A place of coordinates of one type, filled up."""

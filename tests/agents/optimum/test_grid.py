@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from stickslip.optim.dynamic_programming import Axis, Grid, Sheet
+from stickslip.agents.optimum import Axis, Grid, Sheet
 
 UNEVEN = np.array([-1.0, -0.9, 0.2, 1.0, 4.0])
 GRID = Grid(
@@ -75,13 +75,6 @@ def test_what_no_node_covers_is_said_to_be_outside(dtype, at):
 
 def test_a_sheet_that_the_grid_has_not_is_outside():
     assert GRID.cell(GRID.place(2, jnp.zeros(()))).outside
-
-
-def test_halved_cells_keep_the_nodes_and_add_their_middles():
-    finer = GRID.finer()
-    assert finer.sheets[0].shape == (9, 7)
-    assert np.asarray(finer.sheets[0].axes[0].nodes)[::2].tolist() == UNEVEN.tolist()
-    assert finer.sheets[0].axes[0].nodes[3] == pytest.approx(-0.35)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.optimum import Axis, Grid, Sheet
+from stickslip.agents.optimum.value_iteration import Transition
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.optim.dynamic_programming import Axis, Grid, Sheet, Transition
 
 
 @register_pytree

@@ -5,16 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.optim.dynamic_programming import (
-    Axis,
-    Grid,
-    Sheet,
+from stickslip.agents.optimum import Axis, Grid, Sheet
+from stickslip.agents.optimum.value_iteration import (
     average_reward,
     finite_horizon,
     greedy,
     transitions,
 )
-from tests.optim.dynamic_programming.processes import Balance, Chain, Cycle, DoubleIntegrator
+from tests.agents.optimum.processes import Balance, Chain, Cycle, DoubleIntegrator
 
 
 def test_a_chain_has_the_values_counted_by_hand(dtype):
@@ -28,12 +26,7 @@ def test_a_chain_has_the_values_counted_by_hand(dtype):
     assert table.counts.ended == 3  # from 4 rightwards, from 5 without moving and rightwards
     assert table.counts.outside == 1  # from 0 leftwards
     assert table.counts.all == 18
-
-
-def test_nobody_goes_where_the_grid_knows_nothing():
-    table = transitions(Chain.of(), -50.0)
-    chosen = greedy(table, finite_horizon(table, 1).value)[1]
-    assert chosen.tolist()[0] != 0
+    assert greedy(table, finite_horizon(table, 1).value)[1][0] != 0  # not where the grid ends
 
 
 def test_going_on_gives_the_same_bits_as_going_through(dtype):

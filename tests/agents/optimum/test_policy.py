@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.optim.dynamic_programming import Ahead, finite_horizon, look_ahead, transitions
-from tests.optim.dynamic_programming.processes import Balance
+from stickslip.agents.optimum.policy import Ahead, look_ahead
+from stickslip.agents.optimum.value_iteration import finite_horizon, transitions
+from tests.agents.optimum.processes import Balance
 
 OUTSIDE = -9.0
 
@@ -72,13 +73,9 @@ def test_looking_ahead_finds_the_way_that_the_cells_hide():
 
 def test_a_way_off_the_grid_is_said_to_be_one():
     process, values = solved(6)
-    narrow = Balance.of(6)
-    axis = narrow.grid.sheets[0].axes[0]
-    small = jax.tree.map(lambda nodes: nodes * 0.01, narrow.grid)
-    process = Balance(narrow.actions, small)
-    found = look_ahead(process, values, jnp.asarray(0.4), OUTSIDE, Ahead())
-    assert axis.count == 7
-    assert found.outside
+    small = jax.tree.map(lambda nodes: nodes * 0.01, process.grid)
+    narrow = Balance(process.actions, small)
+    assert look_ahead(narrow, values, jnp.asarray(0.4), OUTSIDE, Ahead()).outside
 
 
 @pytest.mark.parametrize("given", [{"depth": 0}, {"depth": 1.5}, {"beam": 0}, {"beam": True}])
