@@ -21,8 +21,7 @@ import numpy as np
 from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
-from stickslip.optim.instances.instance import verified
-from stickslip.optim.instances.known import keep
+from stickslip.optim.instances.instance import keep, verified
 
 MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 

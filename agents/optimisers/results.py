@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,10 +28,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from jaxtyping import Float, Int
 
-    from stickslip.optim.instances.exports import Foreign
 
     Cell = str | int | float | bool | None
-    Row = Mapping[str, Foreign]
+    Row = Mapping[str, Any]
 
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, it was killed, its process ended."""

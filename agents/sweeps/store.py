@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip.agents.untrusted import (
     RefusedError,
@@ -32,9 +32,8 @@ if TYPE_CHECKING:
 
     import pyarrow as pa
 
-    from stickslip.optim.instances.exports import Foreign
 
-Head: TypeAlias = "dict[str, Foreign]"
+Head: TypeAlias = "dict[str, Any]"
 """The JSON file of a store."""
 VERSION = 2
 DATA, KEY = "data", b"stickslip"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """Families of instances (docs/suite.md)."""
-ROOMS = ("stickslip.optim.instances.ugv.instances", "stickslip.optim.instances.biped.instances")
+MACHINES = ("stickslip.optim.instances.ugv", "stickslip.optim.instances.biped")
 """Modules whose `instances()` the suite holds, and whose WITHDRAWN it refuses."""
 
 
@@ -43,9 +43,11 @@ def instance(name: str) -> Instance:
 
 def withdrawn() -> dict[str, str]:
     """Reasons of withdrawn instances, by id. They are listed and refused."""
-    return {name: why for room in ROOMS for name, why in import_module(room).WITHDRAWN.items()}
+    return {
+        name: why for machine in MACHINES for name, why in import_module(machine).WITHDRAWN.items()
+    }
 
 
 @cache
 def _all() -> dict[str, Instance]:
-    return {one.id: one for room in ROOMS for one in import_module(room).instances()}
+    return {one.id: one for machine in MACHINES for one in import_module(machine).instances()}

@@ -13,8 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.instances.record import BudgetSpent, Record
-from stickslip.optim.instances.reports import Seen, reported
+from stickslip.optim.instances.record import BudgetSpent, Record, Seen, reported
 from stickslip.optim.options import require_scalar
 from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
 from stickslip.optim.processes import given_state
@@ -57,7 +56,7 @@ class Objective:
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
     draw that its value had.
 
-    A copy in another process counts here: see reports.py.
+    A copy in another process counts here: see record.py.
     """
 
     problems: tuple[AnyProblem, ...]

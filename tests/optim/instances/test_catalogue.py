@@ -7,8 +7,7 @@ import pytest
 
 from stickslip.optim import FAMILIES, instance, suite
 from stickslip.optim.instances.catalogue import withdrawn
-from stickslip.optim.instances.instance import parts_of, verified
-from stickslip.optim.instances.known import HERE, Known, keep
+from stickslip.optim.instances.instance import HERE, Known, keep, parts_of, verified
 
 CHEAP = ("ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2")
 

@@ -1,4 +1,4 @@
-"""The biped's gaits as convex programs: a crank acceleration at every node of a step."""
+"""A periodic gait of few numbers, whose limits are those of a finer grid."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams
-from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.problem import Problem
 from stickslip.optim.result import Result
 
@@ -19,10 +17,9 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Float
 
+    from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.problem import Structure
     from stickslip.optim.result import Evaluation
-
-TORQUE_LIMIT = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,27 +85,3 @@ class Interpolated(Problem[Result]):
         straight = a[inside - 1] - 2 * a[inside] + a[inside + 1] == 0
         whole = cp.Problem(problem.objective, [*problem.constraints, straight])
         return whole, lambda: found()[self.kept]
-
-
-def gait_problem(
-    objective: str, numbers: int, points: int = 1, **limits: float
-) -> GaitProblem | Interpolated:
-    """The best periodic step of the reference robot in so many numbers, with a motor of
-    TORQUE_LIMIT. points: of each cell that limits hold at. limits: mu, mean_rate."""
-    cells = numbers - 2
-    whole = GaitProblem.periodic(
-        BipedParams.from_bars(dtype=np.float32),
-        objective,
-        mu=limits.get("mu"),
-        mean_rate=limits.get("mean_rate"),
-        torque_limit=TORQUE_LIMIT,
-        steps=points * cells,
-    )
-    return whole if points == 1 else Interpolated(whole, cells)
-
-
-def gait_goals(
-    objectives: tuple[str, ...], numbers: int, points: int, **limits: float
-) -> tuple[GaitProblem | Interpolated, ...]:
-    """The same step by several objectives."""
-    return tuple(gait_problem(one, numbers, points, **limits) for one in objectives)

@@ -1,0 +1,412 @@
+"""The biped's instances: gaits, torques through the simulator, feedback gains, and designs.
+
+Functions here build problems in double precision: call them inside `jax.enable_x64(True)`, as
+`Instance.problems` does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    BipedParams,
+    BipedState,
+    RK4Split,
+    Trajectory,
+    inverse_dynamics,
+    prepare,
+    simulate,
+    step_length,
+)
+from stickslip.dynamics.biped.links import (
+    SUPPORT_END,
+    SUPPORT_START,
+    closing_margin,
+    exchange_mismatch,
+)
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
+from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.gait.interpolated import Interpolated
+from stickslip.optim.gait.objective import UNITS
+from stickslip.optim.gait.problem import GaitProblem
+from stickslip.optim.instances.instance import Flags, Instance, made
+from stickslip.optim.problem import FEASIBLE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from jaxtyping import Array, Float, PyTree
+
+GAITS: dict[tuple[str, int, int], dict[str, float]] = {
+    ("time", 16, 8): {"mu": 0.2},
+    ("time", 64, 4): {"mu": 0.08},
+    ("energy", 32, 16): {"mu": 0.3, "mean_rate": 3.0},
+    ("torque", 64, 1): {"mu": 0.1, "mean_rate": 3.0},
+    ("work", 128, 1): {"mu": 0.3, "mean_rate": 5.0},
+    ("friction", 32, 8): {"mean_rate": 3.0},
+}
+"""Limits by objective, numbers, and points of each cell that limits hold at."""
+FINE = RK4Split(substeps=2, max_events=6)
+SHOTS = (
+    ("grip", 10, None),
+    ("firm", 20, None),
+    ("slippery", 10, None),
+    ("slippery", 20, None),
+    ("slippery", 40, None),
+    ("icy", 20, None),
+    ("patch", 20, None),
+    ("slippery", 20, 0.01),
+)
+"""Scene, numbers, and how far the foot may slide [m]. On "firm" in FINE steps."""
+GAINS = ((2, 3.0), (4, 3.0), (8, 3.0), (4, 5.0))
+COARSE = "its best point missed limits, or was worth less, between the nodes"
+WITHDRAWN = {
+    "gait-time-d16-v1": COARSE,
+    "gait-time-d64-v1": COARSE,
+    "gait-energy-d32-v1": COARSE,
+    "gait-friction-d32-v1": COARSE,
+    "goals-gait-time-energy-d32-v1": COARSE,
+    "shoot-firm-d20-v1": "its best point topples when computed finely: it ends 4e-6 m short of the "
+    "foot's edge in steps of 20 ms",
+    "design-biped-friction-d12-v1": "friction is greatest at the ends of a step: it did not look",
+}
+TORQUE_LIMIT = 4.0
+DT = 0.02
+"""Length of one step of the simulator [s]."""
+HELD = 5
+"""Steps that a torque is held for."""
+TORQUE_WEIGHT, SLIDE_WEIGHT, FALL_WEIGHT = 0.02, 20.0, 5.0
+STATE = {"phase": np.pi / 2 + 0.4, "crank_rate": 2.0}
+SCENES = {
+    "grip": Scene.grip,
+    "firm": lambda: Scene.named("firm"),
+    "slippery": lambda: Scene.named("slippery"),
+    "icy": lambda: Scene.uniform(0.03, 0.025),
+    "patch": lambda: Scene.patches([0.05, 0.4], [0.5, 0.05, 0.5], [0.4, 0.04, 0.4]),
+}
+SECONDS = 3.0
+FRICTION = (0.05, 0.3)
+"""Static friction is drawn evenly in its logarithm; kinetic friction is KINETIC of it."""
+KINETIC = 0.85
+GAIN_RANGE, TORQUE_RANGE = (0.0, 4.0), (-2.0, 2.0)
+LENGTHS = {
+    "ground_link": 2.0,
+    "rod": 5.0,
+    "rod_pin": 2.5,
+    "rocker": 2.5,
+    "tendon_drop": 12.0,
+    "upper_tendon": 6.0,
+    "lower_tendon": 6.0,
+    "femur": 9.0,
+    "femur_pin": 3.0,
+    "tibia": 18.0,
+    "tibia_pin": 6.0,
+    "stabiliser": 4.2,
+}
+"""Design variables in crank lengths, with the reference robot's values."""
+MASSES = {"hip_mass": 0.7, "foot_mass": 0.3}
+PART = 0.2
+"""A design differs from the reference robot by at most this part."""
+ANGLES = 64
+MISMATCH = 0.05
+"""Tolerance of an impact-free exchange of support [crank lengths, rad]."""
+LEAST_STEP = 0.9
+"""Least step, in parts of the reference robot's."""
+COPPER_LOSS = 0.5
+CRANK_RATE = 3.0
+VALUE_ROOM, MARGIN_ROOM = 1e3, 1e2
+"""Beyond these, values and margins grow by the logarithm alone: robots that walk stay far within,
+and the forces of a linkage that does not close mean nothing (1e20 weights)."""
+
+
+def instances() -> Iterator[Instance]:
+    """All of them."""
+    yield from _gaits()
+    yield from _shots()
+    yield from _gains()
+    yield from _designs()
+    yield from _goals()
+
+
+def _gaits() -> Iterator[Instance]:
+    for (objective, n, points), limits in GAITS.items():
+        given = ", ".join(f"{name} {value:g}" for name, value in limits.items())
+        yield made(
+            f"gait-{objective}-d{n}",
+            partial(gait_problem, objective, n, points, **limits),
+            version=1 if points == 1 else 2,
+            family="gait",
+            what=f"the biped's periodic step without slip: {objective}, {given}",
+            goals=(f"{objective} [{UNITS[objective]}]",),
+            flags=Flags(convex=objective != "friction", smooth=objective in ("time", "torque")),
+            n=n,
+        )
+
+
+def _shots() -> Iterator[Instance]:
+    for scene, n, limit in SHOTS:
+        rest = "" if limit is None else f", sliding {limit:g} m at most"
+        slips, integrator = scene not in ("grip", "firm"), FINE if scene == "firm" else None
+        yield made(
+            f"shoot-{scene}{'' if limit is None else '-limited'}-d{n}",
+            partial(shooting_problem, scene, n, slide_limit=limit, integrator=integrator),
+            version=1 if integrator is None else 2,
+            family="shooting",
+            what=f"motor torques of a walk on {scene} through the simulator{rest}",
+            goals=("cost [-]",),
+            flags=Flags(smooth=False, lipschitz=not slips),
+            n=n,
+        )
+
+
+def _gains() -> Iterator[Instance]:
+    for n, rate in GAINS:
+        yield made(
+            f"gains-rate{rate:g}-d{n}",
+            partial(gains_problem, n, rate, 8),
+            family="gains",
+            what=f"a feedback for walking at {rate:g} rad/s on floors that are drawn",
+            goals=("mean cost [-]",),
+            flags=Flags(smooth=False, lipschitz=False, noisy=True),
+            n=n,
+        )
+
+
+def _designs() -> Iterator[Instance]:
+    for goal, masses in (("friction", False), ("energy", False), ("energy", True)):
+        n = len(LENGTHS) + masses * len(MASSES)
+        unit = {"friction": "-", "energy": "J/m"}[goal]
+        yield made(
+            f"design-biped-{goal}{'-masses' if masses else ''}-d{n}",
+            partial(biped_design, goal, masses),
+            version=2 if goal == "friction" else 1,
+            family="design",
+            what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
+            goals=(f"{goal} [{unit}]",),
+            flags=Flags(smooth=False, lipschitz=False),
+            n=n,
+        )
+
+
+def _goals() -> Iterator[Instance]:
+    yield made(
+        "goals-gait-time-energy-d32",
+        partial(gait_goals, ("time", "energy"), 32, 16, mu=0.2),
+        version=2,
+        family="goals",
+        what="the biped's periodic step without slip: its time against its energy, mu 0.2",
+        goals=(f"time [{UNITS['time']}]", f"energy [{UNITS['energy']}]"),
+        flags=Flags(convex=True, smooth=False),
+        n=32,
+    )
+
+
+def gait_problem(
+    objective: str, numbers: int, points: int = 1, **limits: float
+) -> GaitProblem | Interpolated:
+    """The best periodic step of the reference robot in so many numbers, with a motor of
+    TORQUE_LIMIT. points: of each cell that limits hold at. limits: mu, mean_rate."""
+    cells = numbers - 2
+    whole = GaitProblem.periodic(
+        BipedParams.from_bars(dtype=np.float32),
+        objective,
+        mu=limits.get("mu"),
+        mean_rate=limits.get("mean_rate"),
+        torque_limit=TORQUE_LIMIT,
+        steps=points * cells,
+    )
+    return whole if points == 1 else Interpolated(whole, cells)
+
+
+def gait_goals(
+    objectives: tuple[str, ...], numbers: int, points: int, **limits: float
+) -> tuple[GaitProblem | Interpolated, ...]:
+    """The same step by several objectives."""
+    return tuple(gait_problem(one, numbers, points, **limits) for one in objectives)
+
+
+@dataclass(frozen=True)
+class Shooting:
+    """The cost of a row of torques [n], each held for HELD steps of DT.
+
+    crank_rate: what is wanted [rad/s]. slide_limit: how far the foot may slide in all [m], as a
+    margin; None: any, at a price. integrator: over each DT, None: RK4Split(). The cost is the mean
+    squared error of the crank rate in parts of what is wanted, TORQUE_WEIGHT times the mean squared
+    torque in parts of the limit, SLIDE_WEIGHT for each metre slid (without a slide_limit), and
+    FALL_WEIGHT times the part of the time left when a walk ends early.
+    """
+
+    crank_rate: float
+    slide_limit: float | None
+    integrator: RK4Split | None = None
+
+    def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
+        """Value [1] and margins [0] or [1]."""
+        cost, slid = walk_cost(self.walk(data, x), jnp.repeat(x, HELD), self.crank_rate)
+        if self.slide_limit is None:
+            return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
+        return cost[None], (1 - slid / self.slide_limit)[None]
+
+    def walk(self, data: PyTree, x: Float[Array, "n"]) -> Trajectory:
+        """The walk under the torques."""
+        model, scene, state = data
+        torques, integrator = jnp.repeat(x, HELD), self.integrator or RK4Split()
+        return simulate(model, scene, state, torques, len(torques) * DT, DT, integrator=integrator)
+
+
+def walk_cost(
+    walk: Trajectory, torques: Float[Array, "n"], crank_rate: float
+) -> tuple[Array, Array]:
+    """Cost of a walk without its slide, and the distance slid [m]; see Shooting."""
+    going = walk.contacts.status <= Status.SLIP_ONSET
+    error = walk.states.crank_rate[1:] / crank_rate - 1
+    effort = (torques / TORQUE_LIMIT) ** 2
+    cost = jnp.mean(jnp.where(going, error**2 + TORQUE_WEIGHT * effort, FALL_WEIGHT))
+    slid = jnp.sum(jnp.where(going, walk.contacts.slide_distance, 0.0))
+    return cost, slid
+
+
+def shooting_problem(
+    scene: str,
+    numbers: int,
+    crank_rate: float = 3.0,
+    slide_limit: float | None = None,
+    integrator: RK4Split | None = None,
+) -> FunctionProblem:
+    """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
+    model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
+    data = (model, SCENES[scene](), BipedState(**STATE).astype(np.float64))
+    most = np.full(numbers, TORQUE_LIMIT)
+    function = Shooting(crank_rate, slide_limit, integrator)
+    return FunctionProblem(function, data, -most, most, forward=True)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """The mean cost of `walks` walks of SECONDS under a feedback, by `Shooting`'s measure.
+
+    The torque is x[0] (crank_rate - rate) + x[1] and, in the angle of the support phase, harmonics
+    with the coefficients x[2:] (sine and cosine in turn), within TORQUE_LIMIT. Each walk draws its
+    friction, its phase and its crank rate at the beginning, up to the one wanted.
+    """
+
+    crank_rate: float
+    walks: int
+    integrator: RK4Split | None = None
+
+    def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
+        """Value [1]; no margins."""
+        costs = jax.vmap(partial(self.one, data, x))(self.keys(draw))
+        return jnp.mean(costs)[None], jnp.zeros(0)
+
+    def keys(self, draw: Array | int) -> Array:
+        """Random keys of a draw's walks."""
+        return jax.random.split(jax.random.key(draw), self.walks)
+
+    def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:
+        """The cost of one walk."""
+        walk, _ = self.walk(model, x, key)
+        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
+        return cost + SLIDE_WEIGHT * slid
+
+    def walk(self, model: PyTree, x: Float[Array, "n"], key: Array) -> tuple[Trajectory, Scene]:
+        """One walk, and what it is on."""
+        low, high = np.log(FRICTION)
+        of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
+        mu = jnp.exp(low + (high - low) * of_floor)
+        state = BipedState(
+            phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate
+        ).astype(x.dtype)
+        scene = Scene.uniform(mu, KINETIC * mu)
+        law, integrator = partial(self.torque, x), self.integrator or RK4Split()
+        return simulate(model, scene, state, law, SECONDS, DT, integrator=integrator), scene
+
+    def torque(self, x: Float[Array, "n"], state: BipedState) -> Array:
+        """The feedback law [N m]."""
+        turns = 2.0 * np.arange(1, (len(x) - 2) // 2 + 1)
+        angle = turns * (jnp.asarray(state.phase) - np.pi / 2)
+        waves = jnp.stack([jnp.sin(angle), jnp.cos(angle)], -1).ravel()
+        asked = x[0] * (self.crank_rate - state.crank_rate) + x[1] + waves @ x[2:]
+        return jnp.clip(asked, -TORQUE_LIMIT, TORQUE_LIMIT)
+
+
+def gains_problem(
+    numbers: int, crank_rate: float, walks: int, integrator: RK4Split | None = None
+) -> FunctionProblem:
+    """2 + 2 h numbers with h harmonics."""
+    model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
+    low = np.array([GAIN_RANGE[0], *[TORQUE_RANGE[0]] * (numbers - 1)])
+    high = np.array([GAIN_RANGE[1], *[TORQUE_RANGE[1]] * (numbers - 1)])
+    return FunctionProblem(Gains(crank_rate, walks, integrator), model, low, high, forward=True)
+
+
+@dataclass(frozen=True)
+class BipedDesign:
+    """Design problem of a robot that walks at CRANK_RATE without slip.
+
+    goal: "friction": the largest |F| / N, or "energy": positive work and copper loss for each metre
+    [J/m]. names: of what the vector multiplies. angles: how many crank angles, None: ANGLES; both
+    ends of the step are among those of "friction", which is greatest there. Margins: the linkage
+    closes there; the exchange is free of impact within MISMATCH; the step is no shorter than
+    LEAST_STEP of the reference; the foot presses on the ground.
+
+    A design that misses any of them has a value, too, that is no lower for it: a step counts as
+    half the reference's at least, and a foot that does not press as one that hardly does. All is
+    finite; where the linkage ceases to close, forces jump.
+    """
+
+    goal: str
+    names: tuple[str, ...]
+    angles: int | None = None
+
+    def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
+        """Value [1] and margins [2 angles + 2]."""
+        angles = ANGLES if self.angles is None else self.angles
+        usual = LENGTHS | MASSES
+        chosen = {name: usual[name] * part for name, part in zip(self.names, x, strict=True)}
+        robot = BipedParams.from_bars(**chosen, dtype=np.float64)
+        theta = SUPPORT_START + np.pi * (np.arange(angles) + 0.5) / angles
+        if self.goal == "friction":
+            theta = np.linspace(SUPPORT_START, SUPPORT_END, angles)
+        need = jax.vmap(lambda angle: inverse_dynamics(robot, angle, CRANK_RATE, 0.0))(theta)
+        length, weight = step_length(robot), robot.total_mass * robot.gravity
+        margins = jnp.concatenate(
+            [
+                jax.vmap(partial(closing_margin, robot))(theta),
+                need.normal_force / weight,
+                (1 - exchange_mismatch(robot) / MISMATCH)[None],
+                (length / (LEAST_STEP * data) - 1)[None],
+            ]
+        )
+        if self.goal == "friction":
+            pressed = jnp.maximum(need.normal_force, FEASIBLE * weight)
+            value = jnp.max(jnp.abs(need.friction_force) / pressed)
+        else:
+            power = jnp.maximum(need.torque, 0) * CRANK_RATE + COPPER_LOSS * need.torque**2
+            value = jnp.mean(power) * np.pi / CRANK_RATE / length
+            value = value * jnp.where(length > data / 2, 1.0, length / (data / 2))
+        return within(value, VALUE_ROOM)[None], within(margins, MARGIN_ROOM)
+
+
+def within(x: Float[Array, "*any"], room: float) -> Float[Array, "*any"]:
+    """x where |x| <= room; beyond, +-room (1 + log(|x| / room)): one goes on where the other ends,
+    and so does its slope."""
+    size = jnp.maximum(jnp.abs(x) / room, 1.0)
+    return jnp.where(size > 1, jnp.sign(x) * room * (1 + jnp.log(size)), x)
+
+
+def biped_design(goal: str, masses: bool = False) -> FunctionProblem:
+    """The lengths of PASIBOT's links, and with masses=True those of hip and feet, in parts of the
+    reference robot's."""
+    names = (*LENGTHS, *(MASSES if masses else ()))
+    usual = np.asarray(step_length(BipedParams.from_bars(dtype=np.float64)))
+    ones = np.ones(len(names))
+    function = BipedDesign(goal, names)
+    return FunctionProblem(function, usual, (1 - PART) * ones, (1 + PART) * ones, forward=True)

@@ -1,0 +1,302 @@
+"""The UGV's instances: leg angles and torque splits over tracks, and designs of the vehicle.
+
+Functions here build problems in double precision: call them inside `jax.enable_x64(True)`, as
+`Instance.problems` does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.instance import Flags, Instance, made
+from stickslip.optim.posture.criteria import CRITERIA
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.posture.evaluate import finite_cost
+from stickslip.optim.problem import Structure
+from stickslip.optim.torque_split.family import Family
+from stickslip.optim.torque_split.split import SPLIT_CRITERIA
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    import cvxpy as cp
+    from jaxtyping import Array, Float
+
+    from stickslip.optim.posture.evaluate import Posture
+
+POSTURES: dict[tuple[str, str, str], tuple[int, ...]] = {
+    ("bump", "wheel_energy", "start"): (8, 16, 32, 64, 128, 256, 512),
+    ("bump", "total_energy", "start"): (64,),
+    ("bump", "peak_torque", "start"): (64,),
+    ("bump", "torque_variation", "start"): (64,),
+    ("bump", "friction_demand", "start"): (64,),
+    ("bump", "wheel_energy", "none"): (64,),
+    ("bump", "wheel_energy", "both"): (64,),
+    ("step", "wheel_energy", "start"): (64, 256),
+    ("step", "wheel_energy", "both"): (64,),
+    ("step", "peak_torque", "start"): (64,),
+    ("ditch", "wheel_energy", "start"): (64, 256),
+    ("ditch", "peak_torque", "start"): (64,),
+    ("rough", "wheel_energy", "start"): (64, 256, 512),
+    ("rough", "total_energy", "none"): (128,),
+    ("rough", "grip", "start"): (64,),
+    ("ramp", "wheel_energy", "start"): (32, 128),
+    ("sinusoid", "peak_torque", "start"): (32,),
+    ("sinusoid", "torque_variation", "start"): (64,),
+}
+"""Track, criterion and which ends are given: free numbers."""
+ENDS = {"start": "", "none": "-free", "both": "-both"}
+ENDS_IN_WORDS = {
+    "start": "the legs straight down at the first waypoint",
+    "none": "both ends free",
+    "both": "the legs straight down at both ends",
+}
+SPLITS = {
+    ("bump", "squared_torque"): 32,
+    ("rough", "squared_torque"): 128,
+    ("ramp", "peak_torque"): 32,
+    ("step", "peak_torque"): 64,
+}
+VEHICLES = (
+    ("wheel_energy", ("bump", "sinusoid")),
+    ("friction_demand", ("bump", "ramp", "sinusoid")),
+)
+GOALS = {
+    ("bump", ("wheel_energy", "friction_demand")): 32,
+    ("rough", ("wheel_energy", "peak_torque")): 32,
+}
+STRAIGHT = np.full(2, np.pi / 2)
+LEG_RATE = 1.0
+ROUGH = {"key": 7, "end": 10.0}
+"""The rough track: of ISO class C, generated from this key."""
+FRICTION = 0.8
+VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
+"""Design variables of the UGV [m]; then the fixed leg angles [rad]."""
+LEGS = (np.pi / 3, 2 * np.pi / 3)
+STATIONS = 48
+
+
+def instances() -> Iterator[Instance]:
+    """All of them."""
+    yield from _postures()
+    yield from _splits()
+    yield from _designs()
+    yield from _goals()
+
+
+def _postures() -> Iterator[Instance]:
+    for (track, criterion, ends), sizes in POSTURES.items():
+        for n in sizes:
+            name = criterion.replace("_", "-").removeprefix("wheel-")
+            yield made(
+                f"ugv-{track}-{name}{ENDS[ends]}-d{n}",
+                partial(posture_problem, track, criterion, n, ends),
+                family="posture",
+                what=f"leg angles over {track}: {criterion}, {ENDS_IN_WORDS[ends]}",
+                goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
+                flags=Flags(smooth=False),
+                n=n,
+                version=2,
+            )
+
+
+def _splits() -> Iterator[Instance]:
+    for (track, criterion), n in SPLITS.items():
+        yield made(
+            f"split-{track}-{criterion.replace('_', '-')}-d{n}",
+            partial(split_problem, track, criterion, n),
+            family="split",
+            what=f"torque split over {track} with straight legs: {criterion}",
+            goals=(f"{criterion} [{SPLIT_CRITERIA[criterion].unit}]",),
+            flags=Flags(convex=True, smooth=criterion == "squared_torque", separable=True),
+            n=n,
+        )
+
+
+def _designs() -> Iterator[Instance]:
+    for criterion, tracks in VEHICLES:
+        yield made(
+            f"design-ugv-{criterion.replace('_', '-').removeprefix('wheel-')}-d4",
+            partial(vehicle_design, criterion, tracks),
+            family="design",
+            what=f"wheelbase, leg length and fixed legs of the UGV on {', '.join(tracks)}",
+            goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
+            flags=Flags(smooth=False),
+            n=4,
+            version=2,
+        )
+
+
+def _goals() -> Iterator[Instance]:
+    for (track, criteria), n in GOALS.items():
+        yield made(
+            f"goals-ugv-{track}-{'-'.join(one.split('_')[-1] for one in criteria)}-d{n}",
+            partial(posture_goals, track, criteria, n),
+            family="goals",
+            what=f"leg angles over {track}: {' against '.join(criteria)}",
+            goals=tuple(f"{one} [{CRITERIA[one].unit}]" for one in criteria),
+            flags=Flags(smooth=False),
+            n=n,
+            version=2,
+        )
+
+
+def track_named(name: str) -> Track:
+    """A track of the suite: those of `Track` as they are, "rough" from ROUGH."""
+    return Track.named(name, **(ROUGH if name == "rough" else {}))
+
+
+def posture_problem(
+    track: str, criterion: str, free: int, ends: str = "start", friction: float = 0.8
+) -> PostureProblem:
+    """`free` numbers to choose over the whole of a track.
+
+    ends: "start": legs straight down at the first waypoint, the last free; "both": straight down at
+    both; "none": all free. The waypoints are as many as that takes, evenly spaced, and legs turn by
+    at most LEG_RATE [rad/m].
+    """
+    ground = track_named(track)
+    given = {"start": 1, "both": 2, "none": 0}[ends]
+    first, *_, last = PostureProblem.along(ground).x
+    return PostureProblem(
+        PostureProblem.along(ground).params,
+        ground,
+        np.linspace(first, last, free // 2 + given),
+        criterion,
+        friction=friction,
+        leg_rate=LEG_RATE,
+        start_angles=STRAIGHT if given else None,
+        end_angles=STRAIGHT if ends == "both" else None,
+    )
+
+
+def posture_goals(track: str, criteria: tuple[str, ...], free: int) -> tuple[PostureProblem, ...]:
+    """The same drive by several criteria."""
+    return tuple(posture_problem(track, one, free) for one in criteria)
+
+
+class Drive(NamedTuple):
+    """A drive with straight legs, in units of the vehicle's weight. equal, per_newton: [K, 4] as in
+    Family. torque: what a weight at the wheels' radius makes [N m]."""
+
+    equal: Float[Array | np.ndarray, "K 4"]
+    per_newton: Float[Array | np.ndarray, "K 4"]
+    torque: Float[Array | np.ndarray, ""]
+
+
+class SplitProblem(FunctionProblem):
+    """The split of a drive; data: a Drive."""
+
+    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "K"]]]:
+        """See Problem."""
+        import cvxpy as cp
+
+        drive = jax.tree.map(np.asarray, self.data)
+        x = cp.Variable(self.n)
+        forces = [drive.equal[:, i] + cp.multiply(drive.per_newton[:, i], x) for i in range(4)]
+        limits: list[cp.Constraint] = [x >= self.low, x <= self.high]
+        for F, N in (forces[:2], forces[2:]):
+            limits += [cp.abs(F) <= FRICTION * N, N >= 0]
+        along = [forces[0], forces[2]]
+        if self.function is _squared:
+            goal = sum(cp.sum_squares(F) for F in along) * float(drive.torque) ** 2
+        else:
+            goal = cp.max(cp.abs(cp.hstack(along))) * float(drive.torque)
+        return cp.Problem(cp.Minimize(goal), limits), lambda: np.asarray(x.value, float)
+
+
+def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
+    """F_front - F_rear at every station, in weights, that keeps grip at both wheels.
+
+    criterion: "squared_torque": the sum of both motors' torques squared, over the stations
+    [N^2 m^2]; "peak_torque": the largest of all [N m].
+    """
+    params, family = UGVParams(), drive_family(track, stations)
+    weight = float(params.weight)
+    drive = Drive(
+        family.equal / weight, family.per_newton, np.asarray(weight * params.wheel_radius)
+    )
+    function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
+    kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
+    most = np.full(stations, 1.0)
+    return SplitProblem(function, drive, -most, most, kind=kinds)
+
+
+def drive_family(track: str, stations: int) -> Family:
+    """All splits of a drive with straight legs over the middle of a track, [stations]."""
+    ground, params = track_named(track), UGVParams()
+    start, end = float(np.asarray(ground.start)), float(np.asarray(ground.end))
+    x = np.linspace(start + 2.0, end - 0.5, stations)
+    angles = np.broadcast_to(STRAIGHT, (stations, 2))
+    return Family.of(params, equilibrium(params, ground.astype(np.float64), x, angles))
+
+
+def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:
+    """F [K, 2], N [K, 2] in weights, and what is left of grip and of normal force [6 K]."""
+    forces = jnp.asarray(drive.equal) + x[:, None] * drive.per_newton
+    F, N = forces[:, ::2], forces[:, 1::2]
+    margins = [FRICTION * N - F, FRICTION * N + F, N]
+    return F, N, jnp.concatenate([jnp.ravel(one) for one in margins])
+
+
+def _squared(drive: Drive, x: Array, draw: Array) -> tuple[Array, Array]:
+    F, _, margins = _forces(drive, x)
+    return jnp.sum((F * drive.torque) ** 2)[None], margins
+
+
+def _peak(drive: Drive, x: Array, draw: Array) -> tuple[Array, Array]:
+    F, _, margins = _forces(drive, x)
+    return jnp.max(jnp.abs(F * drive.torque))[None], margins
+
+
+@dataclass(frozen=True)
+class VehicleDesign:
+    """A vehicle with fixed legs over a family of tracks: the mean of its criterion's values.
+
+    Margins: those of `Posture.margins` at every station of every track, the least of each kind.
+    """
+
+    def __call__(
+        self, data: tuple[Posture, ...], x: Float[Array, "n"], draw: Array
+    ) -> tuple[Array, Array]:
+        """Value [1] and margins [kinds of all tracks]."""
+        numbers = dict(zip(VEHICLE, x, strict=False))
+        angles = jnp.broadcast_to(x[len(VEHICLE) :], (STATIONS, 2))
+        values, margins = [], []
+        for each in data:
+            posture = replace(each, params=each.params.replace(**numbers))
+            at = posture.stations(angles)
+            values.append(finite_cost(posture.criterion, at))
+            margins += [jnp.min(of, axis=0) for of in posture.margins(at).values()]
+        return jnp.mean(jnp.stack(values))[None], jnp.concatenate(margins)
+
+
+def vehicle_design(criterion: str, tracks: tuple[str, ...]) -> FunctionProblem:
+    """Wheelbase, leg length and the legs' angles, for several tracks at once."""
+    data = tuple(_posture(track_named(one), criterion) for one in tracks)
+    low = [*(low for low, _ in VEHICLE.values()), LEGS[0], LEGS[0]]
+    high = [*(high for _, high in VEHICLE.values()), LEGS[1], LEGS[1]]
+    return FunctionProblem(VehicleDesign(), data, np.array(low), np.array(high), forward=True)
+
+
+def _posture(track: Track, criterion: str) -> Posture:
+    start, end = float(np.asarray(track.start)), float(np.asarray(track.end))
+    x = np.linspace(start + 2.5, end, STATIONS)
+    usual = PostureProblem.along(track).params
+    return PostureProblem(usual, track, x, criterion, leg_rate=None).posture
+
+
+WITHDRAWN: dict[str, str] = {
+    f"{one.id.removesuffix('2')}1": "its wheels could overlap"
+    for one in instances()
+    if one.id.endswith("-v2")
+}
+"""Reasons of withdrawn instances, by id."""
