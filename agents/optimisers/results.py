@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from jaxtyping import Float, Int
 
-
     Cell = str | int | float | bool | None
     Row = Mapping[str, Any]
 
