@@ -18,8 +18,8 @@ from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.instance import Flags, Instance, made
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.evaluate import finite_cost
+from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
 from stickslip.optim.torque_split.family import Family
 from stickslip.optim.torque_split.split import SPLIT_CRITERIA
