@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.envs.biped.params import BipedEnvParams
 
-ANOTHER = "one sweep for each, put side by side by `stickslip compare`, or tasks that differ in it"
+ANOTHER = "one sweep for each, or tasks that differ in it"
 FRICTION = ("scene.mu_static", "scene.mu_kinetic")
 
 

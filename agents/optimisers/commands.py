@@ -88,7 +88,7 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
 def _run(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.racing import RacePlan, race
     from stickslip.agents.optimisers.report import counted_text, runs_table
-    from stickslip.agents.sweeps.engine import StoppedError
+    from stickslip.agents.sweeps.cells import StoppedError
     from stickslip.agents.view_files import require_folder
     from stickslip.optim.instances.catalogue import suite
     from stickslip.records.content import Content

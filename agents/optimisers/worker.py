@@ -30,7 +30,7 @@ from stickslip.agents.optimisers.task import (
     run_task,
     try_out,
 )
-from stickslip.agents.sweeps.engine import POLL, StoppedError
+from stickslip.agents.sweeps.cells import POLL, StoppedError
 from stickslip.envs.rendering.extras import require
 from stickslip.records.signals import ENDING
 

@@ -12,12 +12,17 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.sweeps.flags import FORMS, RANDOM
 from stickslip.dynamics.checks import require_integer, require_kind, require_number, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+RANDOM = ("sobol", "latin")
+"""Kinds of random axes; all axes of a kind are sampled together."""
+FORMS = (
+    "LOW:HIGH:N (even), LOW:HIGH:N:log, values as 0.1,0.2,0.5, or LOW:HIGH:sobol and "
+    "LOW:HIGH:latin, either with :log, for random ones"
+)
 MOST_VALUES, MOST_SAMPLES, MOST_POINTS = 10**5, 10**7, 10**9
 SAMPLE = "sample"
 """The dimension that all random axes share."""
@@ -42,8 +47,10 @@ class Axis:
         """Build an axis from a text (see FORMS), a number or several. ValueError otherwise."""
         if isinstance(given, Axis):
             return given
+        if isinstance(given, str) and ":" in given:
+            return cls._range(given)
         if isinstance(given, str):
-            return cls._parse(given)
+            given = [_number(one, given) for one in given.split(",")]
         if isinstance(given, int | float):
             given = [given]
         if not isinstance(given, Iterable):
@@ -55,10 +62,8 @@ class Axis:
         return cls("grid", tuple(map(float, values)))
 
     @classmethod
-    def _parse(cls, text: str) -> Axis:
+    def _range(cls, text: str) -> Axis:
         parts = text.split(":")
-        if len(parts) == 1:
-            return cls.of([_number(one, text) for one in text.split(",")])
         log = parts[3:] == ["log"]
         if len(parts) != 3 + log:
             raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
@@ -70,8 +75,8 @@ class Axis:
         count = 2 if parts[2] in RANDOM else _count(parts[2], text)
         if not low < high or count < 2:
             raise ValueError(
-                f"{count} value{'s' if count > 1 else ''} from {low:g} to {high:g}; accepted: "
-                "low < high with at least 2 values"
+                f"{shown(text)} has {count} values from {low:g} to {high:g}; accepted: low < high "
+                "with at least 2 values"
             )
         if parts[2] in RANDOM:
             return cls(parts[2], low=low, high=high, log=log)
@@ -144,9 +149,9 @@ class Design:
         """Number of points; 1 without axes."""
         return math.prod(self.dims.values())
 
-    def at(self, first: int, last: int) -> dict[str, np.ndarray]:
-        """The axes' values at points first to last - 1, each [last - first], in float64."""
-        places = np.unravel_index(np.arange(first, last), tuple(self.dims.values()) or (1,))
+    def at(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """The axes' values at points by their flat indices, in float64."""
+        places = np.unravel_index(points, tuple(self.dims.values()) or (1,))
         where = dict(zip(self.dims, places, strict=False))
         return {
             name: self.drawn[name][where[SAMPLE]]
@@ -192,12 +197,9 @@ def _number(text: str, whole: str) -> float:
 
 
 def _count(text: str, whole: str) -> int:
-    try:
-        return require_integer("count", int(text), high=MOST_VALUES)
-    except ValueError as error:
-        if text.lstrip("-").isdigit():
-            raise
+    if not text.lstrip("-").isdigit():
         raise ValueError(
             f"{shown(text)} in {shown(whole)} is neither a number of values nor one of "
             f"{', '.join(RANDOM)}; accepted: {FORMS}"
-        ) from error
+        )
+    return require_integer("count", int(text[:9]), high=MOST_VALUES)

@@ -1,4 +1,4 @@
-"""`stickslip sweep` once its flags are read."""
+"""`stickslip sweep` after its flags are read."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.sweeps.axes import Design
+from stickslip.agents.sweeps.axes import FORMS, Design
 from stickslip.agents.sweeps.cases import cases_named
+from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.agents.sweeps.data import sweep_arrays
-from stickslip.agents.sweeps.engine import StoppedError
-from stickslip.agents.sweeps.flags import FORMS
 from stickslip.agents.sweeps.pictures import write_pictures
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.statistics import summary_table
@@ -31,30 +30,18 @@ if TYPE_CHECKING:
 
 def sweep_command(given: Options) -> Content:
     """Play the sweep, print its summary and draw it."""
-    path, machine = Path(given["out"]), machine_by_name(given["machine"])
-    require_folder(path)
-    axes = _axes(given["axis"] or ())
-    machine.swept().require_no_structure(axes)
-    options = {name: given.get(name) for name in every_option()}
-    options["scenes"] = None if given["scene"] is None else [given["scene"]]
-    design = Design.of(axes, given["samples"], 0)
-    cases, about = cases_named(machine, given["policy"], options, given["task"])
-    plan = Plan.of(machine, cases, design, given["episodes"])
-    print(f"{about}\n{size_text(plan, given['episodes'])}", flush=True)
+    path, plan = Path(given["out"]), _planned(given)
     begun = time.monotonic()
+    how = {name: given[name] for name in ("workers", "scheduler", "resume")}
     with stoppable() as stop:
         try:
-            how = {name: given[name] for name in ("workers", "scheduler", "resume")}
             done = run_plan(plan, path, **how, progress=True, stop=stop)
         except StoppedError:
-            again = f"Stopped; go on with the same command and --resume ({path})"
-            raise stop.interrupted(again) from None
-    compiled = "" if done.programs is None else f"; {done.programs} programs compiled"
-    seconds = time.monotonic() - begun
-    print(f"Played {done.played} of {done.cells} cells in {seconds:.1f} s{compiled}")
-    slip = machine.swept().slip
-    found = sweep_arrays(path)
-    table, files = summary_table(found, slip), []
+            message = f"Stopped; go on with the same command and --resume ({path})"
+            raise stop.interrupted(message) from None
+    print(f"Played {done.played} of {done.cells} cells in {time.monotonic() - begun:.1f} s")
+    slip, found = plan.machine.swept().slip, sweep_arrays(path)
+    table, files = summary_table(found, slip), list[Path]()
     print("\n" + table.rounded(4).terminal())
     if not given["no_pictures"] and find_spec("matplotlib"):
         files = write_pictures(found, path, slip)
@@ -63,25 +50,32 @@ def sweep_command(given: Options) -> Content:
     return Content({"summary": table}, facts)
 
 
-def size_text(plan: Plan, asked: int) -> str:
-    """Axes with units, and the number of episodes. asked: episodes of a point."""
-    lines = []
-    for name, axis in plan.design.axes.items():
+def _planned(given: Options) -> Plan:
+    """Check the arguments and print the plan."""
+    require_folder(given["out"])
+    machine, axes = machine_by_name(given["machine"]), _axes(given["axis"])
+    machine.swept().require_no_structure(axes)
+    options = {name: given.get(name) for name in every_option()}
+    options["scenes"] = None if given["scene"] is None else [given["scene"]]
+    design = Design.of(axes, given["samples"], 0)
+    cases, about = cases_named(machine, given["policy"], options, given["task"])
+    plan = Plan.of(machine, cases, design, given["episodes"])
+    print(about)
+    for name, axis in design.axes.items():
         unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
         count = axis.kind if axis.random else f"{len(axis.values)} values"
         sets = ", ".join(plan.cases[0].fields[name])
-        lines.append(
-            f"  {name}: {count}, {axis.ends[0]:g} to {axis.ends[1]:g}{unit}, in place of the "
-            f"task's {sets}"
-        )
-    steps = max(one.steps for one in plan.cases)
-    lines.append(
-        f"{plan.total:,} episodes of up to {steps} steps: {len(plan.cases)} cases (policy on task) "
-        f"x {plan.design.points:,} points x {plan.episodes} episodes"
+        low, high = axis.ends
+        print(f"  {name}: {count}, {low:g} to {high:g}{unit}, in place of the task's {sets}")
+    print(
+        f"{plan.total:,} episodes of up to {max(one.steps for one in plan.cases)} steps: "
+        f"{len(plan.cases)} cases (policy on task) x {design.points:,} points x {plan.episodes} "
+        "episodes",
+        flush=True,
     )
-    if plan.episodes != asked:
-        lines.append(f"1 episode a point, not {asked}: no reset draws anything")
-    return "\n".join(lines)
+    if plan.episodes != given["episodes"]:
+        print(f"1 episode a point, not {given['episodes']}: no reset draws anything", flush=True)
+    return plan
 
 
 def _axes(given: Sequence[str]) -> dict[str, str]:

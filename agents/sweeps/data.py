@@ -1,4 +1,4 @@
-"""A sweep's results: a row for each episode, as one table or as arrays with labels."""
+"""Results of a sweep: a row for each episode, as one table or as arrays with labels."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.sweeps.axes import SAMPLE
-from stickslip.agents.sweeps.play import ENDINGS
-from stickslip.agents.sweeps.store import cell_files, read_cell, read_head
+from stickslip.agents.sweeps.cells import cell_files, read_cells, read_head
+from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.untrusted import refusing
 from stickslip.dynamics.checks import require_known, require_memory
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     import pyarrow as pa
 
+    from stickslip.agents.sweeps.cells import Head
     from stickslip.agents.sweeps.plan import Plan
-    from stickslip.agents.sweeps.store import Head
 
 LABELS = ("task", "policy", "point", "seed")
 
@@ -30,20 +30,20 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
     """A cell's table with units: task, policy, point, axes, seed, then what was kept."""
     import pyarrow as pa
 
-    cell = plan.cells[number]
-    case, points, each = plan.cases[cell.case], cell.last - cell.first, plan.episodes
-    same = np.zeros(points * each, np.int8)
+    cell = plan.at(number)
+    case = plan.cases[cell.case]
+    points, seeds = np.divmod(np.arange(cell.first, cell.last), plan.episodes)
+    same = np.zeros(len(points), np.int8)
     arrays: dict[str, pa.Array | np.ndarray] = {
         "task": _words([case.task], same),
         "policy": _words([case.policy], same),
-        "point": np.repeat(np.arange(cell.first, cell.last), each),
+        "point": points,
+        **plan.design.at(points),
+        "seed": seeds.astype(np.uint32),
+        **columns,
     }
-    for name, values in plan.design.at(cell.first, cell.last).items():
-        arrays[name] = np.repeat(values, each)
-    arrays["seed"] = np.tile(np.arange(each, dtype=np.uint32), points)
-    arrays |= columns
     if "ending" in arrays:
-        arrays["ending"] = _words(ENDINGS, arrays["ending"])
+        arrays["ending"] = _words(ENDINGS, columns["ending"])
     made = {name: pa.array(one) for name, one in arrays.items()}
     fields = [
         pa.field(name, one.type, metadata={"unit": plan.units.get(name, "-")})
@@ -57,16 +57,18 @@ def read_sweep(
 ) -> pa.Table:
     """A sweep's rows as one PyArrow table, with units in the fields' metadata.
 
-    columns: by default all. partial: whether a sweep that is not complete will do.
+    columns: by default all. partial: accept a sweep that is not complete.
     ValueError for a directory of something else, damaged files and unknown columns.
     """
     import pyarrow as pa
+    from pyarrow import parquet
 
-    path, files = Path(path), cell_files(Path(path), "sweep", partial=partial)
-    wanted = None if columns is None else list(columns)
-    if wanted is not None:
-        require_known(wanted, read_cell(files[0]).column_names, "column of the sweep")
-    parts = [read_cell(file, wanted) for file in files]
+    path = Path(path)
+    files = cell_files(path, "sweep").values()
+    if columns is not None and files:
+        known = parquet.read_schema(next(iter(files))).names
+        require_known(list(columns), known, "column of the sweep")
+    parts = list(read_cells(path, "sweep", columns, partial=partial))
     with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
 
@@ -110,9 +112,9 @@ def _arrays(head: Head, table: pa.Table, name: str) -> SweepArrays:
         for place, dim in enumerate(("task", "policy"))
     }
     random = [axis for axis, one in axes.items() if one["values"] is None]
-    grid = {axis: np.asarray(one["values"], float) for axis, one in axes.items()
-            if axis not in random}  # fmt: skip
-    coordinates |= grid
+    coordinates |= {
+        axis: np.asarray(one["values"], float) for axis, one in axes.items() if axis not in random
+    }
     if whole["samples"]:
         coordinates[SAMPLE] = np.arange(whole["samples"])
     coordinates["seed"] = np.arange(whole["episodes"])

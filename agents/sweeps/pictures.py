@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.agents.pictures.sheet import make_sheet, save_sheet
 from stickslip.agents.sweeps.axes import SAMPLE
-from stickslip.agents.sweeps.play import ENDINGS
+from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.sweeps.statistics import Z95, is_random, slip_of
 from stickslip.envs.rendering import theme
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
-    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
 
     from stickslip.agents.sweeps.data import SweepArrays
 
@@ -33,6 +33,14 @@ class View(NamedTuple):
 
     names: tuple[str, ...]
     samples: bool
+
+
+class Panel(NamedTuple):
+    """A quantity [policies, x] or [policies, x, y], and the half-width of its interval."""
+
+    title: str
+    values: np.ndarray
+    half: np.ndarray | None = None
 
 
 def view_of(found: SweepArrays) -> View | None:
@@ -52,14 +60,13 @@ def write_pictures(
     """Write sweep.png and, where episodes failed, endings.png, numbered where there are several
     tasks. Nothing is drawn where nothing varies."""
     view, written = view_of(found), []
-    if view is None:
-        return []
-    for t, task in enumerate(found.coordinates["task"]):
+    for t, task in enumerate(found.coordinates["task"]) if view else ():
         number = f"-{t + 1}" if len(found.coordinates["task"]) > 1 else ""
-        written.append(_draw_measures(found, t, view, slip, path / f"sweep{number}.png", str(task)))
-        if failures := _failures(found, t):
-            target = path / f"endings{number}.png"
-            written.append(_draw_endings(found, t, view, failures, target, str(task)))
+        panels = {"sweep": _measures(found, t, view, slip), "endings": _endings(found, t, view)}
+        for name, shown in panels.items():
+            if shown:
+                figure = _drawn(found, view, shown, str(task))
+                written.append(save_sheet(figure, path / f"{name}{number}.png"))
     return written
 
 
@@ -71,137 +78,92 @@ def _mean(found: SweepArrays, values: np.ndarray, view: View) -> np.ndarray:
     return np.ma.filled(np.ma.masked_invalid(values).mean(axis=over), np.nan) if over else values
 
 
-def _draw_measures(
-    found: SweepArrays, t: int, view: View, slip: tuple[str, str] | None, path: Path, task: str
-) -> Path:
+def _measures(found: SweepArrays, t: int, view: View, slip: tuple[str, str] | None) -> list[Panel]:
     returns = _mean(found, found["reward"][t].astype(float), view)
-    count = returns.shape[-1]
-    half = Z95 * returns.std(axis=-1, ddof=1) / np.sqrt(count) if count > 1 else None
-    half = half if is_random(found, t) else None
-    shown = [("mean return", returns.mean(axis=-1), half)]
+    count, half = returns.shape[-1], None
+    if count > 1 and is_random(found, t):
+        half = Z95 * returns.std(axis=-1, ddof=1) / np.sqrt(count)
+    panels = [Panel("mean return", returns.mean(axis=-1), half)]
     failed = _mean(found, found["fell"][t].mean(axis=-1), view)
-    shown.append(("failures [%]", 100 * failed, None))
+    panels.append(Panel("failures [%]", 100 * failed))
     slid = slip_of(found, slip)
     if slid is not None and np.isfinite(slid[t]).any():
-        shown.append(("distance slid [m/m]", _mean(found, slid[t], view), None))
+        panels.append(Panel("distance slid [m/m]", _mean(found, slid[t], view)))
+    return panels
+
+
+def _endings(found: SweepArrays, t: int, view: View) -> list[Panel]:
+    """The share of each ending that is a failure."""
+    codes = found.arrays.get("ending", np.zeros((t + 1, 1)))[t]
+    names = {int(one): ENDINGS[int(one)] for one in np.unique(codes)}
+    return [
+        Panel(f"{name.replace('_', ' ')} [%]", 100 * _mean(found, (codes == code).mean(-1), view))
+        for code, name in names.items()
+        if name not in NO_FAILURES
+    ]
+
+
+def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -> Figure:
+    """A row for each panel: lines of all policies along one axis, or a map for each policy."""
     names = [str(one) for one in found.coordinates["policy"][:MOST_POLICIES]]
     lines = len(view.names) == 1
     columns = 1 if lines else len(names)
-    size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(shown))
-    figure, axes = make_sheet(len(shown), columns, size, task)
-    for row, (title, values, error) in enumerate(shown):
+    size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(panels))
+    figure, axes = make_sheet(len(panels), columns, size, task)
+    for row, panel in enumerate(panels):
         mine = axes[row * columns : (row + 1) * columns]
         if lines:
-            _lines(mine[0], found, view, values, error, names)
-            mine[0].set_ylabel(title, fontsize=9, color=theme.MUTED)
-            continue
-        known = values[np.isfinite(values)]
-        ends = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
-        drawn = [_map(axis, found, view, one, "viridis", tuple(ends))
-                 for axis, one in zip(mine, values, strict=False)]  # fmt: skip
-        beyond = known.size and (known.min() < ends[0] or known.max() > ends[1])
-        extend = "both" if beyond else "neither"
-        bar = figure.colorbar(drawn[0], ax=mine, fraction=0.05, pad=0.02, extend=extend)
-        bar.set_label(title, fontsize=9, color=theme.MUTED)
+            _lines(mine[0], found, view, panel, names)
+        else:
+            _maps(figure, mine, found, view, panel)
     if lines:
         axes[0].legend(frameon=False, fontsize=8.5)
-    else:
-        _titles(axes[:columns], names)
-    _labels(axes, columns, found, view)
-    return save_sheet(figure, path)
+    for axis, name in zip(axes[:columns], names, strict=False) if not lines else ():
+        axis.set_title(name, loc="left", fontsize=10, color=theme.INK)
+    units = (found.units.get(name, "-") for name in view.names)
+    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view.names, units, strict=True)]
+    for axis in axes[-columns:]:
+        axis.set_xlabel(titles[0], fontsize=9.5, color=theme.MUTED)
+    for axis in axes[::columns] if len(titles) > 1 else ():
+        axis.set_ylabel(titles[1], fontsize=9.5, color=theme.MUTED)
+    return figure
 
 
-def _failures(found: SweepArrays, t: int) -> list[str]:
-    """Endings of a task's episodes that are failures."""
-    codes = np.unique(found["ending"][t]) if "ending" in found.arrays else ()
-    return [ENDINGS[code] for code in codes if ENDINGS[code] not in NO_FAILURES]
-
-
-def _draw_endings(
-    found: SweepArrays, t: int, view: View, names: Sequence[str], path: Path, task: str
-) -> Path:
-    """Shares of the endings along one axis; over two, the most frequent where half fail."""
-    codes = found["ending"][t]
-    shares = np.stack([
-        _mean(found, (codes == ENDINGS.index(name)).mean(axis=-1), view) for name in names
-    ])  # fmt: skip
-    policies = [str(one) for one in found.coordinates["policy"][:MOST_POLICIES]]
-    size = (max(5.5, 1.2 + 3.9 * len(policies)), 3.9)
-    figure, axes = make_sheet(1, len(policies), size, f"{task}: endings")
-    colours = [COLOURS[i % len(COLOURS)] for i in range(len(names))]
-    for p, axis in enumerate(axes):
-        if len(view.names) == 1:
-            _stack(axis, found, view, shares[:, p], names, colours)
-            continue
-        from matplotlib.colors import ListedColormap
-
-        most = np.where(shares[:, p].sum(axis=0) >= 0.5, 1 + np.argmax(shares[:, p], axis=0), 0)
-        palette = ListedColormap([theme.RULE, *colours])
-        _map(axis, found, view, most, palette, (-0.5, len(names) + 0.5))
-        for colour, name in zip(colours, names, strict=True):
-            axis.plot([], [], "s", color=colour, label=name.replace("_", " "))
-    _titles(axes, policies)
-    _labels(axes, len(axes), found, view)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4,
-                  frameon=False, fontsize=9)  # fmt: skip
-    return save_sheet(figure, path)
-
-
-def _stack(
-    axis: Axes,
-    found: SweepArrays,
-    view: View,
-    shares: np.ndarray,
-    names: Sequence[str],
-    colours: Sequence[str],
-) -> None:
+def _lines(axis: Axes, found: SweepArrays, view: View, panel: Panel, names: Sequence[str]) -> None:
     x = found.coordinates[view.names[0]]
     order = np.argsort(x)
-    labels = [name.replace("_", " ") for name in names]
-    axis.stackplot(x[order], 100 * shares[:, order], labels=labels, colors=colours)
-    axis.set_ylim(0, 100)
-    axis.set_ylabel("episodes [%]", fontsize=9, color=theme.MUTED)
-    _scale(axis, "x", x)
-
-
-def _lines(
-    axis: Axes,
-    found: SweepArrays,
-    view: View,
-    values: np.ndarray,
-    half: np.ndarray | None,
-    names: Sequence[str],
-) -> None:
-    x = found.coordinates[view.names[0]]
-    order = np.argsort(x)
-    style = {"lw": 0, "marker": "o"} if view.samples else {"lw": 1.6, "marker": "o"}
     for p, name in enumerate(names):
-        y = values[p][order]
-        axis.plot(x[order], y, color=COLOURS[p], ms=3.5, label=name, **style)
-        if half is not None and not view.samples:
-            error = half[p][order]
+        y = panel.values[p][order]
+        width = 0 if view.samples else 1.6
+        axis.plot(x[order], y, "o-", color=COLOURS[p], ms=3.5, lw=width, label=name)
+        if panel.half is not None and not view.samples:
+            error = panel.half[p][order]
             axis.fill_between(x[order], y - error, y + error, color=COLOURS[p], alpha=0.18, lw=0)
+    axis.set_ylabel(panel.title, fontsize=9, color=theme.MUTED)
     _scale(axis, "x", x)
 
 
-def _map(
-    axis: Axes,
-    found: SweepArrays,
-    view: View,
-    values: np.ndarray,
-    colours: object,
-    ends: tuple[float, ...],
-) -> ScalarMappable:
-    """A map of values [x, y], or dots at samples."""
+def _maps(
+    figure: Figure, axes: Sequence[Axes], found: SweepArrays, view: View, panel: Panel
+) -> None:
+    """A map of values [x, y] for each policy, or dots at samples, in one scale of colours."""
     x, y = (found.coordinates[name] for name in view.names)
-    how = {"cmap": colours, "vmin": ends[0], "vmax": ends[1]}
-    _scale(axis, "x", x)
-    _scale(axis, "y", y)
-    if view.samples:
-        return axis.scatter(x, y, c=values, s=22, edgecolors=theme.MUTED, linewidths=0.6, **how)
-    rows, columns = np.argsort(x), np.argsort(y)
-    cells = values[np.ix_(rows, columns)].T
-    return axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how)
+    known = panel.values[np.isfinite(panel.values)]
+    low, high = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
+    how, drawn = {"cmap": "viridis", "vmin": low, "vmax": high}, None
+    for axis, values in zip(axes, panel.values, strict=False):
+        _scale(axis, "x", x)
+        _scale(axis, "y", y)
+        if view.samples:
+            drawn = axis.scatter(x, y, c=values, s=22, edgecolors=theme.MUTED, lw=0.6, **how)
+        else:
+            rows, columns = np.argsort(x), np.argsort(y)
+            cells = values[np.ix_(rows, columns)].T
+            drawn = axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how)
+    beyond = known.size and (known.min() < low or known.max() > high)
+    extend = "both" if beyond else "neither"
+    bar = figure.colorbar(drawn, ax=axes, fraction=0.05, pad=0.02, extend=extend)
+    bar.set_label(panel.title, fontsize=9, color=theme.MUTED)
 
 
 def _scale(axis: Axes, which: str, values: np.ndarray) -> None:
@@ -214,18 +176,3 @@ def _scale(axis: Axes, which: str, values: np.ndarray) -> None:
     shown = rising[np.unique(np.linspace(0, len(rising) - 1, TICKS).round().astype(int))]
     getattr(axis, f"set_{which}ticks")(shown, [f"{one:.3g}" for one in shown])
     getattr(axis, f"set_{which}ticks")([], minor=True)
-
-
-def _titles(axes: Sequence[Axes], names: Sequence[str]) -> None:
-    for axis, name in zip(axes, names, strict=True):
-        axis.set_title(name, loc="left", fontsize=10, color=theme.INK)
-
-
-def _labels(axes: Sequence[Axes], columns: int, found: SweepArrays, view: View) -> None:
-    """Names and units of the axes, at the left and at the bottom."""
-    units = (found.units.get(name, "-") for name in view.names)
-    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view.names, units, strict=True)]
-    for axis in axes[-columns:]:
-        axis.set_xlabel(titles[0], fontsize=9.5, color=theme.MUTED)
-    for axis in axes[::columns] if len(titles) > 1 else ():
-        axis.set_ylabel(titles[1], fontsize=9.5, color=theme.MUTED)

@@ -1,188 +1,172 @@
-"""The plan of a sweep: cases, points and episodes, cut into cells that are played one by one."""
+"""The plan of a sweep: cases (a policy on a task) and points, cut into cells.
+
+A cell is one file and one call of a vmapped program. All cells of a case have one size, the last
+one padded, so that a case is one program, and results depend on nothing but the cells' size.
+"""
 
 from __future__ import annotations
 
-import json
-import os
+import itertools
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
-from stickslip.agents.evaluation.evaluate import A_STEP
+from stickslip.agents.evaluation.evaluate import STEP_BYTES, is_random
+from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout, without_resets
 from stickslip.agents.optimum.solution import digest_of
-from stickslip.agents.sweeps.cases import Case
-from stickslip.agents.sweeps.store import digest_of_text
+from stickslip.agents.policy.network import MLPPolicy
+from stickslip.agents.protocol import Controller, Planner
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory
+from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Mapping, Sequence
+
+    from jaxtyping import PyTree
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.sweeps.axes import Design
     from stickslip.agents.sweeps.cases import Given
-    from stickslip.agents.sweeps.store import Head
+    from stickslip.agents.sweeps.swept import Swept
 
 MOST_EPISODES = 2**20
 """Of a point."""
-CPU_TILE, GPU_TILE = 1024, 65536
-"""Episodes vmapped together; on a CPU more are no faster."""
-CELL = 65536
-"""Episodes of a cell: some ten seconds of a core."""
-A_ROW = 400
-"""Bytes of an episode's row while a cell is assembled, all copies counted."""
-CELLS_A_THREAD = 4
-"""At least, so that no thread idles for long at the end."""
+CPU_CELL, GPU_CELL = 2048, 65536
+"""Episodes of a cell; on a CPU more side by side are hardly faster."""
+MOST_CORNERS = 4
+"""Every corner of the box of up to so many axes is checked; of more axes, the ends of each."""
+ENDINGS = tuple(one.name.lower() for one in Status)
+"""Ending of an episode by the number of its last status."""
 
 
-class Layout(NamedTuple):
-    """Sizes of tiles and cells. Results do not depend on cells; tiles decide which episodes are
-    neighbours in a program. cell_points: a multiple of tile_points."""
+@dataclass(frozen=True)
+class Case:
+    """A checked policy on a task.
 
-    tile_points: int
-    tile_seeds: int
-    cell_points: int
+    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode.
+    random: whether a reset draws anything that no axis sets.
+    """
 
+    task: str
+    policy: str
+    env: PyTree
+    params: PyTree
+    player: PyTree
+    fields: dict[str, tuple[str, ...]]
+    steps: int
+    random: bool
 
-UNCUT = Layout(1, 1, 1)
+    @cached_property
+    def program(self) -> str:
+        """Digest of all that is compiled but the player."""
+        return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
+
+    @classmethod
+    def of(cls, machine: AnyMachine, given: Given, design: Design) -> Case:
+        """Check a case before anything is compiled.
+
+        ValueError naming the axis or the policy for unknown fields, values out of the task's range,
+        a policy that does not fit and planners.
+        """
+        swept = machine.swept()
+        env = without_resets(given.env)
+        player = _checked_player(given, env)
+        params = swept.opened(given.params, design.axes)
+        fields = {name: swept.targets(params, name) for name in design.axes}
+        _require_disjoint(fields)
+        corners = [params]
+        for values in _corners(design):
+            numbers = {one: values[name] for name in values for one in fields[name]}
+            try:
+                corners.append(swept.put(params, numbers))
+                swept.require_within(corners[-1])
+            except ValueError as error:
+                where = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+                raise ValueError(f"at {where}: {error}") from error
+        steps = max(horizon(one) for one in corners)
+        random = is_random(corners[-1])
+        return cls(given.task, given.policy, env, params, player, fields, steps, random)
 
 
 class Cell(NamedTuple):
-    """All episodes of points first to last - 1 of a case. number: its place among all cells."""
+    """Episodes first to last - 1 of a case, point by point, seed by seed."""
 
-    number: int
     case: int
     first: int
     last: int
 
 
-class Tile(NamedTuple):
-    """Episodes that are vmapped together. values: of the fields that axes set, by dotted names,
-    each [points]; place: the point of each episode [episodes]; seeds: [episodes]."""
-
-    values: dict[str, np.ndarray]
-    place: np.ndarray
-    seeds: np.ndarray
-
-
 @dataclass(frozen=True)
 class Plan:
-    """A whole sweep. episodes: of each point, of seeds 0, 1, ..."""
+    """A whole sweep. episodes: of each point, of seeds 0, 1, ...; cell: episodes of a cell."""
 
     machine: AnyMachine
     cases: tuple[Case, ...]
     design: Design
     episodes: int
-    layout: Layout = UNCUT
+    cell: int = 0
 
     @classmethod
     def of(cls, machine: AnyMachine, given: Sequence[Given], design: Design, episodes: int) -> Plan:
         """Check a plan, not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
         cases = tuple(Case.of(machine, one, design) for one in given)
-        pairs = [(one.task, one.policy) for one in cases]
-        if not pairs:
+        if not cases:
             raise ValueError("no policy, or no task; accepted: at least one of each")
-        if twice := next((one for one in pairs if pairs.count(one) > 1), None):
-            raise ValueError(f"{twice[1]} on {twice[0]} is given twice; accepted: once")
         if not any(one.random for one in cases):
             episodes = 1  # all would be the same
+        steps = max(one.steps for one in cases)
+        require_memory(f"steps = {steps}", "steps of an episode", steps, STEP_BYTES)
         return cls(machine, cases, design, episodes)
 
-    def cut(self, cell: int | None, threads: int, tile: int | None = None) -> Plan:
-        """Choose tiles and cells for the memory at hand. cell, tile: their episodes at most."""
-        steps = max(one.steps for one in self.cases)
-        require_memory(f"steps = {steps}", "steps of an episode", steps, A_STEP)
-        memory = _free_memory(memory_limit()) / (2 * threads)
-        most = CPU_TILE if jax.default_backend() == "cpu" else GPU_TILE
-        most = most if tile is None else require_integer("tile", tile, high=2**24)
-        tile = max(1, min(most, int(memory // (A_STEP * steps))))
-        if self.episodes <= tile:
-            points, seeds = min(tile // self.episodes, self.design.points), self.episodes
-        else:
-            points, seeds = 1, -(-self.episodes // -(-self.episodes // tile))
-        if cell is None:
-            tiles = -(-self.design.points // points) * len(self.cases)
-            wanted = -(-tiles // (CELLS_A_THREAD * threads)) * points * self.episodes
-            wanted = int(min(wanted, max(CELL, tile), memory // A_ROW))
-        else:
-            wanted = require_integer("cell", cell, high=2**31)
-            require_memory(f"cell = {cell}", "episodes in memory", wanted, threads * A_ROW)
-        count = max(1, -(-wanted // (points * self.episodes)))
-        return replace(self, layout=Layout(points, seeds, count * points))
+    def cut(self, cell: int | None, threads: int) -> Plan:
+        """Choose the cells' size, for the memory at hand where None is given."""
+        each = max(one.steps for one in self.cases) * STEP_BYTES
+        if cell is not None:
+            require_memory(f"cell = {cell}", "episodes", require_integer("cell", cell), each)
+            return replace(self, cell=min(cell, self.of_case))
+        most = CPU_CELL if jax.default_backend() == "cpu" else GPU_CELL
+        most = max(1, min(most, int(memory_limit() / (2 * threads * each))))
+        return replace(self, cell=-(-self.of_case // -(-self.of_case // most)))
 
-    def layout_from(self, head: Head, path: Path) -> Layout:
-        """The layout that a sweep was begun with. ValueError where it does not fit the plan."""
-        try:
-            layout = Layout(*(int(head["layout"][name]) for name in Layout._fields))
-            points, seeds = self.design.points, self.episodes
-            cells = len(self.cases) * -(-points // max(1, layout.cell_points))
-            fits = 0 < layout.tile_points <= points and 0 < layout.tile_seeds <= seeds
-            if not fits or layout.cell_points < 1 or cells != head["cells"]:
-                raise ValueError(f"{layout} with {head['cells']} cells")
-        except (KeyError, TypeError, ValueError) as error:
-            raise ValueError(
-                f"{path / 'sweep.json'}: its layout is damaged ({error}); accepted: the file as it "
-                "was written"
-            ) from error
-        return layout
-
-    @cached_property
-    def cells(self) -> tuple[Cell, ...]:
-        """All cells in their order: case by case, point after point."""
-        size, points = self.layout.cell_points, self.design.points
-        places = [(case, at) for case in range(len(self.cases)) for at in range(0, points, size)]
-        return tuple(
-            Cell(number, case, first, min(first + size, points))
-            for number, (case, first) in enumerate(places)
-        )
+    @property
+    def of_case(self) -> int:
+        """Episodes of a case."""
+        return self.design.points * self.episodes
 
     @property
     def total(self) -> int:
         """Episodes of all cases."""
-        return len(self.cases) * self.design.points * self.episodes
+        return len(self.cases) * self.of_case
 
-    def size(self, number: int) -> int:
-        """Episodes of a cell."""
-        cell = self.cells[number]
-        return (cell.last - cell.first) * self.episodes
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return len(self.cases) * -(-self.of_case // self.cell)
 
-    def tiles(self, cell: Cell) -> Iterator[tuple[Tile, int]]:
-        """A cell's tiles, all padded to one size, and how many episodes of each are real."""
-        case, (points, seeds, _) = self.cases[cell.case], self.layout
-        for first in range(cell.first, cell.last, points):
-            last = min(first + points, cell.last)
-            here = self.design.at(first, last)
-            values = {
-                field: _padded(here[name], points) for name in here for field in case.fields[name]
-            }
-            for begin in range(0, self.episodes, seeds):
-                which = np.arange(begin, min(begin + seeds, self.episodes), dtype=np.uint32)
-                place = np.repeat(np.arange(last - first, dtype=np.int32), len(which))
-                own, size = np.tile(which, last - first), points * seeds
-                yield Tile(values, _padded(place, size), _padded(own, size)), len(own)
+    def at(self, number: int) -> Cell:
+        """A cell by its number: case by case."""
+        case, place = divmod(number, -(-self.of_case // self.cell))
+        first = place * self.cell
+        return Cell(case, first, min(first + self.cell, self.of_case))
 
     @cached_property
     def definition(self) -> dict[str, object]:
         """Definition that decides the results, as JSON values."""
-        axes = self.cases[0].fields
         return {
             "machine": self.machine.name,
             "tasks": {one.task: digest_of(one.params, one.steps) for one in self.cases},
             "policies": {one.policy: digest_of(one.player, one.env) for one in self.cases},
             "cases": [[one.task, one.policy] for one in self.cases],
             **self.design.describe(),
-            "sets": {name: list(fields) for name, fields in axes.items()},
+            "sets": {name: list(fields) for name, fields in self.cases[0].fields.items()},
             "episodes": self.episodes,
         }
-
-    @cached_property
-    def digest(self) -> str:
-        """Digest of the definition."""
-        return digest_of_text(json.dumps(self.definition, sort_keys=True, allow_nan=False))
 
     @cached_property
     def units(self) -> dict[str, str]:
@@ -191,30 +175,128 @@ class Plan:
         axes = {name: swept.unit(one[0]) for name, one in self.cases[0].fields.items()}
         return axes | dict(swept.kept_units(self.cases[0].env))
 
-    def about(self) -> dict[str, object]:
-        """Entries of sweep.json beside the definition."""
-        random = [one.task for one in self.cases if one.random]
-        return {
-            "layout": self.layout._asdict(),
-            "episodes": self.total,
-            "units": self.units,
-            "random": list(dict.fromkeys(random)),
-        }
+
+class Player:
+    """Plays cells of a plan, by their numbers, on the devices in turn. Threads may share it.
+
+    A program is not partitioned over devices: a partitioned one rounds differently, and results
+    would depend on the number of devices.
+    """
+
+    def __init__(self, plan: Plan):
+        self._plan, self._swept = plan, plan.machine.swept()
+        self._keep = plan.machine.measures(plan.cases[0].env, task=True).keep
+        self._programs: dict[str, Callable[..., PyTree]] = {}
+
+    def __call__(self, number: int) -> dict[str, np.ndarray]:
+        """Columns of a cell's episodes. MemoryError where they do not fit."""
+        cell, plan = self._plan.at(number), self._plan
+        case = plan.cases[cell.case]
+        episodes = np.minimum(np.arange(cell.first, cell.first + plan.cell), plan.of_case - 1)
+        points, seeds = np.divmod(episodes, plan.episodes)
+        count = min(plan.design.points, (plan.cell - 2) // plan.episodes + 2)
+        values = plan.design.at(np.minimum(points[0] + np.arange(count), plan.design.points - 1))
+        fields = {field: values[name] for name in values for field in case.fields[name]}
+        play = jax.jit(partial(play_cell, self._swept, self._keep, case))
+        program = self._programs.setdefault(case.program, play)
+        devices = jax.local_devices()
+        with jax.default_device(devices[number % len(devices)]):
+            index = (points - points[0]).astype(np.int32), seeds.astype(np.uint32)
+            given = jax.tree.map(jnp.asarray, (case.player, fields, *index))
+            try:
+                found = jax.tree.map(np.asarray, program(*given))
+            except (MemoryError, RuntimeError) as error:
+                if not isinstance(error, MemoryError) and "RESOURCE_EXHAUSTED" not in str(error):
+                    raise
+                raise MemoryError(
+                    f"{plan.cell} episodes of {case.steps} steps side by side; accepted: a smaller "
+                    "cell in a new directory"
+                ) from error
+        columns = {name: getattr(found, name) for name in self._swept.kept_units(case.env)}
+        columns["fell"] = np.asarray(found.fell, bool)
+        if hasattr(found, "status"):
+            columns["ending"] = np.asarray(found.status, np.int8)
+        return {name: one[: cell.last - cell.first] for name, one in columns.items()}
 
 
-def _padded(values: np.ndarray, count: int) -> np.ndarray:
-    """Repeat the last entry until there are `count`."""
-    return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
+def play_cell(
+    swept: Swept,
+    keep: Callable[[PyTree, PyTree], PyTree],
+    case: Case,
+    player: PyTree,
+    values: Mapping[str, PyTree],
+    place: PyTree,
+    seeds: PyTree,
+) -> PyTree:
+    """Play episodes side by side and keep what is asked for; pure.
+
+    values: of the fields that axes set, each [points]; place: each episode's index into them.
+    Parameters that no axis sets are constants; those that depend on an axis are computed once for
+    each point. Seed s draws as the first episode after reset(seed=s), the same at every point.
+    """
+    (leaves, structure), varied = _parameters(swept, case, values)
+    here = jax.tree.map(lambda leaf: leaf[place], varied)
+
+    def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
+        mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
+        return keep(rollout(case.env, player, mine, episode_key(seed), case.steps), mine)
+
+    return jax.vmap(one)(here, seeds)
 
 
-def _free_memory(limit: float) -> float:
-    """Bytes that may be used now: half of what the device or machine has free, at most `limit`."""
-    stats = jax.devices()[0].memory_stats() if jax.default_backend() != "cpu" else None
-    if stats and "bytes_limit" in stats:
-        free = float(stats["bytes_limit"] - stats.get("bytes_in_use", 0))
-    else:
-        try:
-            free = float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-        except (ValueError, OSError, AttributeError):
-            free = limit
-    return min(limit, max(free / 2, 2.0**26))
+def _parameters(
+    swept: Swept, case: Case, values: Mapping[str, PyTree]
+) -> tuple[PyTree, dict[int, PyTree]]:
+    """The parameters' leaves and structure; the leaves that depend on an axis, by their index, at
+    every point."""
+    if not values:
+        return jax.tree.flatten(case.params), {}
+    found: list[PyTree] = []
+
+    def at(point: Mapping[str, PyTree]) -> dict[int, PyTree]:
+        leaves, structure = jax.tree.flatten(swept.put(case.params, point))
+        found.append((leaves, structure))
+        return {i: leaf for i, leaf in enumerate(leaves) if isinstance(leaf, Tracer)}
+
+    varied = jax.vmap(at)(values)
+    return found[-1], varied
+
+
+def _checked_player(given: Given, env: PyTree) -> Controller[PyTree, PyTree, PyTree]:
+    player, name = given.player, given.policy
+    if isinstance(player, Planner) and not isinstance(player, Controller):
+        raise ValueError(
+            f"{name} plans each episode before it begins; accepted: policies and controllers, "
+            "whose episodes are vmapped"
+        )
+    if isinstance(player, MLPPolicy):
+        seen, made = len(env.observation_bounds(given.params)[0]), player.layer_sizes
+        if made[0] != seen or made[-1] != len(env.action_names):
+            raise ValueError(
+                f"{name} observes {made[0]} numbers and gives {made[-1]}, {given.task} has {seen} "
+                f"and takes {len(env.action_names)}; accepted: a policy trained on what the task "
+                "observes"
+            )
+    return player.validate()
+
+
+def _require_disjoint(fields: Mapping[str, Sequence[str]]) -> None:
+    """Raise ValueError where two axes set one field."""
+    owner: dict[str, str] = {}
+    for name, targets in fields.items():
+        for one in targets:
+            if one in owner:
+                raise ValueError(
+                    f"axes {owner[one]} and {name} both set {one}; accepted: one of them"
+                )
+            owner[one] = name
+
+
+def _corners(design: Design) -> list[dict[str, float]]:
+    """Values at the corners of the axes' box, or at either end of each axis where it has many."""
+    ends = {name: dict.fromkeys(axis.ends) for name, axis in design.axes.items()}
+    if len(ends) <= MOST_CORNERS:
+        corners = itertools.product(*ends.values())
+        return [dict(zip(ends, one, strict=True)) for one in corners] if ends else []
+    first = {name: next(iter(values)) for name, values in ends.items()}
+    return [first] + [first | {name: one} for name in ends for one in list(ends[name])[1:]]

@@ -1,4 +1,4 @@
-"""Summary of a sweep's policies, and their differences with paired 95 % intervals."""
+"""Summary of a sweep's policies, compared by paired 95 % intervals."""
 
 from __future__ import annotations
 
@@ -53,27 +53,15 @@ def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | No
     return np.where(moves, slid / np.where(moves, distance, 1.0), np.nan)
 
 
-def half_width(one: np.ndarray, other: np.ndarray, random: tuple[bool, bool]) -> np.ndarray:
+def half_width(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Half-width of the 95 % interval of the difference of two mean returns at every point.
 
-    one, other: returns [..., episodes]. Where both have the same episodes these are paired by their
-    seeds, so that the error is that of the differences; else they are taken as independent. random:
-    whether their resets draw; where none does, the width is 0. Infinite for one random episode.
+    one, other: returns [..., episodes], paired by their seeds. Infinite for one episode.
     """
-    if not any(random):
-        return np.zeros(one.shape[:-1])
-    if one.shape == other.shape:
-        return Z95 * np.sqrt(_squared_error(other.astype(float) - one))
-    parts = [_squared_error(r) for r, drawn in zip((one, other), random, strict=True) if drawn]
-    return Z95 * np.sqrt(np.sum(parts, axis=0))
-
-
-def _squared_error(returns: np.ndarray) -> np.ndarray:
-    """Squared standard error of the mean over the last axis; infinite for one episode."""
-    count = returns.shape[-1]
+    count = one.shape[-1]
     if count < 2:
-        return np.full(returns.shape[:-1], np.inf)
-    return returns.var(axis=-1, ddof=1, dtype=float) / count
+        return np.full(one.shape[:-1], np.inf)
+    return Z95 * (other.astype(float) - one).std(axis=-1, ddof=1) / np.sqrt(count)
 
 
 def best_of(found: SweepArrays, task: int) -> np.ndarray:
@@ -82,9 +70,9 @@ def best_of(found: SweepArrays, task: int) -> np.ndarray:
     returns = found["reward"][task].astype(float)
     order = np.argsort(-returns.mean(axis=-1), axis=0, kind="stable")
     first, second = (np.take_along_axis(returns, order[i : i + 1, ..., None], 0)[0] for i in (0, 1))
-    random = is_random(found, task)
     lead = first.mean(axis=-1) - second.mean(axis=-1)
-    return np.where(lead > half_width(first, second, (random, random)), order[0], -1)
+    needed = half_width(first, second) if is_random(found, task) else 0.0
+    return np.where(lead > needed, order[0], -1)
 
 
 def is_random(found: SweepArrays, task: int) -> bool:

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from threading import Lock
 from typing import TYPE_CHECKING, TypedDict, Unpack
+
+import jax
 
 from stickslip.agents.evaluation.rollout import require_named
 from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import cases_on
+from stickslip.agents.sweeps.cells import (
+    dask_pool,
+    missing_cells,
+    open_store,
+    read_head,
+    run_cells,
+    run_dask,
+    write_cell,
+)
 from stickslip.agents.sweeps.data import cell_table
-from stickslip.agents.sweeps.engine import run_dask, run_threads, threads_of
-from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.play import Player
-from stickslip.agents.sweeps.store import missing_cells, open_store, write_cell
+from stickslip.agents.sweeps.plan import Plan, Player
 from stickslip.agents.training.directory import only_writer
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.collecting import cores_here
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -31,24 +41,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What a call of `sweep` did.
-
-    episodes, cells: of the whole sweep; played: cells that this call played. programs: compiled in
-    this process, None where workers did.
-    """
+    """Result of `sweep`. episodes, cells: of the whole sweep; played: cells of this call."""
 
     path: Path
     episodes: int
     cells: int
     played: int
-    programs: int | None
 
 
 class How(TypedDict, total=False):
-    """How a sweep is played, see `sweep`."""
+    """Options of `sweep`."""
 
     cell: int | None
-    tile: int | None
     cores: int | None
     workers: int | None
     scheduler: str | None
@@ -76,18 +80,18 @@ def sweep(
     "0.02:0.3:sobol") or values. samples: points of the random axes, from design_seed.
 
     Each point gets the episodes of seeds 0, 1, ..., as `evaluate` plays them: the same draws at
-    every point. No result depends on cells, cores, workers or their order.
+    every point. No result depends on cores, devices, workers or their order.
 
-    out: a directory of its own, which `read_sweep` reads. cell: episodes of a file, and tile: of
-    one call of the vmapped program, by default what suits memory and cores. cores: cells at once,
-    by default one for each core or device. workers: processes of this machine instead; scheduler:
-    the address of a Dask scheduler.
+    out: a directory of its own, which `read_sweep` reads. cell: episodes of a file and of one call
+    of the vmapped program (default: what suits memory). cores: cells at once (default: one for each
+    core or device). workers: processes of this machine instead; scheduler: the address of a Dask
+    scheduler.
 
     resume: continue the sweep in `out`. progress: show a bar. stop: polled; StoppedError where it
-    says so, and the sweep can be resumed.
+    returns True, and the sweep can be resumed.
 
     ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
-    of something else. MemoryError where a tile does not fit.
+    of something else. MemoryError where a cell does not fit.
     """
     require_named("axes", axes, '{"mu": "0.02:0.3:64"} or such')
     machine, given = cases_on(task, policies)
@@ -101,7 +105,6 @@ def run_plan(
     path: Path,
     *,
     cell: int | None = None,
-    tile: int | None = None,
     cores: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -113,51 +116,43 @@ def run_plan(
     dask = workers is not None or scheduler is not None
     if dask and cores is not None:
         raise ValueError("cores beside workers or a scheduler; accepted: one of them")
-    threads = threads_of(cores if workers is None else workers)
-    plan = plan.cut(cell, threads, tile)
+    count = jax.local_device_count()
+    threads = count if count > 1 or jax.default_backend() != "cpu" else cores_here()
+    threads = threads if cores is None else require_integer("cores", cores, high=4096)
+    plan = plan.cut(cell, threads)
     with only_writer(path, "sweeping"):
         plan = _opened(plan, path, cell, resume)
-        todo = missing_cells(path, "sweep", plan.digest, len(plan.cells), plan.size)
-        left, lock = sum(map(plan.size, todo)), Lock()
+        head, todo = read_head(path, "sweep"), missing_cells(path, "sweep")
+        left = sum(plan.at(one).last - plan.at(one).first for one in todo)
         with Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True) as bar:
 
             def keep(number: int, columns: dict[str, np.ndarray]) -> None:
-                write_cell(path, number, plan.digest, cell_table(plan, number, columns))
-                with lock:
-                    bar.advance(plan.size(number))
+                write_cell(path, number, head, cell_table(plan, number, columns))
+                bar.advance(len(columns["fell"]))
 
             if dask:
-                content = pickle.dumps(partial(_worker, plan))
-                run_dask(content, keep, todo, stop=stop, workers=workers, scheduler=scheduler)
-                programs = None
+                content = pickle.dumps(partial(Player, plan))
+                with dask_pool(workers, scheduler) as client:
+                    run_dask(client, content, keep, todo, stop)
             else:
-                player = Player(plan)
-                run_threads(player.play, keep, todo, threads=threads, stop=stop)
-                programs = player.programs
-    return SweepResult(path, plan.total, len(plan.cells), len(todo), programs)
-
-
-def _worker(plan: Plan) -> Callable[[int], dict[str, np.ndarray]]:
-    """What plays a plan's cells in a worker; its programs are kept for the next cell."""
-    return Player(plan).play
+                with ThreadPoolExecutor(threads) as pool:
+                    run_cells(partial(pool.submit, Player(plan)), keep, todo, stop)
+    return SweepResult(path, plan.total, plan.cells, len(todo))
 
 
 def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:
-    """Open the directory; the plan, cut as it was when the sweep was begun."""
+    """Open the directory; the plan with the cells that the sweep was begun with."""
+    random = list(dict.fromkeys(one.task for one in plan.cases if one.random))
+    about = {"cell": plan.cell, "units": plan.units, "random": random}
     head = open_store(
-        path,
-        "sweep",
-        definition=plan.definition,
-        digest=plan.digest,
-        cells=len(plan.cells),
-        about=plan.about(),
-        resume=resume,
+        path, "sweep", definition=plan.definition, cells=plan.cells, about=about, resume=resume
     )
-    layout = plan.layout_from(head, path)
-    if cell is not None and plan.layout.cell_points != layout.cell_points:
-        size = layout.cell_points * plan.episodes
+    begun, size = replace(plan, cell=head.get("cell")), head.get("cell")
+    if not isinstance(size, int) or not 0 < size <= plan.of_case or begun.cells != head["cells"]:
+        raise ValueError(f"{path / 'sweep.json'}: cell = {size}; accepted: the file as written")
+    if cell is not None and plan.cell != size:
         raise ValueError(
             f"cell = {cell}, but {path} was begun with cells of {size}; accepted: to resume "
             "without it"
         )
-    return replace(plan, layout=layout)
+    return begun

@@ -31,7 +31,7 @@ NUMBERS = (
     "speed",
 )
 """Of UGVEnvParams; those that are None have no place in the program."""
-ANOTHER = "one sweep for each, put side by side by `stickslip compare`, or tasks that differ in it"
+ANOTHER = "one sweep for each, or tasks that differ in it"
 
 
 class UGVSwept(Swept):

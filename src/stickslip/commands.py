@@ -105,19 +105,6 @@ COMMANDS = {
             "--json": "a baseline over frictions, the summary as JSON",
         },
     ),
-    "compare": Command(
-        "two sweeps side by side",
-        "flags:compare_flags",
-        "agents.sweeps.compare:compare_command",
-        {
-            "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 "
-            "--out runs/moving": "walks that begin in motion",
-            "stickslip sweep biped --policy crank-speed-pi --axis mu=0.05:0.3:6 --start rest "
-            "--out runs/rest": "walks from rest",
-            "stickslip compare runs/moving runs/rest --out points.csv": "every point of the two",
-        },
-        compiles=False,
-    ),
     "view": Command(
         "an animation or a page of a policy or baseline at work",
         "flags:view_flags",

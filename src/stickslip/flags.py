@@ -16,6 +16,7 @@ from stickslip.parser import Names, add_tables, completes, flag_of, truth
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from stickslip.agents.machine import AnyMachine
     from stickslip.agents.training.configuration import Configuration, Field
     from stickslip.parser import Parser
 
@@ -25,6 +26,13 @@ HOW = {
     "fish": "stickslip completion fish | source, in ~/.config/fish/config.fish",
 }
 """Where what `stickslip completion` prints goes."""
+AXIS_VALUES = {
+    "LOW:HIGH:N": "N values, evenly spaced",
+    "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",
+    "A,B,C": "these values",
+    "LOW:HIGH:sobol": "random: a coordinate of a Sobol sequence of --samples points",
+    "LOW:HIGH:latin": "random: a coordinate of a Latin hypercube; either also with :log",
+}
 POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 
 
@@ -137,25 +145,47 @@ def view_flags(parser: Parser, _: Sequence[str]) -> None:
 
 
 def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
-    """Add the machine, and its policies and axes."""
-    from stickslip.agents.sweeps.flags import add_flags
-
-    parser.add_argument(
-        "machine",
-        choices=[machine.name for machine in machines()],
-        help="whose policies; each has axes of its own, see --help after its name",
+    """Add policies, axes, the machine's task, and workers."""
+    machine, add = machine_among(arguments), parser.add_argument
+    add("machine", choices=[one.name for one in machines()],
+        help="whose policies; each has axes of its own, see --help after its name")  # fmt: skip
+    policy = add("--policy", nargs="+", required=True, metavar="POLICY",
+        help="policy files, directories of training runs and baselines, see below")  # fmt: skip
+    completes(policy, _policy_names())
+    add("--axis", action="append", default=[], metavar="NAME=VALUES",
+        help="a parameter of the task and its values, see below; repeatable")  # fmt: skip
+    add("--episodes", type=int, default=32, help="of each point (default: %(default)s)")
+    add("--out", metavar="DIR", required=True, help="directory of the sweep")
+    add("--samples", type=int, help="points of the random axes")
+    add("--resume", action="store_true", help="continue the sweep in --out")
+    add("--no-pictures", action="store_true", help="neither sweep.png nor endings.png")
+    add("--workers", type=int, metavar="N", help="N processes (default: a thread for each core)")
+    add("--scheduler", metavar="ADDRESS", help="the workers of a Dask scheduler")
+    group = parser.add_argument_group(f"the task of the {machine.title}")
+    default = "(default: the policies' own, or the standard task)"
+    task = group.add_argument(
+        "--task", nargs="+", metavar="TASK", help=f"tasks of `stickslip tasks` {default}"
     )
-    add_tables(parser, add_flags(parser, machine_among(arguments)))
-    completes(parser._option_string_actions.get("--policy"), _policy_names())
-    completes(parser._option_string_actions.get("--task"), TASKS)
+    completes(task, TASKS)
+    group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
+    for option in machine.options():
+        option.add_to(group)
+    add_tables(parser, _sweep_tables(machine))
 
 
-def compare_flags(parser: Parser, _: Sequence[str]) -> None:
-    """Add two sweeps and the file."""
-    parser.add_argument("one", metavar="DIR", help="a sweep's directory")
-    parser.add_argument("other", metavar="DIR", help="another, of the same machine")
-    parser.add_argument("--out", metavar="FILE", help="write every common point as .csv")
-    add_overwrite(parser, "the file")
+def _sweep_tables(machine: AnyMachine) -> dict[str, Mapping[str, str]]:
+    """Tables for the end of the help: values, axes, baselines, scenes."""
+    others = {"PART.NAME": "any other number, see docs/sweeps.md"}
+    tables: dict[str, Mapping[str, str]] = {
+        "values": AXIS_VALUES,
+        f"axes of the {machine.title}": {**machine.axes, **others},
+    }
+    if machine.baselines:
+        tables["baselines"] = {machine.title: ", ".join(machine.baselines)}
+    if machine.scenes:
+        names = filter(None, (*machine.scenes, machine.scene_files))
+        tables["scenes"] = {machine.title: ", ".join(names)}
+    return tables | machine.tables()
 
 
 def demo_flags(parser: Parser, _: Sequence[str]) -> None:

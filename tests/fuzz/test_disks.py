@@ -151,19 +151,19 @@ def test_a_training_on_a_read_only_disk_is_refused_and_goes_on_later(disk, whole
 @pytest.mark.usefixtures("mass")
 @pytest.mark.parametrize("size", [4, 8, 16, 24, 40])
 def test_a_sweep_on_a_full_disk_goes_on_when_there_is_room(disk, tmp_path, size: int):
-    swept(tmp_path / "whole", cell=1, cores=1)
+    swept(tmp_path / "whole", cores=1)
     disk.change(f"size={size}k")
     path = disk.path / "a"
     with pytest.raises(OSError, match=SPACE):
-        swept(path, cell=1, cores=1)
+        swept(path, cores=1)
     assert not list(path.rglob("*.part"))
     disk.change("size=20m")
     begun = (path / "sweep.json").exists()
     disk.change("ro")
     with pytest.raises(OSError, match=READ_ONLY):
-        swept(path, cell=1, cores=1, resume=begun)
+        swept(path, cores=1, resume=begun)
     disk.change("rw")
-    swept(path, cell=1, cores=1, resume=begun)
+    swept(path, cores=1, resume=begun)
     assert read_sweep(path).equals(read_sweep(tmp_path / "whole"))
 
 

@@ -32,7 +32,7 @@ from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 register(MassMachine())
 try:
-    swept(Path(sys.argv[1]), episodes=2000, tile=200, cell=2000, cores=1, **eval(sys.argv[2]))
+    swept(Path(sys.argv[1]), episodes=2000, cell=2000, cores=1, **eval(sys.argv[2]))
 except ValueError as error:
     sys.exit(str(error))
 """
@@ -72,16 +72,16 @@ def test_a_sweep_written_to_hurt_is_refused(tmp_path: Path):
     swept(tmp_path / "a")
     about = json.loads((tmp_path / "a/sweep.json").read_text())
     for changes in (
-        {"cells": 10**12}, {"cells": -1}, {"cells": 1e400}, {"cells": None}, {"layout": {}},
+        {"cells": 10**12}, {"cells": -1}, {"cells": 1e400}, {"cells": None}, {"cell": None},
         {"units": 3}, {"definition": []}, {"digest": "0"}, {"digest": None}, {"version": 10**400},
-        {"layout": dict.fromkeys(about["layout"], 10**30)}, {"cells": "6" * 5000},
-        {"layout": dict.fromkeys(about["layout"], 0)}, {"definition": {"axes": {}, "cases": [[]]}},
+        {"cell": 10**30}, {"cells": "6" * 5000}, {"cell": 0},
+        {"definition": {"axes": {}, "cases": [[]]}},
     ):  # fmt: skip
         text = json.dumps(about | changes).replace("Infinity", "1e400")
         (tmp_path / "a/sweep.json").write_text(text)
         for act in (read_sweep, lambda path: swept(path, resume=True)):
             said = refusal(lambda act=act: act(tmp_path / "a"))
-            assert said or changes.keys() <= {"layout", "units", "definition"}, changes
+            assert said or changes.keys() <= {"cell", "units", "definition"}, changes
 
 
 def test_a_second_writer_is_refused_and_the_first_unharmed(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""The commands `sweep` and `compare` from their flags to their files."""
+"""The command `sweep` from its flags to its files."""
 
 import json
 
@@ -8,7 +8,7 @@ import pytest
 from stickslip.agents import read_sweep, sweep_arrays
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassMachine
-from tests.agents.sweeps.still import StillEnv
+from tests.agents.sweeps.masses import StillEnv
 
 SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
 AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]
@@ -46,23 +46,6 @@ def test_one_episode_is_enough_where_no_reset_draws(capsys, monkeypatch: pytest.
     assert sweep_arrays("a").random == ()
 
 
-def test_two_sweeps_are_compared_by_a_command(tmp_path, capsys):
-    for name, mu in (("a", "0.1:0.3:3"), ("b", "0.2,0.3,0.4")):
-        assert main([*SWEEP, "--axis", f"mu={mu}", "--out", name, "--no-pictures"]) == OK
-    capsys.readouterr()
-    assert main(["compare", "a", "b", "--json"]) == OK
-    told = json.loads(capsys.readouterr().out)
-    (row,) = told["differences"]
-    assert (row["points"], row["difference"]) == (2, 0)
-    assert (told["A"], told["units"]["differences"]["failures_B"]) == ("a", "-")
-    assert main(["compare", "a", "b", "--out", "both.csv"]) == OK
-    assert len((tmp_path / "both.csv").read_text().splitlines()) == 3
-    assert main(["compare", "a", "b", "--out", "both.csv"]) == WRONG_INPUT
-    assert "--overwrite" in capsys.readouterr().err
-    assert main(["compare", "a", "nowhere"]) == WRONG_INPUT
-    assert "nowhere/sweep.json: no such file" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -90,11 +73,3 @@ def test_a_kind_of_floor_is_no_axis_and_what_to_do_is_said(capsys):
     assert main([*command, "--out", "a"]) == WRONG_INPUT
     assert "floor changes the compiled program" in (told := capsys.readouterr().err)
     assert "--scene NAME, one sweep for each" in told
-
-
-def test_help_has_an_example_and_the_axes(capsys):
-    with pytest.raises(SystemExit):
-        main(["sweep", "biped", "--help"])
-    shown = " ".join(capsys.readouterr().out.split())
-    for words in ("stickslip sweep biped --policy", "LOW:HIGH:N:log", "payload mass on the hip"):
-        assert words in shown

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import read_sweep, sweep
-from stickslip.agents.sweeps import engine
+from stickslip.agents.sweeps import cells
 from stickslip.agents.sweeps import sweep as sweeping
 from tests.agents.sweeps.masses import TASK, WHO, swept
 
@@ -21,30 +21,22 @@ pytest.importorskip("distributed")
 ROOT = Path(__file__).parents[3]
 
 
-def keeps(*given: object) -> None:
-    raise AssertionError("nothing can come back")
-
-
 def test_one_of_workers_and_a_scheduler_and_one_that_answers(monkeypatch):
-    def run(**how) -> None:
-        engine.run_dask(b"", keeps, [0], stop=lambda: False, **how)
-
-    for how in ({}, {"workers": 1, "scheduler": "tcp://127.0.0.1:1"}):
-        with pytest.raises(ValueError, match="accepted: one of them"):
-            run(**how)
-    monkeypatch.setattr(engine, "CONNECT", 0.2)
-    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
-        with pytest.raises(ValueError, match="no Dask scheduler answers at"):
-            run(scheduler=address)
-    with pytest.raises(ValueError, match="workers = 0"):
-        run(workers=0)
+    for how in ((None, None), (1, "tcp://127.0.0.1:1")):
+        with pytest.raises(ValueError, match="accepted: one of them"), cells.dask_pool(*how):
+            pass
+    monkeypatch.setattr(cells, "CONNECT", 0.2)
+    unreachable = cells.dask_pool(None, "tcp://127.0.0.1:1")
+    with pytest.raises(ValueError, match="no Dask scheduler answers at"), unreachable:
+        pass
+    with pytest.raises(ValueError, match="workers = 0"), cells.dask_pool(0, None):
+        pass
 
 
 def test_threads_as_workers_write_the_same_rows(tmp_path, monkeypatch):
-    swept(tmp_path / "here", cell=1)
-    dask = partial(engine.run_dask, processes=False)
-    monkeypatch.setattr(sweeping, "run_dask", dask)
-    swept(tmp_path / "there", cell=1, workers=2)
+    swept(tmp_path / "here")
+    monkeypatch.setattr(sweeping, "dask_pool", partial(cells.dask_pool, processes=False))
+    swept(tmp_path / "there", workers=2)
     here, there = (read_sweep(tmp_path / one).combine_chunks() for one in ("here", "there"))
     assert there.equals(here)
 
@@ -79,7 +71,7 @@ WORKER = 'Worker(f"tcp://127.0.0.1:{sys.argv[1]}", nthreads=1, memory_limit=0)'
 
 
 def a_scheduler(port: int) -> subprocess.Popen:
-    return started(RUNNING.format(what=SCHEDULER), str(port))
+    return started(RUNNING.replace("{what}", SCHEDULER), str(port))
 
 
 def a_worker(port: int) -> subprocess.Popen:
@@ -109,7 +101,7 @@ BIG = {"axes": {"mu": "0.02:0.3:20", "mass": "0.5:3:15"}, "samples": None, "epis
 
 
 def big(out: Path, **how):
-    return sweep(TASK, WHO, out=out, tile=40, cell=1, **BIG, **how)
+    return sweep(TASK, WHO, out=out, cell=40, **BIG, **how)
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +111,7 @@ def expected(tmp_path_factory):
 
     register(MassMachine())
     path = tmp_path_factory.mktemp("expected")
-    sweep(TASK, WHO, out=path, tile=40, cell=2000, **BIG)
+    sweep(TASK, WHO, out=path, cell=40, **BIG)
     unregister("mass")
     return read_sweep(path).combine_chunks()
 
@@ -145,7 +137,7 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path, expected):
 def test_a_scheduler_that_is_lost_is_named_and_the_rest_is_played_here(
     tmp_path, expected, monkeypatch
 ):
-    monkeypatch.setattr(engine, "CONNECT", 2.0)
+    monkeypatch.setattr(cells, "CONNECT", 2.0)
     port = free_port()
     with processes(a_scheduler(port), a_worker(port)) as running:
         written = tmp_path / "data"

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents import SweepArrays
-from stickslip.agents.sweeps.compare import common, differences, point_table
 from stickslip.agents.sweeps.pictures import view_of, write_pictures
-from stickslip.agents.sweeps.play import ENDINGS
+from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.sweeps.statistics import half_width, summary_table
 
 MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
@@ -49,46 +48,13 @@ def test_intervals_of_differences_cover_the_truth_as_often_as_they_say():
     one = rng.normal(size=(4000, 50))
     other = one + 0.3 + 0.2 * rng.normal(size=one.shape)
     error = np.abs((other - one).mean(axis=-1) - 0.3)
-    assert np.mean(error < half_width(one, other, (True, True))) == pytest.approx(0.95, abs=0.02)
-    assert np.all(np.isinf(half_width(one[:, :1], other[:, :1], (True, True))))
-    assert np.all(half_width(one, other, (False, False)) == 0)
-    fewer = rng.normal(size=(4000, 40))
-    error = np.abs(one.mean(axis=-1) - fewer.mean(axis=-1))
-    assert np.mean(error < half_width(one, fewer, (True, True))) == pytest.approx(0.95, abs=0.02)
-    error = np.abs(one.mean(axis=-1))  # beside a sweep that draws nothing
-    exact = half_width(one, np.zeros((4000, 1)), (True, False))
-    assert np.mean(error < exact) == pytest.approx(0.95, abs=0.02)
+    assert np.mean(error < half_width(one, other)) == pytest.approx(0.95, abs=0.02)
+    assert np.all(np.isinf(half_width(one[:, :1], other[:, :1])))
 
 
-def test_sweeps_are_compared_at_their_common_points():
-    a, b = example(), example()
-    labels = b.coordinates | {"mu": MU * [1, 1, 3, 1, 1 + 1e-12]}
-    b = replace(b, coordinates=labels, arrays=b.arrays | {"reward": b["reward"] + 1.0})
-    both = common(a, b)
-    assert both.a.coordinates["mu"].tolist() == MU[[0, 1, 3, 4]].tolist()
-    table = differences(both)
-    rows = [dict(zip([one.name for one in table.columns], row, strict=True)) for row in table.rows]
-    for row in rows:
-        assert row["difference"] == pytest.approx(1.0)
-        assert row["low"] - 1e-9 <= row["difference"] <= row["high"] + 1e-9
-        assert (row["points"], row["B_earns_more"], row["A_earns_more"]) == (12, 1, 0)
-    points = point_table(both)
-    assert len(points.rows) == 24
-    assert [one.name for one in points.columns][:4] == ["task", "policy", "mu", "payload"]
-
-
-def test_sweeps_that_share_no_point_are_refused():
-    a = example()
-    with pytest.raises(ValueError, match="no common mu"):
-        common(a, replace(a, coordinates=a.coordinates | {"mu": MU + 1}))
-    with pytest.raises(ValueError, match="accepted: two sweeps with the same axes"):
-        common(a, replace(a, dims=("task", "policy", "mu", "seed")))
-
-
-def test_single_tasks_and_policies_are_compared_whatever_they_are_called():
-    a = example()
-    b = replace(a, coordinates=a.coordinates | {"task": np.array(["rest"])})
-    assert common(a, b).renamed == {"task": ("ice", "rest")}
+def test_where_nothing_is_drawn_every_difference_counts():
+    rows = summary_table(example(random=False)).rows
+    assert rows[0][-1] + rows[1][-1] == 1
 
 
 @pytest.mark.parametrize("axes", [2, 1])

@@ -1,7 +1,6 @@
 """A sweep writes what evaluation finds, however it is cut, and goes on where it was stopped."""
 
 import json
-import time
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +9,11 @@ import pytest
 from pyarrow import parquet
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
+from stickslip.agents.sweeps import plan
 from stickslip.agents.sweeps import sweep as sweeping
-from stickslip.agents.sweeps.engine import StoppedError
-from stickslip.agents.sweeps.play import Player
+from stickslip.agents.sweeps.cells import StoppedError
 from tests.agents.mass import MassEnv, MassParams, Pull
-from tests.agents.sweeps.masses import WHO, swept
+from tests.agents.sweeps.masses import WHO, StillParams, swept
 
 FULL_DISK = 28
 
@@ -23,26 +22,18 @@ def rows(path: Path) -> pa.Table:
     return read_sweep(path).combine_chunks()
 
 
-def same_but_for_roundings(found: pa.Table, expected: pa.Table) -> bool:
-    """Programs of other sizes may round elsewhere, processor by processor."""
-    numbers = ("reward", "duration")
-    assert found.drop_columns(numbers).equals(expected.drop_columns(numbers))
-    return all(np.allclose(found[one], expected[one], rtol=1e-6, atol=1e-6) for one in numbers)
-
-
-def test_no_result_depends_on_cells_cores_or_their_order(tmp_path):
-    first = swept(tmp_path / "a", cell=1, cores=1)
-    assert (first.episodes, first.cells, first.programs) == (420, 12, 1)
+def test_no_result_depends_on_cores_or_their_order_nor_but_for_roundings_on_cells(tmp_path):
+    first = swept(tmp_path / "a", cores=1)
+    assert (first.episodes, first.cells, first.played) == (420, 12, 12)
     whole = rows(tmp_path / "a")
-    for name, how in {
-        "b": {"cell": 100, "cores": 2},
-        "c": {"cell": 10**6, "cores": 1},
-        "d": {},
-    }.items():
-        swept(tmp_path / name, **how)
-        assert rows(tmp_path / name).equals(whole)
-    swept(tmp_path / "e", tile=3)
-    assert same_but_for_roundings(rows(tmp_path / "e"), whole)
+    swept(tmp_path / "b", cores=3)
+    assert rows(tmp_path / "b").equals(whole)
+    numbers = ["reward", "duration"]
+    for cell in (3, None):
+        swept(tmp_path / f"{cell}", cell=cell)
+        found = rows(tmp_path / f"{cell}")
+        assert found.drop_columns(numbers).equals(whole.drop_columns(numbers))
+        assert all(np.allclose(found[one], whole[one], 1e-6, 1e-6) for one in numbers)
 
 
 def test_an_episode_is_the_one_that_evaluate_plays(tmp_path):
@@ -59,21 +50,16 @@ def test_an_episode_is_the_one_that_evaluate_plays(tmp_path):
 
 
 def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, monkeypatch):
-    swept(tmp_path / "whole", cell=1)
+    swept(tmp_path / "whole")
     write, written = sweeping.write_cell, []
 
-    def slower(*given):
-        write(*given)
-        written.append(given)
-        time.sleep(0.5 if len(written) > 2 else 0)  # until somebody looks
-
-    monkeypatch.setattr(sweeping, "write_cell", slower)
+    monkeypatch.setattr(sweeping, "write_cell", lambda *cell: written.append(write(*cell)))
     with pytest.raises(StoppedError):
-        swept(tmp_path / "a", cell=1, cores=1, stop=lambda: len(written) > 2)
+        swept(tmp_path / "a", cores=1, stop=lambda: len(written) > 2)
     assert 3 <= len(written) < 12
     there = {one.name: one.stat().st_mtime_ns for one in (tmp_path / "a/data").iterdir()}
     (tmp_path / "a/data/.cell-000011.parquet-1a2b.part").write_bytes(b"killed here")
-    done = swept(tmp_path / "a", cell=1, cores=1, resume=True)
+    done = swept(tmp_path / "a", cores=1, resume=True)
     assert done.played == 12 - len(there)
     kept = {name: (tmp_path / "a/data" / name).stat().st_mtime_ns for name in there}
     assert kept == there
@@ -81,14 +67,14 @@ def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, mo
     assert swept(tmp_path / "a", resume=True).played == 0
 
 
-def test_a_tile_that_does_not_fit_is_named_and_other_failures_are_raised(tmp_path, monkeypatch):
+def test_a_cell_that_does_not_fit_is_named_and_other_failures_are_raised(tmp_path, monkeypatch):
     said = ["RESOURCE_EXHAUSTED: Out of memory allocating 9 bytes", "INTERNAL: something else"]
 
     def wrong(*given):
         raise RuntimeError(said[0])
 
-    monkeypatch.setattr(Player, "_program", lambda *given: wrong)
-    with pytest.raises(MemoryError, match="35 episodes of 10 steps side by side; accepted: a sm"):
+    monkeypatch.setattr(plan, "play_cell", wrong)
+    with pytest.raises(MemoryError, match="40 episodes of 10 steps side by side; accepted: a sm"):
         swept(tmp_path)
     del said[0]
     with pytest.raises(RuntimeError, match="something else"):
@@ -106,10 +92,10 @@ def test_a_full_disk_is_named_and_loses_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr(parquet, "write_table", full)
     with pytest.raises(OSError, match="No space left on device; what was written before is compl"):
-        swept(tmp_path, cell=1, cores=1)
+        swept(tmp_path, cores=1)
     assert len(list((tmp_path / "data").iterdir())) == 5
     monkeypatch.setattr(parquet, "write_table", write)
-    assert swept(tmp_path, cell=1, cores=1, resume=True).played == 7
+    assert swept(tmp_path, cores=1, resume=True).played == 7
 
 
 def test_files_say_what_they_are(tmp_path):
@@ -125,7 +111,5 @@ def test_files_say_what_they_are(tmp_path):
 
 
 def test_a_reset_that_draws_nothing_is_played_once(tmp_path):
-    from tests.agents.sweeps.still import STILL
-
-    done = sweep(STILL, {"pull": Pull()}, {"mu": [0.1, 0.2]}, 50, tmp_path)
-    assert done.episodes == 2
+    task = (MassEnv(), StillParams(time_limit=0.5))
+    assert sweep(task, {"pull": Pull()}, {"mu": [0.1, 0.2]}, 50, tmp_path).episodes == 2

@@ -1,0 +1,341 @@
+"""Numbered cells of work: computed on threads or on Dask's workers, kept as a Parquet data set.
+
+A directory holds `data/cell-000000.parquet` and so on, and a JSON file that defines them. Only the
+calling process writes, atomically; a run resumes with the cells that are missing. Used by sweeps
+and by races of optimisers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+import platform
+import re
+from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from functools import lru_cache, partial
+from importlib.metadata import PackageNotFoundError, version
+from itertools import islice
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+from stickslip.agents.untrusted import (
+    RefusedError,
+    parse_json,
+    read_text,
+    refusing,
+    require_format,
+)
+from stickslip.dynamics.checks import require_integer, shown
+from stickslip.records.files import is_remains, write_whole, writing
+from stickslip.records.table import json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from concurrent.futures import Future
+    from pathlib import Path
+
+    import pyarrow as pa
+    from distributed import Client
+
+    from stickslip.optim.instances.exports import Foreign
+
+Found = TypeVar("Found")
+Head: TypeAlias = "dict[str, Foreign]"
+"""The JSON file of a directory."""
+VERSION, MOST_CELLS = 3, 10**6
+DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
+PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
+POLL, CONNECT, RETRIES, WINDOW = 0.2, 30.0, 3, 1024
+"""Interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions of a cell
+whose worker failed; cells submitted at once."""
+LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
+
+
+class StoppedError(Exception):
+    """The work was asked to stop."""
+
+
+def run_cells(
+    submit: Callable[[int], Future[Found]],
+    keep: Callable[[int, Found], None],
+    todo: Sequence[int],
+    stop: Callable[[], bool],
+) -> None:
+    """Submit cells to a pool and keep each as it is done.
+
+    The first error ends the run; kept cells stay. StoppedError where `stop` returns True; OSError
+    where the scheduler or all workers of a cell are lost.
+    """
+    left, running = iter(todo), {}
+    try:
+        while True:
+            for number in islice(left, WINDOW - len(running)):
+                running[submit(number)] = number
+            if not running:
+                return
+            done, _ = wait(running, POLL, FIRST_COMPLETED)
+            for one in done:
+                keep(running.pop(one), one.result())
+            if stop():
+                raise StoppedError
+    except CancelledError as error:
+        raise OSError(LOST) from error
+    except Exception as error:
+        if type(error).__name__ != "KilledWorker":
+            raise
+        raise OSError(
+            f"a cell ended {RETRIES} workers, one after the other; accepted: workers with more "
+            "memory. What was written stays"
+        ) from error
+    finally:
+        for one in running:
+            one.cancel()
+
+
+@contextmanager
+def dask_pool(
+    workers: int | None, scheduler: str | None, *, processes: bool = True
+) -> Iterator[Client]:
+    """Connect to a scheduler, or start local worker processes. ValueError if none answers."""
+    from distributed import Client, LocalCluster
+
+    if (workers is None) == (scheduler is None):
+        raise ValueError("workers and scheduler; accepted: one of them")
+    if workers is not None:
+        count = require_integer("workers", workers, high=4096)
+        how = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": 50}
+        with (
+            LocalCluster(count, threads_per_worker=1, processes=processes, **how) as cluster,
+            Client(cluster, set_as_default=False) as client,
+        ):
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=CONNECT, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ValueError(
+            f"no Dask scheduler answers at {shown(scheduler)} ({error or 'no answer'}); accepted: "
+            "the address that `dask scheduler` prints, as tcp://127.0.0.1:8786"
+        ) from error
+    with client:
+        yield client
+
+
+def run_dask(
+    client: Client,
+    content: bytes,
+    keep: Callable[[int, Found], None],
+    todo: Sequence[int],
+    stop: Callable[[], bool],
+) -> None:
+    """`run_cells` on Dask's workers; a cell of a lost worker is computed by another.
+
+    content: pickle of what returns the function of a cell's number.
+    """
+    sent = client.submit(bytes, content, pure=False)  # one transfer for all cells
+    pool = client.get_executor(pure=False, retries=RETRIES)
+
+    def stopped() -> bool:
+        if client.status != "running":
+            raise OSError(LOST)
+        return stop()
+
+    run_cells(partial(pool.submit, _play, sent), keep, todo, stopped)
+
+
+def _play(content: bytes, number: int) -> object:
+    """Compute a cell in a worker."""
+    return _loaded(content)(number)
+
+
+@lru_cache(maxsize=4)
+def _loaded(content: bytes) -> Callable[[int], object]:
+    return pickle.loads(content)()
+
+
+def open_store(
+    path: Path,
+    kind: str,
+    *,
+    definition: Mapping[str, object],
+    cells: int,
+    about: Mapping[str, object],
+    resume: bool,
+) -> Head:
+    """Create the directory of a "sweep" or "race", or resume the one there; return its head.
+
+    ValueError where it holds something else, another definition or, unless resume, anything.
+    """
+    head = f"{kind}.json"
+    held = [one.name for one in path.iterdir() if not is_remains(one.name, (head,))]
+    if held and head not in held:
+        names = ", ".join(sorted(held)[:5])
+        raise ValueError(f"{path} holds {names}, but no {kind}; accepted: a new directory")
+    if held and not resume:
+        raise ValueError(
+            f"{path} exists and is not empty; accepted: a new directory, or --resume to continue "
+            f"the {kind} in it"
+        )
+    if held:
+        found = read_head(path, kind)
+        if found["digest"] != digest_of(definition):
+            differing = ", ".join(_differing(found["definition"], definition))
+            raise ValueError(
+                f"{path} was begun with another definition: {differing}; accepted: to resume "
+                "without changing it, or a new directory"
+            )
+        return found
+    if cells > MOST_CELLS:
+        raise ValueError(f"{cells} cells; accepted: up to {MOST_CELLS:,}, larger ones")
+    (path / DATA).mkdir(parents=True, exist_ok=True)
+    content = {
+        "format": f"stickslip {kind}",
+        "version": VERSION,
+        "digest": digest_of(definition),
+        "definition": definition,
+        "cells": cells,
+        **about,
+        "begun": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": _versions(),
+    }
+    write_whole(path / head, json_text(content))
+    return content
+
+
+def digest_of(definition: Mapping[str, object]) -> str:
+    """SHA-256 of a definition."""
+    return hashlib.sha256(json.dumps(definition, sort_keys=True).encode()).hexdigest()
+
+
+def read_head(path: Path, kind: str) -> Head:
+    """Head of a directory. ValueError naming the file where it is missing or damaged."""
+    file = path / f"{kind}.json"
+    try:
+        with refusing("it"):
+            content = parse_json(read_text(file), "it")
+            found: Head = require_format(content, f"stickslip {kind}", VERSION, f"a {kind}")
+            if not (isinstance(found.get("definition"), dict) and found.get("digest")):
+                raise RefusedError("it has no definition")
+            if not 0 < int(found["cells"]) <= MOST_CELLS:
+                raise RefusedError(f"it has {shown(found['cells'])} cells")
+            return found
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}; accepted: the directory of a {kind}") from error
+
+
+def cell_files(path: Path, kind: str) -> dict[int, Path]:
+    """The checked files of the cells that are there, by number.
+
+    ValueError naming a file that is damaged, of another directory or no cell.
+    """
+    from pyarrow import parquet
+
+    head, found = read_head(path, kind), {}
+    for file in sorted((path / DATA).glob("*")):
+        name = CELL.fullmatch(file.name)
+        if is_remains(file.name, _CellNames()):
+            continue
+        if not name or int(name[1]) >= int(head["cells"]):
+            raise ValueError(f"{file} is no cell of the {kind} in {path}; accepted: its own alone")
+        found[int(name[1])] = file
+        with _reading(file):
+            about = (parquet.read_metadata(file).metadata or {}).get(KEY, b"{}")
+            if json.loads(about) != _key(head, int(name[1])):
+                raise RefusedError("it belongs to another store, or another place in it")
+    return found
+
+
+def missing_cells(path: Path, kind: str) -> list[int]:
+    """Numbers of the cells that are not there; remains of killed processes are deleted."""
+    (path / DATA).mkdir(exist_ok=True)
+    for file in (path / DATA).iterdir():
+        if is_remains(file.name, _CellNames()):
+            file.unlink()
+    there, count = cell_files(path, kind), int(read_head(path, kind)["cells"])
+    return [number for number in range(count) if number not in there]
+
+
+def write_cell(path: Path, number: int, head: Head, table: pa.Table) -> None:
+    """Write a cell atomically. head: of the directory. OSError naming the file and what to do."""
+    from pyarrow import parquet
+
+    file = path / DATA / f"cell-{number:06d}.parquet"
+    about = json.dumps(_key(head, number)).encode()
+    try:
+        with writing(file) as to:
+            marked = table.replace_schema_metadata({**(table.schema.metadata or {}), KEY: about})
+            parquet.write_table(marked, to, compression="zstd")
+    except OSError as error:
+        raise OSError(
+            error.errno,
+            f"{file}: {error.strerror or error}; what was written before is complete: make room "
+            "and continue with --resume",
+        ) from error
+
+
+def read_cells(
+    path: Path, kind: str, columns: Sequence[str] | None = None, *, partial: bool = False
+) -> Iterator[pa.Table]:
+    """The cells' tables in their order.
+
+    partial: accept missing cells, but not all. ValueError naming a damaged file.
+    """
+    from pyarrow import parquet
+
+    files, count = cell_files(path, kind), int(read_head(path, kind)["cells"])
+    if not files or (len(files) < count and not partial):
+        raise ValueError(
+            f"{path} holds {len(files)} of {count} cells; accepted: a complete {kind} "
+            "(continue it with --resume), or partial=True with at least one cell"
+        )
+    for file in files.values():
+        with _reading(file):
+            yield parquet.read_table(file, columns=None if columns is None else list(columns))
+
+
+def _key(head: Head, number: int) -> dict[str, object]:
+    return {"digest": head["digest"], "cells": head["cells"], "cell": number}
+
+
+def _versions() -> dict[str, str]:
+    """Versions of Python, the platform and packages."""
+    found = {"python": platform.python_version(), "platform": platform.platform()}
+    for package in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found[package] = version(package)
+    return found
+
+
+@contextmanager
+def _reading(file: Path) -> Iterator[None]:
+    try:
+        with refusing("it"):
+            yield
+    except ValueError as error:
+        raise ValueError(
+            f"{file}: {error}; accepted: a cell as it was written; move the file away, and "
+            "--resume computes it again"
+        ) from error
+
+
+class _CellNames:
+    """All names of cells' files."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and CELL.fullmatch(name) is not None
+
+
+def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
+    """Entries that differ between two definitions."""
+    found = []
+    for name in sorted({*one, *other}):
+        a, b = one.get(name), other.get(name)
+        if isinstance(a, dict) and isinstance(b, dict):
+            keys = sorted(str(key) for key in {*a, *b} if a.get(key) != b.get(key))
+            found += [f"{name} {shown(key)}" for key in keys]
+        elif a != b:
+            plain = isinstance(a, int | str) and isinstance(b, int | str)
+            found.append(f"{name} {a}, not {b}" if plain else name)
+    return found or ["its entries do not match its digest"]
