@@ -12,9 +12,8 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.numeric import read_only
-from stickslip.optim.options import as_floats
-from stickslip.optim.problem import Problem, Structure, shortfall
-from stickslip.optim.processes import refuse_after_fork
+from stickslip.optim.options import as_floats, refuse_after_fork
+from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
@@ -159,13 +158,6 @@ class FunctionProblem(Problem[Result]):
         """See Problem; draws: as in `at_all`."""
         values, margins = self.at_all(X, draws)
         return values[:, self.goal], margins
-
-    def sample(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
-        """See Problem."""
-        values, margins = self.evaluate_all(X)
-        return values, shortfall(margins)
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """See Problem."""

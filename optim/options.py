@@ -1,7 +1,9 @@
-"""Checks of what methods and problems are given, in double precision."""
+"""Checks of what methods and problems are given, in double precision, and of the process."""
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,10 @@ import numpy as np
 from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.numeric import require_one
 
+FORKED = (
+    "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
+    'accepted: processes that are spawned, as multiprocessing.get_context("spawn").Pool has'
+)
 COUNT = 10**12
 """The greatest number of iterations, edges and the like that may be asked for."""
 
@@ -25,3 +31,23 @@ def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
         return value
     require_number(name, value, accepted=accepted, dtype=np.float64)
     return np.asarray(value, dtype=float)
+
+
+_MADE_IN = os.getpid()
+_jax_ran = False
+
+
+def _before_fork() -> None:
+    global _jax_ran
+    bridge = sys.modules.get("jax._src.xla_bridge")
+    _jax_ran = bool(getattr(bridge, "_backends", True))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_before_fork)
+
+
+def refuse_after_fork() -> None:
+    """RuntimeError where JAX would wait for ever: in a fork of a process in which it has run."""
+    if _jax_ran and os.getpid() != _MADE_IN:
+        raise RuntimeError(FORKED)

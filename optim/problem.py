@@ -14,11 +14,11 @@ from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, cast
 
+import jax
 import numpy as np
 
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.options import as_floats
-from stickslip.optim.processes import given_state
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
@@ -36,23 +36,6 @@ FEASIBLE = 1e-6
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
     """Sum of the violated scaled margins of each point; 0 for feasible points."""
     return np.sum(np.maximum(-margins, 0), axis=-1)
-
-
-def scattered(problem: AnyProblem, count: int) -> Float[np.ndarray, "count n"]:
-    """Points over the whole of the bounds, the same at every call."""
-    low, high = problem.bounds
-    return np.random.default_rng(0).uniform(low, high, (count, len(low)))
-
-
-def size_of(value: float, others: np.ndarray, least: float, most: float) -> float:
-    """A positive size of an objective, to divide it by: |value| at the start, within `least` and
-    `most` of what the objective typically changes by from there to `others`. So neither a start of
-    value 0 nor a constant that is added to all of them decides."""
-    change = np.abs(others[np.isfinite(others)] - value)
-    if not np.any(change):
-        return abs(value) or 1.0
-    typical = max(float(np.median(change)), 1e-9 * max(abs(value), float(np.max(change))))
-    return float(np.clip(abs(value), least * typical, most * typical))
 
 
 class Structure(Enum):
@@ -138,10 +121,6 @@ class Problem(ABC, Generic[R]):
         found = [self.evaluate(x) for x in self.batch(X)]
         return np.array([at.value for at in found]), np.array([at.margins for at in found])
 
-    def constraints_all(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B m"]:
-        """`constraints` of a batch."""
-        return self.evaluate_all(X)[1]
-
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The objective's slope; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
@@ -158,10 +137,9 @@ class Problem(ABC, Generic[R]):
     def sample(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
-        """Values of a batch, and what each misses of its scaled margins, summed."""
-        X = self.batch(X)
-        short = [shortfall(self.constraints(x)) for x in X]
-        return self.objectives(X), np.array(short, dtype=float)
+        """Values of a batch, and the sum of each point's violated scaled margins."""
+        values, margins = self.evaluate_all(X)
+        return values, shortfall(margins)
 
     def residuals(self, x: Float[np.ndarray, "n"]) -> Mapping[str, float]:
         """Largest violation of each kind of constraint: see Evaluation."""
@@ -306,3 +284,21 @@ class FreeProblem(Problem[Result]):
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
         """See Problem."""
         return self.problem.is_feasible(self.expand(x), tolerance)
+
+
+def given_state(one: object) -> dict[str, Any]:
+    """State of copies and pickles: the object's attributes without cached properties, JAX's
+    arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
+    kind = type(one)
+    return {
+        name: jax.tree.map(_in_numpy, value)
+        for name, value in vars(one).items()
+        if not isinstance(getattr(kind, name, None), cached_property)
+    }
+
+
+def _in_numpy(leaf: Any) -> Any:
+    is_numbers = isinstance(leaf, jax.Array) and not jax.dtypes.issubdtype(
+        leaf.dtype, jax.dtypes.prng_key
+    )
+    return np.asarray(leaf) if is_numbers else leaf

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 GENERAL: dict[str, Method] = {
     "gradient": Method(
         IN_WORDS["gradient"],
-        "stickslip.optim.gradient:solve_gradient",
+        "stickslip.optim.methods:solve_gradient",
         frozenset({Structure.SMOOTH}),
     ),
-    "cma": Method(IN_WORDS["cma"], "stickslip.optim.cma:solve_cma"),
+    "cma": Method(IN_WORDS["cma"], "stickslip.optim.methods:solve_cma"),
 }
 """The methods for every problem that has what they need."""
 

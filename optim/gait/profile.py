@@ -15,7 +15,7 @@ from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import read_only
-from stickslip.optim.processes import refuse_after_fork
+from stickslip.optim.options import refuse_after_fork
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

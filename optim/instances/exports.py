@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim.cma import own_draws
 from stickslip.optim.instances.objective import PENALTY, Objective
+from stickslip.optim.methods import own_draws
 
 if TYPE_CHECKING:
     from collections.abc import Callable

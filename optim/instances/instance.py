@@ -16,7 +16,8 @@ import numpy as np
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
-from stickslip.optim.processes import given_state, refuse_after_fork
+from stickslip.optim.options import refuse_after_fork
+from stickslip.optim.problem import given_state
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 

@@ -15,8 +15,7 @@ from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.record import BudgetSpent, Record, Seen, reported
 from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
-from stickslip.optim.processes import given_state
+from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, given_state, shortfall
 
 if TYPE_CHECKING:
     from collections.abc import Callable

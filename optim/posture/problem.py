@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.optim.options import as_floats
+from stickslip.optim.options import as_floats, refuse_after_fork
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.evaluate import Posture, Waypoints
@@ -29,7 +29,6 @@ from stickslip.optim.posture.waypoints import (
     waypoints_along,
 )
 from stickslip.optim.problem import Method, Problem, Structure
-from stickslip.optim.processes import refuse_after_fork
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:

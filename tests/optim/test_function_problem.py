@@ -39,11 +39,11 @@ def test_values_slopes_and_batches_are_the_function_s():
     assert one.jacobian(x) == pytest.approx(np.array([[-0.6, 0.8, 0]]))
     X = np.array([x, x + 0.1, x - 0.2])
     assert one.objectives(X) == pytest.approx([one.objective(row) for row in X], rel=1e-14)
-    assert one.constraints_all(X)[:, 0] == pytest.approx([one.constraints(row)[0] for row in X])
+    assert one.evaluate_all(X)[1][:, 0] == pytest.approx([one.constraints(row)[0] for row in X])
     assert problem(goal=1).objectives(X) == pytest.approx(X.sum(axis=1))
     assert one.free.n == 2
     assert one.free.gradient([0.3, -0.4]) == pytest.approx(slopes[:2], rel=1e-7)
-    assert one.free.constraints_all(X[:, :2]).shape == (3, 1)
+    assert one.free.evaluate_all(X[:, :2])[1].shape == (3, 1)
     assert one.objectives(np.zeros((0, 3))).shape == (0,)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import FunctionProblem, OptimStatus, solve
-from stickslip.optim.problem import scattered, size_of
+from stickslip.optim.methods import scattered, size_of
 
 LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)
 

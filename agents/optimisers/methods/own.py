@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.optimisers.methods.local import restarted
-from stickslip.optim.cma import solve_cma
-from stickslip.optim.gradient import solve_gradient
+from stickslip.optim.methods import solve_cma, solve_gradient
 from stickslip.optim.problem import Problem, Structure, shortfall
 from stickslip.optim.result import Evaluation, Result
 from stickslip.optim.solving import solve

@@ -1,4 +1,4 @@
-"""Evolution (optim/cma.py) for the UGV's leg angles, from where a method of the grid ends."""
+"""Evolution (optim/methods.py) for the UGV's leg angles, from where a method of the grid ends."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.checks import shown
-from stickslip.optim.cma import evolution, evolve, package
+from stickslip.optim.methods import evolution, evolve, package, shortcomings
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import begin
 from stickslip.optim.posture.result import PostureResult
@@ -15,7 +15,6 @@ from stickslip.optim.posture.waypoints import (
     require_stations,
     require_waypoint_matrices,
 )
-from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
@@ -58,6 +57,6 @@ def solve_cma(
         began=began,
         status=found.status,
         evaluations=found.evaluations,
-        message=note + found.words + shortcomings(problem, found.x),
+        message=note + found.message + shortcomings(problem, found.x),
         details={"stop": found.stop, "seed": search.seed},
     )

@@ -20,7 +20,7 @@ from scipy.optimize import NonlinearConstraint, OptimizeResult, minimize
 from scipy.sparse import block_diag, coo_array, csr_array, hstack, vstack
 
 from stickslip.dynamics.checks import require_choice, require_integer
-from stickslip.optim.gradient import SLSQP_STATUSES
+from stickslip.optim.methods import SLSQP_STATUSES, shortcomings
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import Linear, Near, begin, within_rates
@@ -29,7 +29,6 @@ from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.waypoints import CONVEX, DENSE, SPARSE, require_waypoint_matrices
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
     from jaxtyping import Float

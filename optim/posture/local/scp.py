@@ -20,6 +20,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.cvx import solve_quietly
+from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import Linear, Near, begin
@@ -27,7 +28,6 @@ from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.waypoints import CONVEX, require_waypoint_matrices
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.start import shortcomings
 
 if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
