@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.demonstration import TABLE, Demonstration
 from stickslip.agents.registry import machine_by_name, machines
-from stickslip.agents.training.checkpoint import list_checkpoints
-from stickslip.agents.training.directory import read_config
+from stickslip.agents.training.directory import list_checkpoints, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import require_number, shown
 from stickslip.records.files import write_whole
@@ -63,7 +62,6 @@ def demo(
         directory,
         resume=known,
         stop=lambda: stop() or monotonic() - begun > limit,
-        after=demonstration.after,
     )
     so_far = f"{trained.timesteps:,} of {config.timesteps:,} steps ({trained.percent} %)"
     if stop() or not trained.policy.exists():

@@ -22,8 +22,6 @@ class Demonstration(ABC, Generic[Config]):
 
     directory: ClassVar[str] = "demo"
     """Name of the run's directory; -2, -3, ... follow it where another run has it."""
-    after: ClassVar[float] = 6.0
-    """About how long table and pictures take, in durations of the first evaluation."""
     files: ClassVar[Mapping[str, str]]
     """Products in the run's directory with their descriptions, without TABLE."""
 

@@ -322,3 +322,30 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
             raise RefusedError(f"{what} declares {dtype.str} {shape} over {left} bytes")
         file.seek(0)
         return form.read_array(file, allow_pickle=False, max_header_size=LONGEST_HEADER)
+
+
+METADATA = "metadata"
+
+
+def pack(content: Mapping[str, np.ndarray | Json]) -> bytes:
+    """An .npz file of arrays by name, and of JSON values in one text. Inverse of `unpack`."""
+    import numpy as np
+
+    arrays = {name: one for name, one in content.items() if isinstance(one, np.ndarray)}
+    rest = {name: one for name, one in content.items() if name not in arrays}
+    text = json.dumps(rest, allow_nan=False)
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **arrays, **{METADATA: np.array(text)})
+    return file.getvalue()
+
+
+def unpack(raw: bytes, largest: int = LARGEST) -> dict[str, Any]:
+    """Arrays and JSON values by name. RefusedError, without a path, for anything else."""
+    arrays = arrays_in(raw, largest)
+    text = arrays.pop(METADATA, None)
+    if text is None or text.shape != () or text.dtype.kind != "U":
+        raise RefusedError(f"no {METADATA} among its entries ({shown(sorted(arrays))})")
+    rest = parse_json(str(text), f"its {METADATA}")
+    if not isinstance(rest, dict) or rest.keys() & arrays.keys():
+        raise RefusedError(f"its {METADATA} is no object of other names")
+    return {**rest, **arrays}

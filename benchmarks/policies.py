@@ -36,7 +36,7 @@ from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped
 from stickslip.agents.registry import machine_by_name, read_configuration
 from stickslip.agents.training.command_line import command_of
 from stickslip.agents.training.directory import CONFIG, VERSIONS, read_config
-from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import best_evaluation
 from stickslip.agents.untrusted import read_text
 from stickslip.envs import TASKS, task_by_name

@@ -43,8 +43,8 @@ from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
-    from stickslip.agents.training.groups import LearningConfiguration
     from stickslip.agents.training.ppo import Population
+    from stickslip.agents.training.settings import LearningConfiguration
     from stickslip.envs import TaskDefinition
     from stickslip.envs.tasks import Scale
 
@@ -100,7 +100,7 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
     settings = settings_of(config)
     given = env, training_params(task, params, config), settings, SEEDS
-    train_population(*given, timesteps=settings[0].samples, cores=1)  # compiles
+    train_population(*given, timesteps=settings[0].samples)  # compiles
     spent, rows = np.zeros(2), []
     begun = [now()]
 
@@ -113,7 +113,7 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         begun[0] = now()
 
     steps = TIMESTEPS[task.machine]
-    train_population(*given, timesteps=steps, stretches=STRETCHES, tell=tell, cores=1)
+    train_population(*given, timesteps=steps, stretches=STRETCHES, tell=tell)
     passed, wall, processor, returns = zip(*rows, strict=True)
     return {
         "digest": task.digest,

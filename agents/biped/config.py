@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.scenes import HOLDS, SCENE, SCENES
 from stickslip.agents.training.configuration import entry, group, later_group
-from stickslip.agents.training.groups import (
+from stickslip.agents.training.settings import (
     LearningConfiguration,
     PPOSettings,
     SACSettings,

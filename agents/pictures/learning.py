@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
-from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.log import read_columns
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 

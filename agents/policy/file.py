@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import platform
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -75,7 +76,7 @@ def save_policy(
         "activation": policy.activation,
         "squash": policy.squash,
         "observation_clip": policy.observation_clip,
-        "versions": _versions(),
+        "versions": installed(PACKAGES),
     }
     text = metadata_text(own, metadata)
     arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
@@ -251,11 +252,10 @@ def _named(names: Iterable[str]) -> str:
     return shown(sorted(names))
 
 
-def _versions() -> dict[str, str]:
+def installed(packages: Iterable[str]) -> dict[str, str]:
+    """Versions of Python and of those packages that are installed."""
     found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
+    for package in packages:
+        with suppress(PackageNotFoundError):
             found[package] = version(package)
-        except PackageNotFoundError:
-            continue
     return found

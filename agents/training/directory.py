@@ -1,4 +1,10 @@
-"""The directory of a training run: what stands where, who may write there, where it resumes."""
+"""The directory of a training run: configuration, lock, checkpoints.
+
+A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters, optimiser states, for SAC the
+replay buffer, for JAX the episodes, as arrays), `policy.npz` and `state.json`. It appears whole or
+not at all, and reading it runs no code. `config.json` is written first and deleted last: while it
+is there, the directory is a run, which can be resumed or begun anew.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +13,37 @@ import os
 import platform
 import re
 import sys
-from contextlib import contextmanager, suppress
-from importlib.metadata import PackageNotFoundError, version
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from stickslip.agents.policy.file import installed, read_policy
 from stickslip.agents.registry import machines, read_configuration
-from stickslip.agents.training.checkpoint import foreign_to, list_checkpoints, read_state
-from stickslip.agents.untrusted import RefusedError, read_text, refusing
+from stickslip.agents.untrusted import (
+    RefusedError,
+    Rule,
+    pack,
+    parse_json,
+    read_bytes,
+    read_text,
+    refusing,
+    require_entries,
+    require_head,
+    unpack,
+)
+from stickslip.dynamics.checks import memory_limit
 from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
-    from stickslip.agents.training.checkpoint import TrainState
     from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.trainer import ModelState
 
 CONFIG, VERSIONS = "config.json", "versions.json"
-FILM = re.compile(r"\.(?:walk|drive)-[^-]{1,16}\.gif")
-"""How earlier versions named an animation that was being written."""
 LOGS = "events.out.tfevents"
-"""How TensorBoard's files begin."""
+"""Beginning of TensorBoard's files."""
 PACKAGES = (
     "stickslip",
     "jax",
@@ -53,7 +69,27 @@ PRODUCTS = (
     "comparison.png",
     "episode.png",
 )
-"""Files of every machine's run; each machine's film is among them, too."""
+"""Files of every machine's run, its animation aside."""
+FORMAT, VERSION = "stickslip checkpoint", 3
+MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
+CONTENTS = (MODEL, STATE, POLICY)
+CHECKPOINT = re.compile(r"checkpoints(\.part)?/[0-9]+(\.old)?(\.part)?")
+"""The folder of a checkpoint, or what a kill leaves of it."""
+RULES = {
+    "timesteps": Rule(int, "so far", low=0),
+    "seconds": Rule(float, "trained so far", low=0),
+    "config": Rule(str, "digest of the configuration"),
+}
+"""Of a TrainState's entries."""
+
+
+@dataclass(frozen=True)
+class TrainState:
+    """State of a run. config: digest of the configuration. seconds: trained so far [s]."""
+
+    timesteps: int
+    seconds: float
+    config: str
 
 
 class Run(NamedTuple):
@@ -73,7 +109,7 @@ class Run(NamedTuple):
 def open_run(
     path: Path, config: Configuration | None, *, resume: bool = False, overwrite: bool = False
 ) -> Run:
-    """Make the directory, or take up the one that is there.
+    """Make the directory, or resume the run in it.
 
     ValueError if it holds something and neither `resume` nor `overwrite` is asked for, if there is
     nothing to resume, or if its configuration is another one. config: may be None to resume.
@@ -114,22 +150,12 @@ def read_config(path: Path) -> Configuration:
         raise ValueError(f"{path / CONFIG}: {error}; accepted: as training wrote it") from error
 
 
-def versions() -> dict[str, str]:
-    """What the run is computed with."""
-    found = {"python": platform.python_version(), "platform": platform.platform()}
-    for package in PACKAGES:
-        with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
-
-
 @contextmanager
 def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
-    """Hold the run's lock, or raise ValueError while another process holds it. doing: in its words.
+    """Lock the directory, which is made if needed. ValueError while another process holds the lock.
 
-    It lies on the directory itself: no file is left behind, and the system lets go of it when the
-    process ends, however it ends. Windows cannot lock directories; there nothing is checked. Makes
-    the directory if there is none.
+    The lock lies on the directory itself, and ends with the process. Windows cannot lock
+    directories; there nothing is checked. doing: for the message.
     """
     if path.exists() and not path.is_dir():
         raise ValueError(f"{path} is a file; accepted: a directory for the run")
@@ -172,26 +198,45 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
     return Run(path, found, checkpoints[-1], state)
 
 
+def versions() -> dict[str, str]:
+    """Versions of Python, the platform and the installed packages."""
+    return {"platform": platform.platform(), **installed(PACKAGES)}
+
+
 def _write_versions(path: Path) -> None:
     write_whole(path / VERSIONS, json.dumps(versions(), indent=2) + "\n")
 
 
+def written_files() -> tuple[str, ...]:
+    """Files of a run beside its folders; `overwrite` deletes these and nothing else."""
+    return (*PRODUCTS, *(machine.film for machine in machines()))
+
+
 def _is_bare(path: Path) -> bool:
-    """Whether a directory holds at most what a run leaves that was killed as it began."""
-    return all(
-        one.is_file() and not one.is_symlink() and (one.name == VERSIONS or _is_left(one.name))
-        for one in path.iterdir()
-    )
+    """True if a directory holds at most what a run leaves that was killed as it began."""
+    return all(_is_left(one) or (one.is_file() and one.name == VERSIONS) for one in path.iterdir())
+
+
+def _is_left(path: Path) -> bool:
+    """True for a file of a run that a killed process left half written."""
+    return path.is_file() and not path.is_symlink() and is_remains(path.name, written_files())
+
+
+def _sweep(path: Path) -> None:
+    """Delete what a killed process left half written or half deleted."""
+    for one in path.iterdir():
+        if _is_left(one):
+            one.unlink()
+    for name in FOLDERS:
+        if (aside := path / (name + PARTIAL)).is_dir():
+            discard(aside)
 
 
 def _clear(path: Path) -> None:
-    """Delete what a run wrote, and refuse a directory that holds anything else.
-
-    The configuration goes last: until then it is a run, and can be cleared again.
-    """
+    """Delete a run's files, its configuration last. ValueError for a directory with others."""
     read_config(path)  # raises for a directory that is no run
-    if foreign := _foreign(path):
-        names = ", ".join(sorted(str(one.relative_to(path)) for one in foreign)[:5])
+    if others := [one for one in path.rglob("*") if _is_anothers(path, one)]:
+        names = ", ".join(sorted(str(one.relative_to(path)) for one in others)[:5])
         raise ValueError(
             f"{path} also holds {names}, which no run wrote; accepted: a directory with a run alone"
         )
@@ -203,36 +248,90 @@ def _clear(path: Path) -> None:
         (path / name).unlink(missing_ok=True)
 
 
-def _sweep(path: Path) -> None:
-    """Delete what a killed process left half written or half deleted."""
-    for one in path.iterdir():
-        if one.is_file() and not one.is_symlink() and _is_left(one.name):
-            one.unlink()
-    for name in FOLDERS:
-        if (aside := path / (name + PARTIAL)).is_dir():
-            discard(aside)
+def _is_anothers(run: Path, path: Path) -> bool:
+    """True for a link, and for a file that no run wrote."""
+    folder, _, name = path.relative_to(run).as_posix().rpartition("/")
+    if path.is_symlink() or path.is_dir():
+        return path.is_symlink()
+    if folder.removesuffix(PARTIAL) == "tensorboard":
+        return not name.startswith(LOGS)
+    own = written_files() if not folder else CONTENTS if CHECKPOINT.fullmatch(folder) else ()
+    return name not in own and not is_remains(name, own)
 
 
-def written_files() -> tuple[str, ...]:
-    """All that runs write beside their folders; `overwrite` deletes these and nothing else."""
-    return (*PRODUCTS, *(machine.film for machine in machines()))
+def write_checkpoint(
+    directory: Path, state: TrainState, model: ModelState, save: Callable[[Path], object]
+) -> Path:
+    """Write a checkpoint under a temporary name, then rename it; return its folder.
+
+    save: writes the policy to the path that it is given.
+    """
+    final = directory / f"{state.timesteps:012d}"
+    partial = directory / (final.name + PARTIAL)
+    if partial.exists():
+        discard(partial)
+    partial.mkdir(parents=True)
+    write_whole(partial / MODEL, pack(model))
+    save(partial / POLICY)
+    head = {"format": FORMAT, "version": VERSION}
+    write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
+    if final.exists():
+        before = final.with_name(final.name + ".old" + PARTIAL)
+        os.replace(final, before)
+        os.replace(partial, final)
+        discard(before)
+    else:
+        os.replace(partial, final)
+    return final
 
 
-def _is_left(name: str) -> bool:
-    return is_remains(name, written_files()) or FILM.fullmatch(name) is not None
+def list_checkpoints(directory: Path) -> list[Path]:
+    """The complete checkpoints, oldest first."""
+    found = directory.iterdir() if directory.is_dir() else ()
+    return sorted(path for path in found if path.is_dir() and path.name.isdigit())
 
 
-def _foreign(path: Path) -> list[Path]:
-    """What is in a run's directory that no run wrote; links always."""
-    found: list[Path] = []
-    for one in path.iterdir():
-        name = one.name.removesuffix(PARTIAL)
-        if one.is_symlink():
-            found.append(one)
-        elif name == "checkpoints":
-            found += foreign_to(one)
-        elif name == "tensorboard" and one.is_dir():
-            found += [log for log in one.iterdir() if not log.name.startswith(LOGS)]
-        elif not one.is_file() or (one.name not in written_files() and not _is_left(one.name)):
-            found.append(one)
-    return found
+def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
+    """Delete all but those to keep, and what an interrupted run left half written."""
+    kept = set(keep)
+    for path in list_checkpoints(directory):
+        if path not in kept:
+            discard(put_aside(path))
+    for path in directory.glob("*" + PARTIAL):
+        if CHECKPOINT.fullmatch(f"checkpoints/{path.name}"):
+            discard(path)
+
+
+def read_state(folder: Path) -> TrainState:
+    """Metadata of a checkpoint. ValueError if it is not a whole checkpoint."""
+    with _naming(folder, STATE):
+        content = parse_json(read_text(folder / STATE), "it")
+        content = require_head(content, FORMAT, VERSION, "the state of a checkpoint")
+        return TrainState(**require_entries(content, RULES))
+
+
+def read_model(folder: Path) -> ModelState:
+    """The arrays of a checkpoint. ValueError if they are missing, cut short or anything else."""
+    with _naming(folder, MODEL):
+        largest = int(min(memory_limit(), 2**62))
+        return unpack(read_bytes(folder / MODEL, largest), largest)
+
+
+def require_policy(folder: Path) -> bytes:
+    """The policy's file of a checkpoint. ValueError if it is missing or damaged."""
+    with _naming(folder, POLICY):
+        read_policy(folder / POLICY)
+        return (folder / POLICY).read_bytes()
+
+
+@contextmanager
+def _naming(folder: Path, name: str) -> Iterator[None]:
+    """Turn every failure to read into a ValueError that names the checkpoint."""
+    try:
+        with refusing("it"):
+            yield
+    except RefusedError as error:
+        raise ValueError(
+            f"{folder}: {name} is missing or damaged ({error}); accepted: a checkpoint as training "
+            "wrote it. Delete this folder to resume from the checkpoint before it"
+        ) from error

@@ -1,58 +1,213 @@
-"""What the trainers in JAX share: devices, episodes, checkpoints, and the loop of updates."""
+"""Shared by the trainers in JAX: networks, moments of observations, and the loop of updates.
+
+Observations are normalised by mean and variance of all that were seen before a rollout: acting and
+learning use the same numbers, which change between updates only.
+"""
 
 from __future__ import annotations
 
+import itertools
+import math
 from abc import abstractmethod
-from dataclasses import is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.groups import LearningConfiguration
-from stickslip.agents.training.learner import (
-    COPIED,
-    SPREAD,
-    Start,
-    begin_episodes,
-    fetched,
-    is_key,
-    mesh_for,
-    put,
-)
+from stickslip.agents.training.settings import LearningConfiguration
 from stickslip.agents.training.trainer import Trainer, Update
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import as_number, require_integer, shown
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.collecting import Progress, begin
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from jaxtyping import Array
+    from jaxtyping import Array, Float
 
-    from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.checkpoint import ModelState
-    from stickslip.agents.training.learner import Now, Rates, Sizes
-    from stickslip.envs.collecting import Collected, Progress
+    from stickslip.agents.training.trainer import ModelState
+    from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
 Tree = TypeVar("Tree")
 Learner = TypeVar("Learner")
 """All that learning goes on from: a tree of arrays."""
+LEAST = {"rollout_steps": 2, "batch_size": 2}
+MOST = {"num_envs": 65536, "epochs": 10_000, "hidden": 4096, "layers": 8}
+POSITIVE = ("learning_rate", "noise", "final_noise", "clip_range")
+SHARES = ("discount", "gae_lambda")
+LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
+"""Of a normalised observation's entry."""
 UNFIT = "its contents do not fit the configuration"
 
 
+@dataclass(frozen=True)
+class Sizes:
+    """Static choices: the shapes of a program."""
+
+    num_envs: int = 1024
+    rollout_steps: int = 32
+    """Of each environment, an update."""
+    batch_size: int = 4096
+    """Samples a gradient step; divides num_envs x rollout_steps."""
+    epochs: int = 4
+    """Passes over a rollout."""
+    hidden: int = 64
+    """Units a hidden layer, of the actor and of the critic."""
+    layers: int = 2
+
+    def __post_init__(self):
+        for one in fields(self):
+            low, high = LEAST.get(one.name, 1), MOST.get(one.name, 2**53)
+            require_integer(one.name, getattr(self, one.name), low=low, high=high)
+        if self.samples % self.batch_size:
+            raise ValueError(
+                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of num_envs "
+                f"x rollout_steps = {self.samples}"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Steps an update."""
+        return self.num_envs * self.rollout_steps
+
+
+class Now(NamedTuple):
+    """Numbers that change during training."""
+
+    learning_rate: Float[Array, ""]
+    noise: Float[Array, ""]
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Rates:
+    """Numbers that do not change the compiled program: each may be an array [members].
+
+    The learning rate goes linearly from its first to its last value, the noise geometrically.
+    """
+
+    learning_rate: Float[Array, ""] | float = 1e-3
+    final_learning_rate: Float[Array, ""] | float = 1e-4
+    noise: Float[Array, ""] | float = 0.22
+    """Standard deviation of exploration, the largest action being 1."""
+    final_noise: Float[Array, ""] | float = 0.03
+    discount: Float[Array, ""] | float = 0.99
+    """Of rewards, per control step."""
+    gae_lambda: Float[Array, ""] | float = 0.95
+    clip_range: Float[Array, ""] | float = 0.2
+
+    def at(self, share: Float[Array, ""]) -> Now:
+        """share: of the training done so far, 0 to 1."""
+        share = jnp.clip(share, 0.0, 1.0)
+        rates, noises = (
+            (self.learning_rate, self.final_learning_rate),
+            (jnp.log(self.noise), jnp.log(self.final_noise)),
+        )
+        rate, noise = (first + (last - first) * share for first, last in (rates, noises))
+        return Now(rate, jnp.exp(noise))
+
+    def validate(self) -> Rates:
+        """These with lists as arrays, or ValueError naming what is no such number."""
+        found = {}
+        for one in fields(self):
+            strict, high = one.name in POSITIVE, 1.0 if one.name in SHARES else math.inf
+            accepted = "0 to 1" if one.name in SHARES else f"finite, {'>' if strict else '>='} 0"
+            rule = {"low": 0.0, "strict": strict, "high": high, "accepted": accepted}
+            found[one.name] = as_number(one.name, getattr(self, one.name), **rule)
+        return replace(self, **found)
+
+
+Layers = tuple[tuple["Array", "Array"], ...]
+"""Weights [inputs, outputs] and biases [outputs] of each layer."""
+
+
+class Moments(NamedTuple):
+    """Mean, variance and number of all observations so far."""
+
+    mean: Float[Array, " obs"]
+    variance: Float[Array, " obs"]
+    number: Float[Array, ""]
+
+
+def no_moments(inputs: int) -> Moments:
+    """Moments before the first observation, which leave it as it is."""
+    zero = jnp.zeros(inputs, jnp.float32)
+    return Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
+
+
+def add_moments(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
+    """Moments of the observations so far and of these."""
+    number = seen.number + len(obs)
+    share = len(obs) / number
+    mean, variance = obs.mean(0), obs.var(0)
+    difference = mean - seen.mean
+    spread = (1 - share) * seen.variance + share * variance
+    spread = spread + share * (1 - share) * difference**2
+    return Moments(seen.mean + share * difference, spread, number)
+
+
+def actor_and_critic(inputs: int, outputs: int, sizes: Sizes, key: Array) -> tuple[Layers, Layers]:
+    """Initial layers of both; the actor's last ones are small."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    return _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
+
+
+def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
+    """Orthogonal weights with gain sqrt(2), `last` in the last layer; no biases."""
+    gains = [*[2**0.5] * (len(widths) - 2), last]
+    keys = jax.random.split(key, len(gains))
+    shapes = itertools.pairwise(widths)
+    return tuple(
+        (
+            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
+            jnp.zeros(shape[1], jnp.float32),
+        )
+        for gain, key, shape in zip(gains, keys, shapes, strict=True)
+    )
+
+
+def network(layers: Layers, seen: Moments, squash: str = "clip") -> MLPPolicy:
+    """The perceptron of these layers, observations normalised."""
+    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SCALE)
+    weights, biases = zip(*layers, strict=True)
+    return MLPPolicy(
+        weights, biases, seen.mean, scale, squash=squash, observation_clip=OBSERVATION_CLIP
+    )
+
+
+class Start(NamedTuple):
+    """Start of a training, without its learner."""
+
+    progress: Progress
+    key: Array
+    """Of its updates; that of the one i is fold_in(key, i)."""
+
+
+def begin_episodes(
+    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
+) -> Start:
+    """Fresh episodes and random numbers."""
+    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
+    return Start(begin(env, sizes.num_envs, params, episodes), updates)
+
+
 class Learnt(NamedTuple, Generic[Learner, State]):
-    """What came of an update."""
+    """Result of an update."""
 
     learner: Learner
     found: Collected[State]
-    """What was done in it; of what it kept, the infos are read."""
+    """Its rollout."""
     losses: Mapping[str, Array]
 
 
 class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner, State, Params]):
-    """JAX on whichever platform it finds, over several devices where `mesh_for` finds them.
+    """Learns in JAX on whichever platform it finds.
 
     A subclass says what a learner is and what an update does to it.
     """
@@ -64,34 +219,30 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
         params: Params,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
-        devices: int | None = None,
     ):
-        super().__init__(config, same_step(env), params, report, stop, devices)
+        super().__init__(config, same_step(env), params, report, stop)
         self._sizes, self._rates = self.settings(config)
-        self._mesh = mesh_for(devices, self._sizes.num_envs, self._sizes.batch_size)
         inputs, self._infos = shapes_of(self.env, params)
-        learner = self.first_learner(inputs, len(env.action_names))
-        self._learner = put(self._mesh, learner, COPIED)
-        self._shared = put(self._mesh, params, COPIED)
+        self._learner = self.first_learner(inputs, len(env.action_names))
         self._start: Start | None = None
 
     @abstractmethod
     def settings(self, config: LearningConfiguration) -> tuple[Sizes, Rates]:
-        """What a training configuration says."""
+        """Sizes and rates of a configuration."""
 
     @abstractmethod
     def first_learner(self, inputs: int, outputs: int) -> Learner:
-        """A fresh learner for so many numbers in an observation and in an action."""
+        """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
 
     @abstractmethod
     def learnt(
         self, now: Now, key: Array, progress: Progress[State]
     ) -> Learnt[Learner, State] | None:
-        """One update of the learner; None where it is stopped on the way."""
+        """One update of the learner; None where it was stopped."""
 
     @abstractmethod
     def network_of(self, learner: Learner) -> MLPPolicy:
-        """What is shipped of a learner."""
+        """Policy of a learner."""
 
     def begin_stretch(self, timesteps: int) -> None:
         """See Trainer. Episodes and random numbers are in the state, so they go on."""
@@ -99,11 +250,10 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
         self._start = self._begun()
 
     def _begun(self) -> Start:
-        """Where the episodes are: at their beginning, if nothing else was said."""
+        """Where the episodes are, else their beginning."""
         if self._start is not None:
             return self._start
-        begun = begin_episodes(self.env, self.params, self._sizes, self.config.seed)
-        return begun._replace(progress=put(self._mesh, begun.progress, SPREAD))
+        return begin_episodes(self.env, self.params, self._sizes, self.config.seed)
 
     def advance(self, goal: int) -> None:
         """See Trainer."""
@@ -112,18 +262,15 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
             self._update()
 
     def _update(self) -> None:
-        """What one update teaches; nothing, where it is stopped."""
+        """One update; none where it is stopped."""
         progress, key = self._begun()
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
-        now, own = put(self._mesh, (now, own), COPIED)
         learnt = self.learnt(now, own, progress)
-        if learnt is None:
-            self.stopped = True
-            return
-        ended = ended_in(learnt.found, self._infos)
-        jax.block_until_ready(learnt.learner)
-        if self.stop():
+        if learnt is not None:
+            ended = ended_in(learnt.found, self._infos)
+            jax.block_until_ready(learnt.learner)
+        if learnt is None or self.stop():
             self.stopped = True
             return
         self._learner, self._start = learnt.learner, Start(learnt.found.progress, key)
@@ -140,27 +287,22 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
 
     def take_state(self) -> ModelState:
         """See Trainer."""
-        episodes = _named(self._begun().progress)
-        return {"learner": {**_named(self._learner)}, "episodes": {**episodes}}
+        return _named({"learner": self._learner, "episodes": self._begun().progress})
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
-        learner = _filled("learner", self._learner, state.get("learner"))
         start = self._begun()
-        progress = _filled("episodes", start.progress, state.get("episodes"))
-        self._learner = put(self._mesh, learner, COPIED)
-        self._start = start._replace(progress=put(self._mesh, progress, SPREAD))
+        tree = {"learner": self._learner, "episodes": start.progress}
+        filled = _filled(tree, state)
+        self._learner, self._start = filled["learner"], Start(filled["episodes"], start.key)
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""
-        learner = self._learner
-        if self._mesh is not None:  # what acts with it does so on one device
-            learner = jax.tree.map(jnp.asarray, fetched(learner))
-        return self.network_of(learner).validate()
+        return self.network_of(self._learner).validate()
 
     def is_finite(self) -> bool:
         """See Trainer."""
-        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(fetched(self._learner)))
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
 
     def close(self) -> None:
         """See Trainer."""
@@ -173,7 +315,7 @@ def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]
 
 
 def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
-    """How many numbers an observation has, and the names of those in info."""
+    """Size of an observation, and the names of the numbers in info."""
 
     def first(key: Array) -> tuple[Array, dict[str, Array]]:
         obs, state = env.reset_env(key, params)
@@ -185,38 +327,38 @@ def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, t
 
 
 def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """What the last infos of the episodes that ended in a rollout held; {} without any."""
-    terminated, truncated = fetched((found.terminated, found.truncated))
-    over = terminated | truncated
-    if not over.any():
-        return {}
-    kept = fetched({name: found.kept[name] for name in names})
-    return {name: np.asarray(values)[over] for name, values in kept.items()}
+    """Last infos of the episodes that ended in a rollout; {} without any."""
+    over = np.asarray(found.terminated) | np.asarray(found.truncated)
+    return {name: np.asarray(found.kept[name])[over] for name in names} if over.any() else {}
 
 
 def _named(tree: object) -> dict[str, np.ndarray]:
-    """A tree's arrays by the way to each; random keys as plain numbers."""
-    leaves = jax.tree.leaves_with_path(fetched(tree))
-    return {jax.tree_util.keystr(path): leaf for path, leaf in leaves}
+    """A tree's arrays by their paths; random keys as plain numbers."""
+    leaves = jax.tree.leaves_with_path(tree)
+    return {jax.tree_util.keystr(path): _plain(leaf) for path, leaf in leaves}
 
 
-def _filled(what: str, tree: Tree, given: object) -> Tree:
+def _plain(leaf: Array) -> np.ndarray:
+    return np.asarray(jax.random.key_data(leaf) if _is_key(leaf) else leaf)
+
+
+def _is_key(leaf: object) -> bool:
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def _filled(tree: Tree, given: Mapping[str, object]) -> Tree:
     """The tree with the arrays that `_named` gave. ValueError for those of another tree."""
     mine, leaves = _named(tree), jax.tree.leaves(tree)
-    if not isinstance(given, dict) or given.keys() != mine.keys():
-        raise ValueError(f"{UNFIT} (its {what} holds other arrays)")
+    if given.keys() != mine.keys():
+        raise ValueError(f"{UNFIT} (it holds other arrays)")
     arrays = []
     for leaf, (name, own) in zip(leaves, mine.items(), strict=True):
         array = given[name]
         if not isinstance(array, np.ndarray) or _kind(array) != _kind(own):
-            raise ValueError(f"{UNFIT} ({what}{name} is {_kind(array)}, not {_kind(own)})")
-        arrays.append(_like(leaf, array))
+            raise ValueError(f"{UNFIT} ({name} is {_kind(array)}, not {_kind(own)})")
+        numbers = jnp.asarray(array)
+        arrays.append(jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers)
     return jax.tree.unflatten(jax.tree.structure(tree), arrays)
-
-
-def _like(leaf: Array, array: np.ndarray) -> Array:
-    numbers = jnp.asarray(array)
-    return jax.random.wrap_key_data(numbers) if is_key(leaf) else numbers
 
 
 def _kind(value: object) -> str:

@@ -1,4 +1,4 @@
-"""A training run in a directory that a killed run can go on in, whatever learns.
+"""Training in a directory where a killed run can be resumed.
 
 A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
 environments anew from the seed and the number of steps so far, or takes them from the checkpoint,
@@ -19,37 +19,44 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.agents.evaluation.evaluate import SCORES, TEST_SEEDS, is_random, play, scored
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.table import INTERVALS, row_of_test
 from stickslip.agents.policy.file import named_task_entry, save_policy
 from stickslip.agents.registry import machine_of_config
-from stickslip.agents.training.checkpoint import (
+from stickslip.agents.training.configuration import Configuration, Trained
+from stickslip.agents.training.directory import (
     POLICY,
+    Run,
     TrainState,
     drop_checkpoints,
-    folder_name,
     list_checkpoints,
+    only_writer,
+    open_run,
+    read_config,
     read_model,
     require_policy,
     write_checkpoint,
 )
-from stickslip.agents.training.configuration import Configuration, Trained
-from stickslip.agents.training.directory import Run, only_writer, open_run, read_config
-from stickslip.agents.training.metrics import MetricsFile, read_columns
-from stickslip.agents.training.on_task import evaluation_columns, evaluation_row
-from stickslip.agents.training.progress import Progress
-from stickslip.agents.training.trainer import AnyTrainer, Update, trainer_of
+from stickslip.agents.training.log import MetricsFile, TensorBoard, read_columns
+from stickslip.agents.training.trainer import Update, trainer_of
 from stickslip.dynamics.plain_checks import require_kind
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.definition import task_by_name
+from stickslip.envs.tasks.known import known_of
+from stickslip.optim.progress import Bar
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.evaluation.evaluate import AnyMeasures
+    from stickslip.agents.machine import AnyMachine, TrainingTask
+    from stickslip.agents.protocol import AnyEnv, Policy, Timed
     from stickslip.agents.training.configuration import Config
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
-"""Of the extra `train`, needed whatever learns."""
+"""Of the extra `train`, needed by every trainer."""
 COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
 """Of metrics.csv, before those of the machine's episodes and of the trainer."""
 
@@ -62,33 +69,15 @@ def train(
     overwrite: bool = False,
     bar: bool | None = None,
     stop: Callable[[], bool] = lambda: False,
-    after: float = 0.0,
-    devices: int | None = None,
 ) -> Trained[Config]:
     """Train in a directory and return the result. Needs the extra `train`.
 
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
-    evaluation elsewhere. after: what the caller does next, in durations of the first evaluation,
-    for the remaining time shown. stop: asked after every step; once true, a checkpoint is written
-    and Trained.finished is false. devices: that the environments are divided among; default: all
-    that divide them evenly. ValueError for a directory in use and for anything damaged in it.
+    evaluation elsewhere, False nothing. stop: asked after every step; once true, a checkpoint is
+    written and Trained.finished is false. ValueError for a directory in use and for anything
+    damaged in it.
     """
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
-    directory = Path(directory)
-    with ExitStack() as stack:
-        run = _opened(config, directory, stack, resume=resume, overwrite=overwrite)
-        return _Training(run, bar, stop, stack, after, devices).train()
-
-
-def _opened(
-    config: Configuration | None,
-    directory: Path,
-    stack: ExitStack,
-    *,
-    resume: bool,
-    overwrite: bool,
-) -> Run:
-    """The run to write to, its lock held until the stack is left."""
     if config is not None:
         require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
     for package in PACKAGES:
@@ -96,26 +85,19 @@ def _opened(
     if config is not None:
         trainer_of(config)  # likewise
         machine_of_config(config).training_task(config)  # for its ValueError
+    directory = Path(directory)
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
-    stack.enter_context(only_writer(directory))
-    return open_run(directory, config, resume=resume, overwrite=overwrite)
+    with ExitStack() as stack:
+        stack.enter_context(only_writer(directory))
+        run = open_run(directory, config, resume=resume, overwrite=overwrite)
+        return _Training(run, bar is not False, stop, stack).train()
 
 
 class _Training:
     """A run that learns."""
 
-    def __init__(
-        self,
-        run: Run,
-        bar: bool | None,
-        stop: Callable[[], bool],
-        stack: ExitStack,
-        after: float,
-        devices: int | None,
-    ):
-        from stickslip.agents.training.tensorboard import TensorBoard
-
+    def __init__(self, run: Run, shown: bool, stop: Callable[[], bool], stack: ExitStack):
         self.run, self.config = run, run.config
         self.machine = machine_of_config(run.config)
         self.task = self.machine.training_task(run.config)
@@ -124,26 +106,35 @@ class _Training:
             self.about |= named_task_entry(task_by_name(run.config.task))
         self.period = float(np.asarray(self.task.training.control_period))
         at = run.state.timesteps if run.state else 0
-        kind = trainer_of(run.config)
         given = run.config, self.task.env, self.task.training, self._report, stop
-        self.trainer = kind(*given) if devices is None else kind(*given, devices)
+        self.trainer = trainer_of(run.config)(*given)
         stack.callback(self.trainer.close)
-        if run.latest is not None:
-            _take_up(self.trainer, run.latest)
+        self._put_state()
         self.trainer.timesteps = at
         self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
-        self.metrics = MetricsFile(
-            run.path / "metrics.csv", metric_columns(self.machine, self.trainer), upto=at
-        )
+        columns = (*COLUMNS, *self.machine.episode, *self.trainer.losses)
+        self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
         columns = evaluation_columns(self.machine, run.config, self.task.env)
         self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
-        self.progress = stack.enter_context(
-            Progress(run.config.timesteps, at, bar, machine=self.machine, after=after)
-        )
+        self.shown, self.begun = shown, time.monotonic()
+        self.first: tuple[float, int] | None = None
+        total = run.config.timesteps
+        bar = Bar("training", total, "step", shown, at=at, large=True, lines=False)
+        self.bar, self.bar_at = stack.enter_context(bar), at
+
+    def _put_state(self) -> None:
+        """Go on from the latest checkpoint. ValueError naming it where it is of something else."""
+        if (latest := self.run.latest) is None:
+            return
+        state = read_model(latest)
+        try:
+            self.trainer.put_state(state)
+        except ValueError as error:
+            raise ValueError(f"{latest}: {error}; accepted: this run's own") from error
 
     def train(self) -> Trained[Any]:
-        """Stretch after stretch to the end."""
+        """Run the training loop until `timesteps`."""
         self._tidy()
         total, interval = self.config.timesteps, self.config.checkpoint_interval
         while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
@@ -153,17 +144,11 @@ class _Training:
             self.clock.stop()
             if self.trainer.timesteps > at:
                 self._check_point()
-        return Trained(
-            self.run.path,
-            self.run.path / POLICY,
-            self.config,
-            self.trainer.timesteps,
-            self.clock.seconds,
-            self.trainer.timesteps >= total,
-        )
+        at, path = self.trainer.timesteps, self.run.path
+        return Trained(path, path / POLICY, self.config, at, self.clock.seconds, at >= total)
 
     def _report(self, update: Update) -> None:
-        """Write a row of metrics, and show it."""
+        """Write a row of metrics, and move the bar."""
         rate = self.clock.lap(update.timesteps)
         ended = update.ended
         row = {
@@ -176,11 +161,11 @@ class _Training:
         }
         self.metrics.append(update.timesteps, row)
         self.board.add("train", update.timesteps, row)
-        self.progress.show(update.timesteps, row)
+        self.bar.advance(update.timesteps - self.bar_at, self.machine.beside_bar(row))
+        self.bar_at = update.timesteps
 
     def _check_point(self) -> None:
-        """Evaluate the policy and write it all down. The evaluation's row comes first: a checkpoint
-        that exists has one."""
+        """Evaluate the policy and write a checkpoint, the evaluation's row first."""
         at, seconds = self.trainer.timesteps, self.clock.seconds
         if not self.trainer.is_finite():
             raise ValueError(
@@ -191,24 +176,36 @@ class _Training:
         row = evaluation_row(self.machine, self.task, policy, self.config)
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
-        self.progress.tell(at, row)
+        if self.shown:
+            self.bar.say(self._line(at, row))
         about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
-        state = TrainState(at, seconds, self.config.digest)
         write_checkpoint(
             self.run.checkpoints,
-            state,
+            TrainState(at, seconds, self.config.digest),
             self.trainer.take_state(),
             lambda path: save_policy(policy, path, about),
         )
         self._tidy()
 
+    def _line(self, at: int, row: Mapping[str, float]) -> str:
+        """An evaluation, the time gone, and the time to go by the rate since the first one, before
+        which programs are compiled."""
+        now, line = time.monotonic(), evaluation_line(self.machine, row).replace("nan", "  -")
+        line = f"{at:>10,} steps  {line}  {_clock(now - self.begun)} gone"
+        if self.first is None:
+            self.first = now, at
+            return line
+        seconds = (now - self.first[0]) / (at - self.first[1]) * (self.config.timesteps - at)
+        return f"{line}, about {_clock(max(seconds, 0.0))} to go"
+
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's."""
         every = list_checkpoints(self.run.checkpoints)
-        best = self.run.checkpoints / folder_name(best_evaluation(self.run.path)[0])
-        drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], best])
-        if best in every:
-            write_whole(self.run.path / POLICY, require_policy(best))
+        steps = best_evaluation(self.run.path)[0]
+        best = [one for one in every if int(one.name) == steps]
+        drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], *best])
+        for one in best:
+            write_whole(self.run.path / POLICY, require_policy(one))
 
 
 class _Clock:
@@ -222,7 +219,7 @@ class _Clock:
         self._timesteps, self._since = timesteps, time.monotonic()
 
     def lap(self, timesteps: int) -> float:
-        """So many steps were made; the rate since the last lap [1/s]."""
+        """Note an update; return the rate since the last one [1/s]."""
         now, gone = time.monotonic(), timesteps - self._timesteps
         passed = now - self._since
         self.seconds, self._since, self._timesteps = self.seconds + passed, now, timesteps
@@ -233,6 +230,10 @@ class _Clock:
         self.seconds += time.monotonic() - self._since
 
 
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
 def best_evaluation(directory: Path) -> tuple[int, float]:
     """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
     rows = read_columns(directory / "evaluations.csv")
@@ -241,15 +242,46 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[0]), best[1]
 
 
-def metric_columns(machine: AnyMachine, trainer: AnyTrainer) -> tuple[str, ...]:
-    """Columns of metrics.csv after the number of steps."""
-    return (*COLUMNS, *machine.episode, *trainer.losses)
+def evaluation_columns(machine: AnyMachine, config: Configuration, env: AnyEnv) -> tuple[str, ...]:
+    """Of evaluations.csv, after steps and seconds."""
+    names = machine.evaluated
+    if config.task is not None:
+        names = _task_columns(machine, _task_measures(machine, config.task, env))
+    ends = (f"{name}_{end}" for name in INTERVALS if name in names for end in ("low", "high"))
+    return (*names, *ends)
 
 
-def _take_up(trainer: AnyTrainer, checkpoint: Path) -> None:
-    """Go on from a checkpoint. ValueError naming it where it is of something else."""
-    state = read_model(checkpoint)
-    try:
-        trainer.put_state(state)
-    except ValueError as error:
-        raise ValueError(f"{checkpoint}: {error}; accepted: this run's own") from error
+def evaluation_row(
+    machine: AnyMachine,
+    task: TrainingTask[AnyEnv, Timed],
+    policy: Policy,
+    config: Configuration,
+) -> dict[str, float]:
+    """Evaluation of a policy, by those columns.
+
+    On a named task: with its scores, over episodes from TEST_SEEDS on (one, where a reset draws
+    nothing), which neither training nor `stickslip evaluate --task` plays.
+    """
+    if config.task is None:
+        return machine.evaluate_policy(task, policy, config)
+    measures = _task_measures(machine, config.task, task.env)
+    count = config.evaluation_episodes if is_random(task.tested) else 1
+    seeds = range(TEST_SEEDS, TEST_SEEDS + count)
+    played = play(without_resets(task.env), policy, task.tested, seeds, measures.keep)
+    return row_of_test(measures.columns, _task_columns(machine, measures), played)
+
+
+def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
+    """An evaluation in a line."""
+    score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
+    return score + machine.line(row)
+
+
+def _task_measures(machine: AnyMachine, task: str, env: AnyEnv) -> AnyMeasures:
+    definition = task_by_name(task)
+    measures, known = machine.measures(env, task=True), known_of(definition)
+    return measures if known is None else scored(measures, known, definition.unit)
+
+
+def _task_columns(machine: AnyMachine, measures: AnyMeasures) -> tuple[str, ...]:
+    return tuple(name for name in measures.columns if name in (*SCORES, *machine.evaluated))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.training.configuration import entry, group, later_group
-from stickslip.agents.training.groups import (
+from stickslip.agents.training.settings import (
     MOST_STEPS,
     LearningConfiguration,
     PPOSettings,

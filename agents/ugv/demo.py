@@ -42,7 +42,6 @@ class UGVDemonstration(Demonstration):
     """
 
     directory: ClassVar = "demo-ugv"
-    after: ClassVar = 3.0
     files: ClassVar = {
         "learning.png": "what was learnt when",
         "comparison.png": "the policy beside baselines, planner and optimum, over one bump",

@@ -44,12 +44,12 @@ class Climber(Trainer):
             self.stopped = self.stop()
 
     def take_state(self) -> dict[str, Any]:
-        return {"weights": self._weights, "best": [self._best]}
+        return {"weights": self._weights, "best": self._best}
 
     def put_state(self, state: dict[str, Any]) -> None:
         if np.shape(state["weights"]) != self._weights.shape:
             raise ValueError(f"weights of shape {np.shape(state['weights'])}")
-        self._weights, (self._best,) = state["weights"], state["best"]
+        self._weights, self._best = state["weights"], state["best"]
 
     def policy(self) -> MLPPolicy:
         return _policy(self._weights)

@@ -11,8 +11,7 @@ from stickslip.agents import StandardMachine
 from stickslip.agents.machine import Option
 from stickslip.agents.protocol import Memoryless
 from stickslip.agents.training.configuration import group
-from stickslip.agents.training.groups import PPOSettings, shared
-from stickslip.agents.training.standard import StandardConfig
+from stickslip.agents.training.settings import PPOSettings, StandardConfig, shared
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import FunctionalEnv
 

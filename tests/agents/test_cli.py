@@ -17,6 +17,7 @@ import pytest
 from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.registry import machine_by_name
+from stickslip.agents.training.trainer import trainer_of
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 
@@ -189,15 +190,15 @@ def test_a_missing_package_is_named_with_its_extra(
 
 
 def test_what_needs_stable_baselines3_says_so_in_python(monkeypatch: pytest.MonkeyPatch):
-    for name in ("stickslip.envs.adapters.sb3", "stickslip.agents.training.sb3"):
-        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.delitem(sys.modules, "stickslip.envs.adapters.sb3", raising=False)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     said = r'needs stable_baselines3, .*pip install "stickslip\[sb3\]"'
-    for name in ("stickslip.envs.adapters.sb3", "stickslip.agents.training.sb3"):
-        with pytest.raises(ModuleNotFoundError, match=said):
-            import_module(name)
+    with pytest.raises(ModuleNotFoundError, match=said):
+        import_module("stickslip.envs.adapters.sb3")
+    with pytest.raises(ModuleNotFoundError, match=said):
+        trainer_of(TrainConfig.of(trainer="sb3"))
 
 
 def test_no_message_is_longer_than_a_few_lines(capsys):

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import math
 
 import pytest
 
@@ -15,8 +14,7 @@ from stickslip.agents.biped.training import make_task
 from stickslip.agents.demo import demo
 from stickslip.agents.pictures import learning as plots_training
 from stickslip.agents.training.configuration import Trained
-from stickslip.agents.training.metrics import MetricsFile
-from stickslip.agents.training.progress import Remaining
+from stickslip.agents.training.log import MetricsFile
 from stickslip.cli import WRONG_INPUT, main
 from tests.agents.runs import clock_until_kept
 
@@ -97,46 +95,3 @@ def test_a_time_limit_is_a_time(capsys, tmp_path, limit: str):
     assert main(["demo", "--out", str(tmp_path), f"--time-limit={limit}"]) == WRONG_INPUT
     assert "time_limit = " in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def course(total, every, update, step_time, evaluation, after, change=None):
-    """Notes of a run, and at each evaluation the time that was told beside the true one."""
-    told, now, notes, remaining = [], 20.0, [], Remaining(total, after)  # 20 s: imports
-    first = None
-    for steps in range(update, total + 1, update):
-        slow = 1.0 if change is None or steps <= change[0] else change[1]
-        now += update * step_time(steps) * slow + (30.0 if steps == update else 0.0)  # compilation
-        remaining.update(now, steps)
-        if steps % every == 0:
-            cost = evaluation * slow + (12.0 if first is None else 0.0)
-            now += cost
-            first = cost if first is None else first
-            remaining.evaluation(now, steps)
-            notes.append((steps, now))
-            told.append(remaining.seconds())
-    end = now + after * first
-    return [(steps, left, end - at) for (steps, at), left in zip(notes, told, strict=True)]
-
-
-def test_the_time_to_go_is_right_from_the_second_evaluation_on():
-    notes = course(6_000_000, 262_144, 32_768, lambda steps: 3e-5, 1.5, 6.0)
-    for _, told, true in notes[1:]:
-        assert told == pytest.approx(true, rel=0.03)
-    assert notes[0][1] == pytest.approx(notes[0][2], rel=0.25)  # of evaluations it knows but one
-
-
-def test_the_time_to_go_follows_a_machine_that_becomes_slower():
-    notes = course(4_000_000, 100_000, 10_000, lambda steps: 3e-5, 1.0, 6.0, (1_000_000, 3.0))
-    settled = [(told, true) for steps, told, true in notes if steps >= 1_200_000]
-    assert len(settled) > 20
-    for told, true in settled:
-        assert told == pytest.approx(true, rel=0.03)
-
-
-def test_nothing_is_told_before_anything_is_known():
-    remaining = Remaining(100)
-    assert math.isnan(remaining.seconds())
-    remaining.update(3.0, 10)
-    assert math.isnan(remaining.seconds())
-    remaining.update(4.0, 20)
-    assert remaining.seconds() == pytest.approx(8.0)

@@ -22,8 +22,7 @@ from stickslip.agents import (
 )
 from stickslip.agents.biped.machine import BipedMachine
 from stickslip.agents.registry import machine_by_name, unregister
-from stickslip.agents.training.checkpoint import folder_name
-from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.trainer import TRAINERS
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, Pull
@@ -124,7 +123,7 @@ def test_another_trainer_gets_checkpoints_metrics_and_resumption(tmp_path, monke
     whole = train(config, tmp_path / "whole", bar=False)
     cut = iter([False] * 5 + [True] * 9)
     assert not train(config, tmp_path / "cut", bar=False, stop=lambda: next(cut)).finished
-    shutil.rmtree(tmp_path / "cut" / "checkpoints" / folder_name(384))  # as if killed before
+    shutil.rmtree(tmp_path / "cut" / "checkpoints" / "000000000384")  # as if killed before
     again = train(None, tmp_path / "cut", resume=True, bar=False)
     assert whole.finished
     assert again.finished

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import MLPPolicy, load_policy, read_sweep, save_policy
-from stickslip.agents.training.checkpoint import list_checkpoints
+from stickslip.agents.training.directory import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.sweeps.masses import swept
 

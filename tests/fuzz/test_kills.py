@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents.training.checkpoint import list_checkpoints
+from stickslip.agents.training.directory import list_checkpoints
 from tests.agents.runs import assert_same_run
 from tests.extras import SB3
 

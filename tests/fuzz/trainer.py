@@ -15,9 +15,8 @@ from pathlib import Path
 
 from stickslip.agents.biped import training  # noqa: F401
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.training import tensorboard  # noqa: F401
 from stickslip.agents.training.run import train
-from stickslip.agents.training.sb3 import trainer  # noqa: F401
+from stickslip.agents.training.sb3 import SB3Trainer  # noqa: F401
 
 CONFIG = TrainConfig.of(
     trainer="sb3",

@@ -43,18 +43,6 @@ def path(tmp_path):
     return save_policy(make_policy(), tmp_path / "policy.npz")
 
 
-@pytest.mark.parametrize("activation", ["tanh", "relu"])
-@pytest.mark.parametrize("squash", ["tanh", "clip"])
-@pytest.mark.parametrize("clip", [None, 2.5])
-def test_a_saved_policy_comes_back(tmp_path, activation, squash, clip):
-    policy = make_policy(activation=activation, squash=squash, observation_clip=clip)
-    back = load_policy(save_policy(policy, tmp_path / "policy.npz"))
-    assert jax.tree.structure(back) == jax.tree.structure(policy)
-    obs = jax.random.normal(jax.random.key(0), (20, 7)) * 3
-    np.testing.assert_array_equal(back(obs), policy(obs))
-    assert np.all(np.abs(back(obs)) <= 1)
-
-
 def test_the_file_says_what_it_is(tmp_path):
     env = BipedEnv(see_friction=True)
     params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.5)))
@@ -172,59 +160,39 @@ SPOILT = {
     ),
     "pickle alone": (lambda path: path.write_bytes(pickle.dumps(Bomb())), "no .npz archive"),
     "truncated": (lambda path: path.write_bytes(path.read_bytes()[:-200]), "cut short"),
-    "half": (lambda path: path.write_bytes(path.read_bytes()[:900]), "cut short"),
     "empty": (lambda path: path.write_bytes(b""), "cut short"),
-    "text": (lambda path: path.write_text("a policy"), "no .npz archive"),
     "flipped byte": (change_byte, "damaged"),
     "missing": (lambda path: path.unlink(), "no such file"),
     "a folder": (lambda path: (path.unlink(), path.mkdir()), "cannot be read"),
     "from SB3": (sb3_zip, "foreign archive, with the entry 'data'"),
-    "another npz": (lambda path: np.savez(path, a=np.ones(3)), "no metadata"),
-    "garbled entry": (lambda path: with_member(path, "shift.npy", b"\x93NUMPY\x01\x00zz"), "shift"),
     "huge array": (huge_header, "declares"),
     "zip bomb": (zip_bomb, "unpacks to more"),
     "bad JSON": (lambda path: rewrite(path, metadata=np.array("{")), "no JSON"),
-    "deep JSON": (lambda path: rewrite(path, metadata=np.array("[" * 100000)), "JSON"),
     "other format": (lambda path: with_metadata(path, format="cake"), "not say"),
     "newer version": (lambda path: with_metadata(path, version=2), "version is 2"),
     "sizes": (lambda path: with_metadata(path, layer_sizes=[7, 5, 3, 1]), "it says"),
-    "size list": (lambda path: with_metadata(path, layer_sizes="7"), "layer_sizes"),
     "too many layers": (lambda path: with_metadata(path, layer_sizes=[1] * 10**4), "layer_sizes"),
-    "activation": (lambda path: with_metadata(path, activation="gelu"), "'tanh', 'relu'"),
     "squash": (lambda path: with_metadata(path, squash=[1]), "'clip', 'tanh'"),
     "clip": (lambda path: with_metadata(path, observation_clip="x"), "observation_clip"),
     "shape": (lambda path: rewrite(path, weight_1=np.ones((6, 4), np.float32)), "weight 1"),
-    "bias shape": (lambda path: rewrite(path, bias_1=np.ones(3, np.float32)), "bias 1"),
-    "shift shape": (lambda path: rewrite(path, shift=np.ones(8, np.float32)), "shift"),
     "integers": (lambda path: rewrite(path, weight_1=np.ones((5, 4), int)), "int64"),
     "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias_2.*finite"),
     "lzma": (
         lambda path: recompress(path, zipfile.ZIP_LZMA),
         "compressed by method 14, not stored",
     ),
-    "bzip2": (lambda path: recompress(path, zipfile.ZIP_BZIP2), "compressed by method 12"),
     "minus signs": (lambda path: with_header(path, b"-" * 9000), "header of .* damaged"),
-    "long header": (lambda path: with_header(path, b" " * 60000), "header of .* damaged"),
     "huge clip": (lambda path: with_metadata(path, observation_clip=10**400), "401 digits"),
-    "great clip": (lambda path: with_metadata(path, observation_clip=1e39), "observation_clip"),
     "subnormal scale": (
         lambda path: rewrite(path, scale=np.full(7, 1e-45, "f4")),
         "scale.*float32",
     ),
-    "too great for float32": (lambda path: rewrite(path, shift=np.full(7, 1e300)), "float32"),
     "overflow": (lambda path: rewrite(path, weight_1=np.full((5, 4), 1e38, "f4")), "weight 1 lets"),
     "many lists": (lambda path: with_text(path, "[" + "[]," * 2 * 10**5 + "[[]]]"), "not say"),
-    "very many lists": (
-        lambda path: with_text(path, "[" + "[]," * 4 * 10**6 + "[]]"),
-        "longer than",
-    ),
     "half a character": (lambda path: with_metadata(path, note="\ud800"), "metadata is damaged"),
     "infinity": (lambda path: with_metadata(path, note=float("inf")), "Infinity is not"),
-    "a version of text": (lambda path: with_metadata(path, version="9" * 999), "version is '9"),
     "many entries": (lambda path: many_entries(path), "more than 1024 entries"),
-    "zero scale": (lambda path: rewrite(path, scale=np.zeros(7, np.float32)), "scale.*> 0"),
     "an entry less": (lambda path: rewrite(path, bias_2=None), "its entries are"),
-    "an entry more": (lambda path: rewrite(path, bias_3=np.ones(1)), "its entries are"),
 }
 
 

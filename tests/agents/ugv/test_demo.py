@@ -17,7 +17,7 @@ from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.agents.pictures import learning
 from stickslip.agents.registry import register, unregister
-from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.log import read_columns
 from stickslip.agents.ugv import plots
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.controllers import LevelBody

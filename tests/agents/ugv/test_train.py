@@ -13,7 +13,7 @@ from stickslip.agents import load_policy, read_metadata
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import Trained
-from stickslip.agents.training.metrics import read_columns
+from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv.config import LEGS, UGVTrainConfig
 from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name

@@ -1,12 +1,15 @@
-"""A table that grows while a run goes on, as CSV, and that a killed run can go on with."""
+"""Logs of a run: tables as CSV, and TensorBoard's files; both go on after a kill."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+import os
 import re
-from typing import TYPE_CHECKING
+import socket
+import time
+from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.untrusted import LARGEST_TABLE, RefusedError, read_text, refusing
 from stickslip.dynamics.checks import shown
@@ -25,9 +28,8 @@ NUMBER = re.compile(r"|-?[0-9]{1,20}(?:\.[0-9]{0,20})?(?:e[+-]?[0-9]{1,2}|e-[0-9
 class MetricsFile:
     """Rows in order of their `timesteps`, each on the disk once `append` returns.
 
-    Opened at `upto`, rows past it are dropped, as is a last line that was cut short: what is
-    written after a resumption follows on what the checkpoint knew. Numbers that are not finite are
-    left empty. ValueError for a file of other columns or with anything but numbers in it.
+    Rows past `upto` are dropped when it is opened, as is a last line that was cut short. Numbers
+    that are not finite are left empty. ValueError for a file of other columns or of no numbers.
     """
 
     def __init__(self, path: Path, columns: tuple[str, ...], upto: int = 0):
@@ -86,3 +88,48 @@ def _require_numbers(rows: list[dict[str, str]]) -> None:
 
 def _number(value: float) -> str:
     return cell_text(float(value), 7) if math.isfinite(value) else ""
+
+
+class TensorBoard:
+    """Scalars under a group's name. What an earlier process wrote beyond step `upto` is hidden.
+
+    Each process writes its own file row by row: a full disk is noticed at once, which
+    tensorboard's own writer does in a thread.
+    """
+
+    def __init__(self, directory: Path, upto: int = 0):
+        from tensorboard.compat.proto import event_pb2, summary_pb2
+        from tensorboard.summary.writer.record_writer import RecordWriter
+
+        self._events: Any = event_pb2
+        self._summaries: Any = summary_pb2
+        directory.mkdir(parents=True, exist_ok=True)
+        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
+        self._file = (directory / name).open("xb", buffering=0)
+        self._writer = RecordWriter(self._file)
+        try:
+            self._write(file_version="brain.Event:2")
+            if upto:
+                start = self._events.SessionLog(status=self._events.SessionLog.START)
+                self._write(step=upto + 1, session_log=start)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def add(self, group: str, timesteps: int, row: Mapping[str, float]) -> None:
+        """Write the finite numbers of a row."""
+        values = [
+            self._summaries.Summary.Value(tag=f"{group}/{name}", simple_value=value)
+            for name, value in row.items()
+            if math.isfinite(value)
+        ]
+        self._write(step=timesteps, summary=self._summaries.Summary(value=values))
+
+    def _write(self, **content: Any) -> None:
+        self._writer.write(self._events.Event(wall_time=time.time(), **content).SerializeToString())
+
+    def __enter__(self) -> TensorBoard:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._file.close()

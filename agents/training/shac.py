@@ -1,4 +1,4 @@
-"""Short-horizon actor-critic (Xu et al. 2022, SHAC) as pure functions of JAX.
+"""Short-horizon actor-critic (Xu et al. 2022, SHAC) in JAX.
 
 One update: the environments are stepped over a short window, and the actor follows the derivative,
 through the simulator, of the rewards in it and of a critic's value at its end. The critic learns
@@ -24,83 +24,62 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
-from stickslip.agents.training.learner import (
-    COPIED,
-    SPREAD,
+from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.jax_trainer import (
+    JAXTrainer,
     Layers,
+    Learnt,
     Moments,
     Rates,
     Sizes,
-    first_layers,
-    laid,
+    actor_and_critic,
+    add_moments,
     network,
-    nothing_seen,
-    widened,
+    no_moments,
 )
-from stickslip.agents.training.ppo.algorithm import advantages
+from stickslip.agents.training.ppo import advantages
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Collected, Progress
 
 if TYPE_CHECKING:
-    from jax.sharding import Mesh
     from jaxtyping import Array, Float
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.groups import LearningConfiguration
-    from stickslip.agents.training.learner import Now
-    from stickslip.envs.functional import FunctionalEnv, Params, State
+    from stickslip.agents.training.jax_trainer import Now
+    from stickslip.agents.training.settings import LearningConfiguration
+    from stickslip.envs.functional import FunctionalEnv
 
     Leaves = list[Array | None]
     Stepped = tuple[Array, State, Array, Array, Array, dict[str, Array]]
 
 
-@dataclass(frozen=True)
-class ShortSizes(Sizes):
-    """Static choices, as PPO's: `rollout_steps` is the window through which derivatives go, of
-    `epochs` and `batch_size` the critic's passes over it are made."""
-
-    num_envs: int = 128
-    rollout_steps: int = 16
-    batch_size: int = 512
-    epochs: int = 4
-
-
 @register_pytree
 @dataclass(frozen=True)
 class ShortRates(Rates):
-    """Numbers, as PPO's: `gae_lambda` is that of the critic's TD(lambda), `clip_range` is not used.
-
-    The learning rate is the actor's.
-    """
+    """As PPO's; `learning_rate` is the actor's, `gae_lambda` that of the critic's TD(lambda)."""
 
     critic_pace: Float[Array, ""] | float = 1.0
     """The critic's learning rate, in the actor's."""
     target_memory: Float[Array, ""] | float = 0.2
-    """Of the target critic, what stays of it in an update."""
+    """Share of the target critic that an update keeps."""
 
 
-def settings_of(config: LearningConfiguration) -> tuple[ShortSizes, ShortRates]:
-    """Settings of a training configuration."""
-    shac = config.shac
-    sizes = ShortSizes(
-        num_envs=config.num_envs,
-        rollout_steps=shac.horizon,
-        batch_size=config.batch_size,
-        epochs=shac.critic_passes,
-        hidden=config.hidden,
-        layers=config.layers,
-    )
+def settings_of(config: LearningConfiguration) -> tuple[Sizes, ShortRates]:
+    """Settings of a training configuration: a rollout is the window that derivatives go through,
+    and epochs are the critic's passes over it."""
+    own, shape = config.shac, (config.hidden, config.layers)
+    sizes = Sizes(config.num_envs, own.horizon, config.batch_size, own.critic_passes, *shape)
     rates = ShortRates(
         learning_rate=config.learning_rate,
         final_learning_rate=config.final_learning_rate,
-        noise=shac.action_noise,
-        final_noise=shac.final_action_noise,
+        noise=own.action_noise,
+        final_noise=own.final_action_noise,
         discount=config.discount,
-        gae_lambda=shac.td_lambda,
-        critic_pace=shac.critic_pace,
-        target_memory=shac.target_memory,
+        gae_lambda=own.td_lambda,
+        critic_pace=own.critic_pace,
+        target_memory=own.target_memory,
     )
     return sizes, rates
 
@@ -128,16 +107,11 @@ class ShortLearner(NamedTuple):
     seen: Moments
 
 
-def begin_learning(inputs: int, outputs: int, sizes: ShortSizes, key: Array) -> ShortLearner:
-    """A fresh learner for so many numbers in an observation and in an action."""
-    acting, judging = first_layers(inputs, outputs, sizes, key)
+def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> ShortLearner:
+    """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
+    acting, judging = actor_and_critic(inputs, outputs, sizes, key)
     optimisers = OPTIMISER.init(acting), OPTIMISER.init(judging)
-    return ShortLearner(acting, judging, judging, optimisers, nothing_seen(inputs))
-
-
-def acting(learner: ShortLearner) -> MLPPolicy:
-    """Policy of a learner."""
-    return network(learner.actor, learner.seen, squash="tanh")
+    return ShortLearner(acting, judging, judging, optimisers, no_moments(inputs))
 
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
@@ -227,7 +201,7 @@ slope_step.defvjp(_there, _back)
 def window(
     env: FunctionalEnv[State, Params],
     params: Params,
-    sizes: ShortSizes,
+    sizes: Sizes,
     noise: Array,
     policy: MLPPolicy,
     critic: MLPPolicy,
@@ -268,7 +242,7 @@ def actor_loss(
     learner: ShortLearner,
     env: FunctionalEnv[State, Params],
     params: Params,
-    sizes: ShortSizes,
+    sizes: Sizes,
     noise: Array,
     discount: Array | float,
     progress: Progress[State],
@@ -286,26 +260,24 @@ def actor_loss(
 def improve(
     env: FunctionalEnv[State, Params],
     params: Params,
-    sizes: ShortSizes,
+    sizes: Sizes,
     rates: ShortRates,
     now: Now,
     learner: ShortLearner,
     progress: Progress[State],
     key: Array,
     keep: tuple[str, ...] = (),
-    mesh: Mesh | None = None,
 ) -> tuple[ShortLearner, Collected[State], dict[str, Array]]:
     """One update: the learner after it, what happened in the windows, and values by `LOSSES`."""
-    progress = laid(mesh, progress, SPREAD)
     (loss, found), gradient = jax.value_and_grad(actor_loss, has_aux=True)(
         learner.actor, learner, env, params, sizes, now.noise, rates.discount, progress, keep
     )
     length = _length(gradient)
     gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
     actor, own = _stepped(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
-    obs, values, surprise = laid(mesh, _judged(learner, found, rates), COPIED)
+    obs, values, surprise = _judged(learner, found, rates)
     pace = now.learning_rate * rates.critic_pace
-    critic, theirs, error = _criticised(learner, obs, values, sizes, pace, key, mesh)
+    critic, theirs, error = _criticised(learner, obs, values, sizes, pace, key)
     target = jax.tree.map(
         lambda old, new: rates.target_memory * old + (1 - rates.target_memory) * new,
         learner.target,
@@ -314,8 +286,7 @@ def improve(
     unexplained = jnp.var(surprise) / jnp.maximum(jnp.var(values), 1e-12)
     values_of = loss, error, length, 1 - unexplained
     losses: dict[str, Array] = dict(zip(map(str, LOSSES), values_of, strict=True))
-    after = ShortLearner(actor, critic, target, (own, theirs), widened(learner.seen, obs))
-    after, losses = laid(mesh, (after, losses), COPIED)
+    after = ShortLearner(actor, critic, target, (own, theirs), add_moments(learner.seen, obs))
     return after, found, losses
 
 
@@ -342,10 +313,9 @@ def _criticised(
     learner: ShortLearner,
     obs: Array,
     values: Array,
-    sizes: ShortSizes,
+    sizes: Sizes,
     rate: Array,
     key: Array,
-    mesh: Mesh | None,
 ) -> tuple[Layers, optax.OptState, Array]:
     """The critic after passes over the samples in minibatches, and its mean squared error."""
 
@@ -354,7 +324,7 @@ def _criticised(
         return ((said - values[rows]) ** 2).mean()
 
     def step(carry: tuple[Layers, optax.OptState], rows: Array):
-        error, gradient = jax.value_and_grad(error_of)(carry[0], laid(mesh, rows, SPREAD))
+        error, gradient = jax.value_and_grad(error_of)(carry[0], rows)
         return _stepped(carry[0], gradient, carry[1], rate), error
 
     def epoch(carry: tuple[Layers, optax.OptState], key: Array):
@@ -364,3 +334,33 @@ def _criticised(
     start = learner.critic, learner.optimisers[1]
     (critic, state), errors = jax.lax.scan(epoch, start, jax.random.split(key, sizes.epochs))
     return critic, state, errors.mean()
+
+
+_improve = jax.jit(improve, static_argnums=(0, 2, 8))
+_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
+
+
+class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
+    """Learns from derivatives through the environment's step, which has to have them. `stop` is
+    asked after every update."""
+
+    losses = LOSSES
+
+    def settings(self, config: LearningConfiguration) -> tuple[Sizes, ShortRates]:
+        """See JAXTrainer."""
+        return settings_of(config)
+
+    def first_learner(self, inputs: int, outputs: int) -> ShortLearner:
+        """See JAXTrainer."""
+        return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
+
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[ShortLearner, State] | None:
+        """See JAXTrainer."""
+        given = self.env, self.params, self._sizes, self._rates, now, self._learner, progress, key
+        return Learnt(*_improve(*given, self._infos))
+
+    def network_of(self, learner: ShortLearner) -> MLPPolicy:
+        """See JAXTrainer."""
+        return network(learner.actor, learner.seen, squash="tanh")

@@ -1,4 +1,4 @@
-"""Settings that machines share: those of one algorithm each, as groups, and fields by name."""
+"""Settings that machines share: groups for one algorithm each, fields by name, a standard set."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import itertools
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeVar
 
-from stickslip.agents.training.configuration import Configuration, Settings, entry
+from stickslip.agents.training.configuration import (
+    Configuration,
+    Settings,
+    entry,
+    group,
+    later_group,
+)
 from stickslip.agents.untrusted import LARGEST_TEXT, Rule
 from stickslip.dynamics.plain_checks import require_memory
 
@@ -148,8 +154,6 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
 
     observation: about how many numbers an observation has.
     """
-    from stickslip.agents.untrusted import LARGEST
-
     widths = [observation, *[config.hidden] * config.layers, 2]
     size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
     if size > LARGEST - 2 * LARGEST_TEXT:
@@ -168,3 +172,33 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
     given = f"batch_size = {config.batch_size} with hidden = {config.hidden}"
     wide = 2 * (observation + config.hidden * config.layers)  # forwards and back
     require_memory(given, "samples of a gradient step", config.batch_size, 4 * wide)
+
+
+@dataclass(frozen=True)
+class StandardConfig(LearningConfiguration):
+    """Training with PPO or SHAC. A machine's own configuration is a frozen dataclass on top, which
+    says `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
+    """
+
+    algorithm: str = shared("algorithm", "ppo")
+    trainer: str = shared("trainer", "jax")
+    seed: int = shared("seed", 0)
+    timesteps: int = shared("timesteps", 1_000_000)
+
+    num_envs: int = shared("num_envs", 64)
+    learning_rate: float = shared("learning_rate", 1e-3)
+    final_learning_rate: float = shared("final_learning_rate", 1e-4)
+    discount: float = shared("discount", 0.99)
+    batch_size: int = shared("batch_size", 512)
+    hidden: int = shared("hidden", 64)
+    layers: int = shared("layers", 2)
+    threads: int = shared("threads", 1)
+    ppo: PPOSettings = group(PPOSettings)
+    shac: SHACSettings = later_group(SHACSettings)
+
+    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
+    keep_checkpoints: int = shared("keep_checkpoints", 2)
+    evaluation_episodes: int = shared("evaluation_episodes", 32)
+
+    def _check_together(self) -> None:
+        require_whole_batches(self)

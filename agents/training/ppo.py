@@ -1,0 +1,434 @@
+"""Proximal policy optimisation (Schulman et al. 2017) in JAX.
+
+One update: `rollout` steps the environments, `advantages` judges what they did, `improve` takes
+gradient steps over minibatches of it. All that learning goes on from is a `Learner`; the
+environments stand in `Progress` beside it. The trainer and the population loop around these pure
+functions.
+
+An action is mean(obs) + noise * normal numbers, and its probability is that of this sum; the
+environment clips it to [-1, 1]. So ratios of probabilities are exact where the clipping acts, too.
+The noise follows a schedule: learnt, it vanishes before anything walks, since standing still is a
+safe local optimum (it takes a large torque at the right phase to get over the first step).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Generic, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+
+from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.jax_trainer import (
+    JAXTrainer,
+    Layers,
+    Learnt,
+    Moments,
+    Now,
+    Rates,
+    Sizes,
+    Start,
+    actor_and_critic,
+    add_moments,
+    begin_episodes,
+    network,
+    no_moments,
+    same_step,
+    shapes_of,
+)
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.envs.collecting import Collected, Progress, collect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from jax.typing import ArrayLike
+    from jaxtyping import Array, Bool, Float
+
+    from stickslip.agents.policy.network import MLPPolicy
+    from stickslip.agents.training.settings import LearningConfiguration
+    from stickslip.envs.functional import FunctionalEnv
+
+KEPT = ("obs", "action", "next_obs")
+"""Kept data of each step of a rollout."""
+VALUE_WEIGHT = 0.5
+"""Of the value's squared error in the loss."""
+STEEPEST = 0.5
+"""Length to which a gradient is shortened."""
+OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
+LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
+RETURN = "episode_return"
+"""The entry of info whose mean over the ended episodes a population keeps."""
+MOST_MEMBERS = 4096
+WEIGHT_BYTES = 4 * 4
+"""Of a weight, its slope and the optimiser's moments of it."""
+
+Carry = tuple[tuple[Layers, Layers], optax.OptState]
+"""Of a gradient step: actor and critic, and the optimiser's state."""
+
+
+def settings_of(config: LearningConfiguration) -> tuple[Sizes, Rates]:
+    """Settings of a training configuration."""
+    own, shape = config.ppo, (config.hidden, config.layers)
+    sizes = Sizes(config.num_envs, own.rollout_steps, config.batch_size, own.epochs, *shape)
+    rates = Rates(
+        learning_rate=config.learning_rate,
+        final_learning_rate=config.final_learning_rate,
+        noise=own.noise,
+        final_noise=own.final_noise,
+        discount=config.discount,
+        gae_lambda=own.gae_lambda,
+        clip_range=own.clip_range,
+    )
+    return sizes, rates
+
+
+class Learner(NamedTuple):
+    """All that learning goes on from."""
+
+    actor: Layers
+    critic: Layers
+    optimiser: optax.OptState
+    """State of `OPTIMISER` over (actor, critic)."""
+    seen: Moments
+
+
+class Batch(NamedTuple):
+    """Samples to learn from, every entry [samples, ...]."""
+
+    obs: Array
+    action: Array
+    log_probability: Array
+    """Of the action when it was chosen."""
+    advantage: Array
+    value: Array
+    """Target of the critic: its old estimate plus the advantage."""
+
+
+def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learner:
+    """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
+    networks = actor_and_critic(inputs, outputs, sizes, key)
+    return Learner(*networks, OPTIMISER.init(networks), no_moments(inputs))
+
+
+def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Array):
+    """An action drawn around the policy's; given: the policy and the noise."""
+    policy, noise = given
+    mean = policy.unlimited(obs)
+    return mean + noise * jax.random.normal(key, mean.shape, mean.dtype)
+
+
+def rollout(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    sizes: Sizes,
+    noise: Array,
+    learner: Learner,
+    progress: Progress[State],
+    keep: tuple[str, ...] = (),
+) -> Collected[State]:
+    """`rollout_steps` of every environment; keep: names of info beside `KEPT`."""
+    return collect(
+        env,
+        params,
+        explore,
+        num_envs=len(progress.obs),
+        steps=sizes.rollout_steps,
+        policy_params=(network(learner.actor, learner.seen), noise),
+        keep=(*KEPT, *keep),
+        progress=progress,
+    )
+
+
+def advantages(
+    reward: Float[Array, "steps n"],
+    terminated: Bool[Array, "steps n"],
+    truncated: Bool[Array, "steps n"],
+    value: Float[Array, "steps n"],
+    next_value: Float[Array, "steps n"],
+    discount: Array | float,
+    gae_lambda: Array | float,
+) -> Float[Array, "steps n"]:
+    """Generalised advantage estimates (Schulman et al. 2016).
+
+    value, next_value: of the observation before a step and of the one after it, which at an
+    episode's end is its last one, not the next episode's first. A terminated episode earns nothing
+    more; of a truncated one next_value is what it would have gone on to earn.
+    """
+    surprise = reward + discount * jnp.where(terminated, 0.0, next_value) - value
+    goes_on = ~(terminated | truncated)
+
+    def back(later: Array, now: tuple[Array, Array]) -> tuple[Array, Array]:
+        surprise, goes_on = now
+        here = surprise + discount * gae_lambda * jnp.where(goes_on, later, 0.0)
+        return here, here
+
+    return jax.lax.scan(back, jnp.zeros_like(value[0]), (surprise, goes_on), reverse=True)[1]
+
+
+def log_probability(action: Array, mean: Array, noise: Array) -> Array:
+    """Of a normal distribution, the constant aside."""
+    return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
+
+
+def judged(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
+    """Samples of a rollout for the update."""
+    obs, action = found.kept["obs"], found.kept["action"]
+    critic = network(learner.critic, learner.seen)
+    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    mean = network(learner.actor, learner.seen).unlimited(obs)
+    batch = Batch(obs, action, log_probability(action, mean, noise), gain, value + gain)
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
+
+
+def loss_of(
+    networks: tuple[Layers, Layers], seen: Moments, batch: Batch, noise: Array, clip_range: Array
+) -> tuple[Array, dict[str, Array]]:
+    """The clipped surrogate and the value's error, and what to report of them."""
+    actor, critic = (network(layers, seen) for layers in networks)
+    mean = actor.unlimited(batch.obs)
+    change = log_probability(batch.action, mean, noise) - batch.log_probability
+    ratio = jnp.exp(change)
+    gain = batch.advantage
+    gain = (gain - gain.mean()) / (gain.std() + 1e-8)
+    limited = jnp.clip(ratio, 1 - clip_range, 1 + clip_range)
+    policy_loss = -jnp.minimum(ratio * gain, limited * gain).mean()
+    value_loss = ((critic.unlimited(batch.obs)[..., 0] - batch.value) ** 2).mean()
+    about = {
+        "policy_loss": policy_loss,
+        "value_loss": value_loss,
+        "kl_divergence": (ratio - 1 - change).mean(),
+        "clip_fraction": (jnp.abs(ratio - 1) > clip_range).mean(),
+    }
+    return policy_loss + VALUE_WEIGHT * value_loss, about
+
+
+def improve(
+    learner: Learner,
+    found: Collected,
+    sizes: Sizes,
+    rates: Rates,
+    now: Now,
+    key: Array,
+) -> tuple[Learner, dict[str, Array]]:
+    """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
+    rate, noise = now
+    every = judged(learner, found, noise, rates)
+    samples, size = sizes.samples, sizes.batch_size
+
+    def step(carry: Carry, rows: Array):
+        networks, optimiser = carry
+        batch = jax.tree.map(lambda leaf: leaf[rows], every)
+        gradient, about = jax.grad(loss_of, has_aux=True)(
+            networks, learner.seen, batch, noise, rates.clip_range
+        )
+        change, optimiser = OPTIMISER.update(gradient, optimiser)
+        networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
+        return (networks, optimiser), about
+
+    def epoch(carry: Carry, first: Array):
+        return jax.lax.scan(step, carry, jnp.roll(order, first).reshape(-1, size))
+
+    shuffling, beginning = jax.random.split(key)
+    order = jnp.argsort(jax.random.bits(shuffling, (samples,)))  # sorting takes as long as an epoch
+    firsts = jax.random.randint(beginning, (sizes.epochs,), 0, samples)
+    start = (learner.actor, learner.critic), learner.optimiser
+    ((actor, critic), optimiser), about = jax.lax.scan(epoch, start, firsts)
+    losses = {name: values.mean() for name, values in about.items()}
+    error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
+    losses["explained_variance"] = 1 - error
+    after = Learner(actor, critic, optimiser, add_moments(learner.seen, every.obs))
+    return after, losses
+
+
+_improve = jax.jit(improve, static_argnums=2)
+_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
+
+
+class PPOTrainer(JAXTrainer[Learner, State, Params]):
+    """Learns from rollouts. `stop` is asked twice an update."""
+
+    losses = LOSSES
+
+    def settings(self, config: LearningConfiguration) -> tuple[Sizes, Rates]:
+        """See JAXTrainer."""
+        return settings_of(config)
+
+    def first_learner(self, inputs: int, outputs: int) -> Learner:
+        """See JAXTrainer."""
+        return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
+
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[Learner, State] | None:
+        """See JAXTrainer."""
+        given = self.env, self.params, self._sizes, now.noise, self._learner, progress, self._infos
+        found = rollout(*given)
+        if self.stop():
+            return None
+        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, key)
+        return Learnt(learner, found, losses)
+
+    def network_of(self, learner: Learner) -> MLPPolicy:
+        """See JAXTrainer."""
+        return network(learner.actor, learner.seen)
+
+
+class Population(NamedTuple):
+    """Members of a population during training; every leaf [members, ...]."""
+
+    learner: Learner
+    timesteps: int
+    """Of each member."""
+    losses: dict[str, Float[np.ndarray, "members updates"]]
+    """Of every update so far; "return": mean of the episodes that ended in it, NaN without any."""
+
+    def policy(self, member: int) -> MLPPolicy:
+        """A member's policy, without exploration."""
+        actor, seen = jax.tree.map(
+            lambda leaf: leaf[member], (self.learner.actor, self.learner.seen)
+        )
+        return network(actor, seen).validate()
+
+
+def train_population(
+    env: FunctionalEnv[State, Params],
+    params: Params,
+    settings: tuple[Sizes, Rates],
+    seeds: Sequence[int],
+    *,
+    timesteps: int,
+    stretches: int = 1,
+    tell: Callable[[Population], object] = lambda population: None,
+    vmapped: bool | None = None,
+) -> Population:
+    """Train one member a seed on an environment, each as `PPOTrainer` does, in one program.
+
+    params: of training episodes, shared by all. settings: sizes, and rates whose entries are
+    numbers or arrays [members]. timesteps: of each member; learning ends with the first update that
+    reaches it. tell: called after each of `stretches` parts of about equal length. vmapped: members
+    make their updates together, else one after the other; default: except on a processor, where
+    batches of small matrix products gain nothing. ValueError for bad numbers, and for what memory
+    cannot hold.
+    """
+    require_kind("settings", settings, (tuple, list), accepted := "a pair of Sizes and Rates")
+    if len(settings) != 2:
+        raise ValueError(f"settings has {len(settings)} entries; accepted: {accepted}")
+    sizes, rates = settings
+    require_kind("settings", sizes, Sizes, accepted)
+    require_kind("settings", rates, Rates, accepted)
+    env.check_params(params)
+    require_kind("seeds", seeds, (Sequence, np.ndarray), "one whole number a member, in a list")
+    members = require_integer("len(seeds)", len(seeds), high=MOST_MEMBERS)
+    numbers = [require_integer("seed", seed, low=0, high=2**31 - 1) for seed in seeds]
+    timesteps = require_integer("timesteps", timesteps, high=10**12)
+    updates = -(-timesteps // sizes.samples)
+    parts = min(require_integer("stretches", stretches, high=10**6), updates)
+    inputs, names = shapes_of(env, params)
+    _require_room(sizes, inputs, len(env.action_names), members)
+    vmapped = jax.default_backend() != "cpu" if vmapped is None else bool(vmapped)
+    program = _Program(same_step(env), sizes, inputs, RETURN in names, vmapped)
+    rates = _spread(rates.validate(), members)
+    at, rows = _begin(program, params, np.asarray(numbers)), []
+    ends = {-(-updates * part // parts) for part in range(1, parts + 1)}
+    for index in range(updates):
+        share = jnp.float32(index * sizes.samples / timesteps)
+        at, losses = _update(program, params, rates, at, jnp.int32(index), share)
+        rows.append(jax.tree.map(np.asarray, losses))
+        if index + 1 in ends:
+            losses = {name: np.stack([row[name] for row in rows], 1) for name in rows[0]}
+            now = Population(at.learner, (index + 1) * sizes.samples, losses)
+            tell(now)
+    return now
+
+
+def _require_room(sizes: Sizes, inputs: int, outputs: int, members: int) -> None:
+    """Raise ValueError for rollouts and networks that no memory holds."""
+    given = (
+        f"{members} seeds with num_envs = {sizes.num_envs}, rollout_steps = {sizes.rollout_steps}"
+    )
+    kept = 4 * (3 * inputs + 2 * outputs + 8)
+    require_memory(given, "samples", members * sizes.samples, kept)
+    widths = [inputs, *[sizes.hidden] * sizes.layers, 1]
+    weights = sum((one + 1) * other for one, other in itertools.pairwise(widths))
+    given = f"{members} seeds with hidden = {sizes.hidden}, layers = {sizes.layers}"
+    require_memory(given, "networks of an actor and a critic", 2 * members, WEIGHT_BYTES * weights)
+
+
+class _Program(NamedTuple, Generic[State, Params]):
+    """Static arguments."""
+
+    env: FunctionalEnv[State, Params]
+    sizes: Sizes
+    inputs: int
+    with_return: bool
+    vmapped: bool
+
+
+class _Member(NamedTuple):
+    learner: Learner
+    start: Start
+
+
+@partial(jax.jit, static_argnums=0)
+def _begin(program: _Program[State, Params], params: Params, seeds: Array) -> _Member:
+    def learner(seed: Array) -> Learner:
+        outputs = len(program.env.action_names)
+        return begin_learning(program.inputs, outputs, program.sizes, jax.random.key(seed))
+
+    def start(seed: Array) -> Start:
+        return begin_episodes(program.env, params, program.sizes, seed)
+
+    # One learner after the other: of several at once, LAPACK factorises the weights of different
+    # layers in tasks of one thread pool that wait for each other, on two cores for ever.
+    return _Member(jax.lax.map(learner, jnp.asarray(seeds)), jax.vmap(start)(seeds))
+
+
+@partial(jax.jit, static_argnums=0)
+def _update(
+    program: _Program[State, Params],
+    params: Params,
+    rates: Rates,
+    members: _Member,
+    index: Array,
+    share: Array,
+) -> tuple[_Member, dict[str, Array]]:
+    """One update of each member."""
+
+    def one(rates: Rates, member: _Member) -> tuple[_Member, dict[str, Array]]:
+        now = rates.at(share)
+        learner, (progress, key) = member
+        keep = (RETURN,) if program.with_return else ()
+        found = rollout(program.env, params, program.sizes, now.noise, learner, progress, keep)
+        own = jax.random.fold_in(key, index)
+        learner, losses = improve(learner, found, program.sizes, rates, now, own)
+        if program.with_return:
+            over = found.terminated | found.truncated
+            total = jnp.sum(jnp.where(over, found.kept[RETURN], 0.0))
+            losses["return"] = total / jnp.sum(over)
+        return _Member(learner, Start(found.progress, key)), losses
+
+    if program.vmapped:
+        return jax.vmap(one)(rates, members)
+    return jax.lax.map(lambda each: one(*each), (rates, members))
+
+
+def _spread(rates: Rates, members: int) -> Rates:
+    """Every entry as an array [members]. ValueError for one of another length."""
+
+    def one(value: ArrayLike) -> Array:
+        if np.shape(value) not in ((), (members,)):
+            raise ValueError(
+                f"rates of shape {np.shape(value)} with {members} seeds; accepted: numbers, or "
+                f"arrays of shape ({members},)"
+            )
+        return jnp.broadcast_to(jnp.asarray(value, jnp.float32), (members,))
+
+    return jax.tree.map(one, rates)

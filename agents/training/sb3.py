@@ -1,0 +1,321 @@
+"""PPO and SAC of Stable-Baselines3 as a trainer, on the processor; their state as arrays."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.utils import set_random_seed
+
+from stickslip.agents.policy.sb3 import from_sb3
+from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.settings import LearningConfiguration
+from stickslip.agents.training.trainer import Trainer, Update
+from stickslip.envs.adapters.sb3 import SB3VecEnv
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stable_baselines3.common.buffers import ReplayBuffer
+
+    from stickslip.agents.policy.network import MLPPolicy
+    from stickslip.agents.training.trainer import ModelState
+    from stickslip.envs.functional import FunctionalEnv
+
+BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+"""Arrays of a replay buffer."""
+LOSSES = {
+    "ppo": {
+        "policy_loss": "policy_gradient_loss",
+        "value_loss": "value_loss",
+        "kl_divergence": "approx_kl",
+        "clip_fraction": "clip_fraction",
+        "explained_variance": "explained_variance",
+    },
+    "sac": {
+        "actor_loss": "actor_loss",
+        "critic_loss": "critic_loss",
+        "entropy_weight": "ent_coef",
+    },
+}
+"""Columns of the metrics and what Stable-Baselines3 logs them as."""
+SAC_INTERVAL = 2000
+"""Steps to the next report; PPO reports every update."""
+
+
+class Schedule:
+    """Linear schedule. share: of the training done so far, 0 to 1."""
+
+    def __init__(self):
+        self.share = 0.0
+
+    def at(self, first: float, last: float) -> float:
+        """From first to last."""
+        return first + (last - first) * min(max(self.share, 0.0), 1.0)
+
+
+def make_model(config: LearningConfiguration, envs: SB3VecEnv, schedule: Schedule) -> PPO | SAC:
+    """A fresh model whose learning rate follows the schedule."""
+    torch.set_num_threads(config.threads)
+    network = {"net_arch": [config.hidden] * config.layers}
+    common: dict[str, Any] = {
+        "learning_rate": lambda _: schedule.at(config.learning_rate, config.final_learning_rate),
+        "batch_size": config.batch_size,
+        "gamma": config.discount,
+        "seed": config.seed,
+        "device": "cpu",
+    }
+    if config.algorithm == "sac":
+        model = SAC(
+            "MlpPolicy",
+            envs,
+            buffer_size=config.sac.buffer_size,
+            learning_starts=config.sac.learning_starts,
+            gradient_steps=config.sac.gradient_steps,
+            tau=config.sac.soft_update,
+            train_freq=1,
+            policy_kwargs=network,
+            **common,
+        )
+    else:
+        model = PPO(
+            "MlpPolicy",
+            envs,
+            n_steps=config.ppo.rollout_steps,
+            n_epochs=config.ppo.epochs,
+            gae_lambda=config.ppo.gae_lambda,
+            clip_range=config.ppo.clip_range,
+            policy_kwargs=network | {"log_std_init": math.log(config.ppo.noise)},
+            **common,
+        )
+        model.policy.log_std.requires_grad_(False)
+    model.set_logger(Logger(folder=None, output_formats=[]))
+    return model
+
+
+def set_noise(model: PPO | SAC, config: LearningConfiguration, schedule: Schedule) -> float:
+    """Set the scheduled exploration, and return it (NaN for SAC, which learns it)."""
+    if not isinstance(model, PPO):
+        return math.nan
+    logarithm = schedule.at(math.log(config.ppo.noise), math.log(config.ppo.final_noise))
+    model.policy.log_std.data.fill_(logarithm)
+    return math.exp(logarithm)
+
+
+def take_state(model: PPO | SAC) -> dict[str, Any]:
+    """Parameters, optimiser states and (SAC) the replay buffer: arrays by name."""
+    state: dict[str, Any] = {"algorithm": type(model).__name__, "updates": int(model._n_updates)}
+    for name, part in model.get_parameters().items():
+        state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
+    if isinstance(model, SAC):
+        buffer = _buffer(model)
+        rows = buffer.buffer_size if buffer.full else buffer.pos
+        state["log_ent_coef"] = _array(_entropy(model))
+        state |= {f"buffer/{name}": getattr(buffer, name)[:rows].copy() for name in BUFFER}
+        state["buffer_position"], state["buffer_full"] = int(buffer.pos), bool(buffer.full)
+    return state
+
+
+def put_state(model: PPO | SAC, state: ModelState) -> None:
+    """Undo `take_state`. ValueError if the state is of another model."""
+    try:
+        if state["algorithm"] != type(model).__name__:
+            raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
+        parameters = model.get_parameters()
+        for name in parameters:
+            own = {
+                key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))
+                for key, one in state.items()
+                if key.startswith(f"{name}/")
+            }
+            if name.endswith("optimizer"):
+                parameters[name]["state"] = _by_parameter(own)
+            else:
+                parameters[name] = own
+        model.set_parameters(parameters, exact_match=True, device="cpu")
+        model._n_updates = int(state["updates"])
+        if isinstance(model, SAC):
+            _entropy(model).data.copy_(torch.from_numpy(np.array(state["log_ent_coef"])))
+            _fill(_buffer(model), state)
+    except Exception as error:  # whatever PyTorch makes of what is not its own
+        reason = str(error).partition("\n")[0]
+        raise ValueError(f"its contents do not fit the configuration ({reason})") from error
+
+
+def _tensors(name: str, part: dict[str, Any]) -> dict[str, torch.Tensor]:
+    """A module's parameters by name; an optimiser's by parameter and name."""
+    if not name.endswith("optimizer"):
+        return part
+    return {f"{i}/{key}": one for i, own in part["state"].items() for key, one in own.items()}
+
+
+def _by_parameter(tensors: dict[str, torch.Tensor]) -> dict[int, dict[str, torch.Tensor]]:
+    """An optimiser's state from what `_tensors` gave."""
+    found: dict[int, dict[str, torch.Tensor]] = {}
+    for path, tensor in tensors.items():
+        index, _, name = path.partition("/")
+        found.setdefault(int(index), {})[name] = tensor
+    return found
+
+
+def _array(tensor: torch.Tensor) -> np.ndarray:
+    return np.array(tensor.detach().cpu().numpy(), order="C")
+
+
+def _buffer(model: SAC) -> ReplayBuffer:
+    if model.replay_buffer is None:
+        raise ValueError("a model without its replay buffer; accepted: one that is set up")
+    return model.replay_buffer
+
+
+def _entropy(model: SAC) -> torch.Tensor:
+    """Logarithm of the entropy's weight, which SAC learns here."""
+    if model.log_ent_coef is None:
+        raise ValueError("the entropy's weight is fixed; accepted: one that is learnt")
+    return model.log_ent_coef
+
+
+def _fill(buffer: ReplayBuffer, state: ModelState) -> None:
+    for name in BUFFER:
+        rows, target = np.asarray(state[f"buffer/{name}"]), getattr(buffer, name)
+        if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):
+            raise ValueError(f"buffer {name} has shape {rows.shape}, this run's {target.shape}")
+        target[: len(rows)] = rows
+    buffer.pos, buffer.full = int(state["buffer_position"]), bool(state["buffer_full"])
+
+
+class Reporter(BaseCallback):
+    """Sets the schedules before each rollout, and reports after updates.
+
+    stop: asked after each step; an unfinished rollout is given up, so `num_timesteps` is that of
+    the last update.
+    """
+
+    def __init__(
+        self,
+        config: LearningConfiguration,
+        schedule: Schedule,
+        report: Callable[[Update], None],
+        stop: Callable[[], bool],
+    ):
+        super().__init__()
+        self._config, self._schedule = config, schedule
+        self._report, self._stop = report, stop
+        self._ended: list[dict[str, Any]] = []
+        self._reported_at, self._updated_at = 0, 0
+        self._noise = float("nan")
+        self.stopped = False
+
+    def _on_training_start(self) -> None:
+        self._reported_at = self._updated_at = self.model.num_timesteps
+        self._ended.clear()
+
+    def _on_rollout_start(self) -> None:
+        self._maybe_report()
+        self._updated_at = self.model.num_timesteps
+        self._schedule.share = self.model.num_timesteps / self._config.timesteps
+        self._noise = set_noise(self.model, self._config, self._schedule)  # type: ignore[arg-type]
+
+    def _on_step(self) -> bool:
+        for index in np.flatnonzero(self.locals["dones"]):
+            self._ended.append(self.locals["infos"][index])
+        if self._stop():
+            self.model.num_timesteps = self._updated_at
+            self.stopped = True
+        return not self.stopped
+
+    def _on_training_end(self) -> None:
+        if not self.stopped:
+            self._maybe_report(always=True)
+
+    def _maybe_report(self, always: bool = False) -> None:
+        """Report the last update, if there was one and it is time."""
+        gone = self.model.num_timesteps - self._reported_at
+        if gone < (1 if always or self._config.algorithm == "ppo" else SAC_INTERVAL):
+            return
+        self._reported_at = self.model.num_timesteps
+        logged = self.model.logger.name_to_value
+        losses = LOSSES[self._config.algorithm]
+        update = Update(
+            timesteps=self.model.num_timesteps,
+            learning_rate=self.model.lr_schedule(1.0),
+            noise=self._noise,
+            ended=_columns(self._ended),
+            losses={
+                name: float(logged.get("train/" + key, np.nan)) for name, key in losses.items()
+            },
+        )
+        self._ended.clear()
+        self._report(update)
+
+
+def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
+    """The numbers of episodes' last infos, by name; {} without any."""
+    first = infos[0] if infos else {}
+    names = [name for name, value in first.items() if isinstance(value, bool | int | float)]
+    return {name: np.asarray([info[name] for info in infos]) for name in names}
+
+
+class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
+    """Stable-Baselines3 on the processor, with the algorithm of the configuration."""
+
+    def __init__(
+        self,
+        config: LearningConfiguration,
+        env: FunctionalEnv[State, Params],
+        params: Params,
+        report: Callable[[Update], None],
+        stop: Callable[[], bool],
+    ):
+        super().__init__(config, env, params, report, stop)
+        self._envs = SB3VecEnv(env, params, config.num_envs, config.seed)
+        self._schedule = Schedule()
+        self._model = make_model(config, self._envs, self._schedule)
+        self._reporter = Reporter(config, self._schedule, self._tell, stop)
+        self.losses = tuple(LOSSES[config.algorithm])
+
+    def begin_stretch(self, timesteps: int) -> None:
+        """See Trainer."""
+        self.timesteps, self._schedule.share = timesteps, timesteps / self.config.timesteps
+        first, second = np.random.SeedSequence([self.config.seed, timesteps]).generate_state(2)
+        set_random_seed(int(first))
+        self._model.action_space.seed(int(first))
+        self._envs.seed(int(second) % 2**30)
+        self._model.num_timesteps = timesteps
+        self._model._last_obs = None  # so that learn() resets the environments
+
+    def advance(self, goal: int) -> None:
+        """See Trainer."""
+        self._model.learn(
+            goal - self.timesteps, self._reporter, log_interval=10**9, reset_num_timesteps=False
+        )
+        self.timesteps, self.stopped = self._model.num_timesteps, self._reporter.stopped
+
+    def take_state(self) -> ModelState:
+        """See Trainer."""
+        return take_state(self._model)
+
+    def put_state(self, state: ModelState) -> None:
+        """See Trainer."""
+        put_state(self._model, state)
+
+    def policy(self) -> MLPPolicy:
+        """See Trainer."""
+        return from_sb3(self._model)
+
+    def is_finite(self) -> bool:
+        """See Trainer."""
+        return all(bool(torch.isfinite(p).all()) for p in self._model.policy.parameters())
+
+    def close(self) -> None:
+        """See Trainer."""
+        self._envs.close()
+
+    def _tell(self, update: Update) -> None:
+        self.timesteps = update.timesteps
+        self.report(update)
