@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.agents.idle import Idle
     from stickslip.agents.machine import Machine
     from stickslip.agents.pictures.film import film
+    from stickslip.agents.pictures.view import View, show
     from stickslip.agents.policy.file import (
         describe_environment,
         load_policy,
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
-    from stickslip.agents.reports.show import View, show
     from stickslip.agents.standard import StandardMachine
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
@@ -64,6 +64,7 @@ else:
                 "register",
             ),
             "pictures.film": ("film",),
+            "pictures.view": ("View", "show"),
             "policy.file": (
                 "describe_environment",
                 "load_policy",
@@ -75,7 +76,6 @@ else:
             "policy.sb3": ("from_sb3",),
             "policy.shipped": ("shipped_names",),
             "protocol": ("Controller",),
-            "reports.show": ("View", "show"),
             "standard": ("StandardMachine",),
             "sweeps.sweep": ("sweep",),
             "sweeps.axes": ("Axis",),

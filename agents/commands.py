@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from stickslip.agents.evaluation.evaluate import MOST_EPISODES, evaluate, evaluate_task, is_random
-from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
 from stickslip.agents.tasks.named import (
@@ -21,7 +20,6 @@ from stickslip.agents.tasks.named import (
     measured_before,
     named_on,
     task_in_words,
-    title_of,
 )
 from stickslip.agents.tasks.places import (
     controller_of,
@@ -35,8 +33,6 @@ from stickslip.agents.view_files import (
     require_folder,
     require_new,
     require_writable,
-    show_window,
-    view_files,
 )
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
@@ -94,7 +90,9 @@ def train_command(given: Options) -> None:
         raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")
     if not given["no_pictures"]:
         say_stage("drawing")
-        machine.write_products(trained)
+        from stickslip.agents.pictures.training import write_products
+
+        write_products(trained)
     print(
         f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s, evaluations aside; "
         f"all of it in {directory}"
@@ -238,46 +236,3 @@ def evaluation(
                 )
             )
     return joined(parts, order=list(named))
-
-
-def view_command(given: Options) -> None:
-    """`stickslip view`: print the task, write an animation (and a plot) or a page, or show a
-    window."""
-    if given["html"] is not None:
-        from stickslip.agents.reports.view import view_page_command
-
-        view_page_command(given)
-        return
-    if given["window"] and given["out"] is not None:
-        raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
-    require_integer("seed", given["seed"], low=0, high=2**32 - 1)
-    if len(given["who"]) > 1:
-        raise ValueError(
-            f"view of {', '.join(given['who'])}; accepted: one, or several with --html"
-        )
-    given = {**given, "who": given["who"][0]}
-    name, seconds, machine = given["who"], given["seconds"], machine_of([given["who"]])
-    named = read_named([name], machine)
-    scene = machine.usual_scene(viewed=True)
-    if named[name].policy is None and not given["scenes"] and scene != machine.usual_scene():
-        given = {**given, "scenes": [scene]}
-    (place,) = places_of(named, given, machine, viewed=True)
-    task, env = common_task(given), place.who[name]
-    files = view_files(given, place.label, task)
-    require_writable(files.written)
-    print(place.line() if task is None else f"{name}, trained on {title_of(task)}")
-    from stickslip.agents.pictures.film import write_film
-
-    params = machine.params_to_view(place.params, seconds)
-    controller = controller_of(named[name], name, env, params, machine)
-    say_stage(f"playing {seconds:g} s")
-    played = rollout(env, planned(env, controller, params, given["seed"]), params, given["seed"])
-    for path in files.plots:
-        print(f"Written: {machine.plot_episode(played, env, params, path, files.title)}")
-    if given["window"]:
-        frames = min(machine.frames, 1 / float(params.control_period))
-        show_window(env, played, params, files.title, frames)
-    else:
-        say_stage(f"drawing {files.film}")
-        film = write_film(env, played, params, files.film, machine.frames, seconds, progress=True)
-        print(f"Written: {film}")

@@ -18,7 +18,6 @@ from stickslip.agents.training.configuration import Config, Configuration
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
-    from pathlib import Path
 
     import numpy as np
 
@@ -26,11 +25,11 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.optimum.policy import StateMap
+    from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
     from stickslip.agents.sweeps.swept import Swept
-    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.untrusted import Json
-    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 
 Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
@@ -146,6 +145,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Name of the animation that a finished run leaves."""
     frames: ClassVar[float]
     """Pictures a second of animations, at most one a control step."""
+    film_time: ClassVar[float | None] = None
+    """Seconds of the episode in a run's animation; None: all of it."""
 
     # What the command line shows before anything is computed.
 
@@ -269,31 +270,26 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Pictures.
 
-    @abstractmethod
-    def write_products(
-        self, trained: Trained[Config], played: AnyRollout | None = None
-    ) -> list[Path]:
-        """Write learning.png, episode.png and `film` into a run's directory, and return the paths.
-
-        played: the policy's episode, if it is there already.
-        """
-
-    @abstractmethod
-    def plot_episode(
-        self, played: AnyRollout, env: Env, params: Params, path: str | Path, title: str
-    ) -> Path:
-        """An episode over time as a PNG."""
-
-    def shown(
+    def as_episode(
         self, played: AnyRollout, env: Env, params: Params, name: str, scale: Scale | None = None
-    ) -> Shown:
-        """An episode as a page shows it; name: of the player, scale: of a named task's scores.
+    ) -> Episode:
+        """An episode for plots and pages; name: of the player, scale: of a named task's scores.
 
         Unless a machine says more: curves over time, without a drawing.
         """
-        from stickslip.agents.reports.standard import shown
+        from stickslip.agents.pictures.episodes import standard_episode
 
-        return shown(played, env, params, name, scale)
+        return standard_episode(played, env, params, name, scale)
+
+    def learning_panels(self, config: Config) -> Sequence[LearningPanel]:
+        """Panels of a run's learning curves. Unless a machine says more: each of `evaluated`."""
+        from stickslip.agents.pictures.episodes import LearningPanel
+
+        del config
+        return [
+            LearningPanel(name.replace("_", " "), name if name in self.episode else None, name)
+            for name in self.evaluated
+        ]
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

@@ -12,17 +12,14 @@ from stickslip.dynamics.plain_checks import require_choice, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     import numpy as np
 
     from stickslip.agents.evaluation.evaluate import Measures
-    from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.standard import StandardEpisodes
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.tasks.standard import StandardTask
-    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.untrusted import Json
 
 
@@ -115,19 +112,3 @@ class StandardMachine(Machine[Env, Values, Config]):
     def line(self, row: Mapping[str, float]) -> str:
         """See Machine."""
         return "  ".join(f"{name.replace('_', ' ')} {row[name]:8.3f}" for name in self.evaluated)
-
-    def write_products(
-        self, trained: Trained[Config], played: AnyRollout | None = None
-    ) -> list[Path]:
-        """See Machine."""
-        from stickslip.agents.pictures.standard import write_products
-
-        return write_products(self, self.training_task(trained.config), trained, played)
-
-    def plot_episode(
-        self, played: AnyRollout, env: Env, params: Values, path: str | Path, title: str
-    ) -> Path:
-        """See Machine."""
-        from stickslip.agents.pictures.standard import plot_episode
-
-        return plot_episode(played, env, params, path, title)

@@ -1,87 +1,21 @@
-"""Where the commands of `stickslip` write, and what `stickslip view` shows, of any machine."""
+"""Checks of the files and folders that commands write, before anything is computed."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 import tempfile
 from contextlib import suppress
 from errno import ENOTDIR
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
-
-from stickslip.agents.policy.file import policy_path
-from stickslip.agents.policy.shipped import shipped_path
-from stickslip.envs.rendering.animation import require_format
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.machine import Options
-    from stickslip.agents.protocol import AnyEnv, Timed
-
 
 FILES = (".csv", ".json", ".parquet", ".html", ".htm", ".md", ".txt", ".png", ".gif", ".npz")
 """What no directory of results is called."""
-
-
-class ViewFiles(NamedTuple):
-    """What `stickslip view` is to write."""
-
-    title: str
-    """Who is shown where."""
-    film: Path
-    """The animation, unless a window is asked for."""
-    plots: list[Path]
-    """One or none."""
-    window: bool = False
-
-    @property
-    def written(self) -> list[Path]:
-        """All files that will be there."""
-        return self.plots if self.window else [*self.plots, self.film]
-
-
-def view_files(given: Options, place: str, task: str | None = None) -> ViewFiles:
-    """What the flags ask for; place: the task's label; task: the policy's own, if that is a named
-    one and nothing of it is changed.
-
-    ValueError for seconds out of range, files of another kind, and ones that are not to be
-    replaced.
-    """
-    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
-        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
-    shipped, who = shipped_path(given["who"]) is not None, policy_path(given["who"])
-    name = who.parent.name if who.name == "policy.npz" else who.name
-    name = given["who"] if shipped else name.removesuffix(".npz")
-    own = shipped and task is not None  # its name says where
-    film = Path(given["out"] or (f"{name}.gif" if own else f"{name}-{_for_a_file(place)}.gif"))
-    plots = [] if given["plot"] is None else [Path(given["plot"])]
-    require_format(film)
-    for path in plots:
-        require_suffix(path, (".png",))
-    require_new(plots + ([] if given["window"] else [film]), given["overwrite"])
-    return ViewFiles(f"{name} on {task or place}", film, plots, given["window"])
-
-
-def _for_a_file(label: str) -> str:
-    return re.sub(r"[^\w.+-]+", "-", Path(label).stem if Path(label).is_file() else label)
-
-
-def show_window(env: AnyEnv, played: AnyRollout, params: Timed, title: str, fps: float) -> None:
-    """Show an episode once, at the speed of life, until its end or until the window is closed."""
-    from stickslip.agents.pictures.film import pictures
-    from stickslip.envs.rendering import Window
-
-    window = Window(title, fps=fps)
-    try:
-        for picture in pictures(env, played, params, fps):
-            if not window.show(picture):
-                break
-    finally:
-        window.close()
 
 
 def require_new(paths: Sequence[Path], overwrite: bool) -> None:

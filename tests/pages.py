@@ -20,7 +20,7 @@ def page_data(path: str | Path) -> dict[str, Any]:
 
 
 def read_episodes(path: str | Path) -> list[SimpleNamespace]:
-    """The page's episodes, with attributes as in `Shown`."""
+    """The page's episodes, with attributes as in `Episode`."""
     return [_attributes(one) for one in page_data(path)["episodes"]]
 
 

@@ -10,12 +10,13 @@ from stickslip.agents import load_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.names import FILM, STOPPING
-from stickslip.agents.biped.pictures.plots import plot_comparison
-from stickslip.agents.biped.pictures.products import write_products
+from stickslip.agents.biped.pictures import COMPARED, as_episode
 from stickslip.agents.biped.training import make_task
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures.plots import plot_comparison
+from stickslip.agents.pictures.training import write_products
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -73,7 +74,8 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         say("Drawing ...")
         title = "From rest on a slippery floor"
         title += "" if trained.finished else f"; {trained.name}"
-        plot_comparison(played, task.rest, directory / "comparison.png", title)
+        episodes = [as_episode(of, task.rest, name) for name, of in played.items()]
+        plot_comparison(episodes, COMPARED, directory / "comparison.png", title)
         write_products(trained, played[trained.name])
         self.write_tables(trained, moving)
         return text

@@ -11,7 +11,6 @@ from stickslip.agents.machine import Machine, Option
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
     import numpy as np
 
@@ -25,13 +24,13 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import Options, Task, TrainingTask
+    from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyPlayer, Policy
-    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.untrusted import Json
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
-    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 
 STARTS = ("moving", "rest")
@@ -76,7 +75,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "energy_per_metre",
         "falls",
     )
-    film, frames = FILM, FRAMES
+    film, frames, film_time = FILM, FRAMES, 6.0
 
     def usual_scene(self, viewed: bool = False) -> str:
         """See Machine."""
@@ -215,39 +214,24 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
             f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
         )
 
-    def write_products(
-        self, trained: Trained[TrainConfig], played: AnyRollout | None = None
-    ) -> list[Path]:
-        """See Machine."""
-        from stickslip.agents.biped.pictures.products import write_products
-
-        return write_products(trained, played)
-
-    def plot_episode(
-        self,
-        played: AnyRollout,
-        env: BipedEnv,
-        params: BipedEnvParams,
-        path: str | Path,
-        title: str,
-    ) -> Path:
-        """See Machine."""
-        from stickslip.agents.biped.pictures.plots import plot_episode
-
-        return plot_episode(played, params, path, title)
-
-    def shown(
+    def as_episode(
         self,
         played: AnyRollout,
         env: BipedEnv,
         params: BipedEnvParams,
         name: str,
         scale: Scale | None = None,
-    ) -> Shown:
+    ) -> Episode:
         """See Machine."""
-        from stickslip.agents.biped.pictures.shown import shown
+        from stickslip.agents.biped.pictures import as_episode
 
-        return shown(played, env, params, name, scale)
+        return as_episode(played, params, name, scale)
+
+    def learning_panels(self, config: TrainConfig) -> list[LearningPanel]:
+        """See Machine."""
+        from stickslip.agents.biped.pictures import learning_panels
+
+        return learning_panels(config)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

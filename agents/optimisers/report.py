@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.agents.optimisers.measures import COSTS, TARGETS, Cost, ecdf, ert, gaps, scale_of
 from stickslip.agents.optimisers.results import FAILED, OUTCOMES
-from stickslip.agents.pictures.sheet import make_sheet, name_below, save_sheet
+from stickslip.agents.pictures.plots import make_sheet, name_below, save_sheet
 from stickslip.envs.rendering import theme
 from stickslip.optim.instances.catalogue import suite
 from stickslip.records.table import Column, Table

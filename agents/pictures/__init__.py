@@ -1,1 +1,1 @@
-"""Sheets of plots and animations of any machine."""
+"""Episodes as panels of curves, plots, animations and pages, of any machine."""

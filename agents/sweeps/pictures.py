@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.pictures.sheet import make_sheet, save_sheet
+from stickslip.agents.pictures.plots import make_sheet, save_sheet
 from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.sweeps.statistics import Z95, is_random, slip_of

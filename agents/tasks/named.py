@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stickslip.agents.evaluation.evaluate import in_words
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.policy.file import named_task_of, policy_path
 from stickslip.agents.policy.network import MLPPolicy
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.protocol import AnyPlayer
     from stickslip.envs.tasks.definition import TaskDefinition
+    from stickslip.envs.tasks.known import Known
 
 
 def named_on(options: Options) -> dict[str, AnyPlayer]:
@@ -93,7 +93,7 @@ def task_in_words(name: str) -> str:
     """Text of the task and its scores."""
     task = task_by_name(name)
     known = known_of(task)
-    scores = "nothing is known of it" if known is None else in_words(known, task.unit)
+    scores = "nothing is known of it" if known is None else _known_in_words(known, task.unit)
     return f"{title_of(name)}\n  {scores}"
 
 
@@ -122,3 +122,20 @@ def _require_size(name: str, policy: MLPPolicy, seen: int, task: str) -> None:
             f"{policy_path(name)} observes {policy.layer_sizes[0]} numbers, {task} has {seen}; "
             "accepted: a policy trained on what the task observes"
         )
+
+
+def _known_in_words(known: Known, unit: str) -> str:
+    """Text of what 0 and 1 are, and of the proved bounds, under assumptions and without."""
+    unit = "" if unit == "-" else f" {unit}"
+    words = (
+        f"score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; 1: the best known, "
+        f"{known.best.value:.4g}{unit} over {known.episodes} episode"
+        f"{'s' if known.episodes > 1 else ''}, earned in replay by {known.how}, no proof that no "
+        "more can be"
+    )
+    if known.assumed is not None:
+        one = known.assumed
+        words += f"; proved under assumptions: at most {one.value:.4g}{unit}, by {one.reason}"
+    if known.bound is None:
+        return words + "; no bound is known"
+    return f"{words}; proved: at most {known.bound.value:.4g}{unit}, as {known.bound.reason}"

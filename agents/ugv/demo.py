@@ -8,11 +8,12 @@ from stickslip.agents import load_policy
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
+from stickslip.agents.pictures.plots import plot_comparison
+from stickslip.agents.pictures.training import write_products
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.evaluate import keep_of
 from stickslip.agents.ugv.names import FILM, UGV_BASELINES, ugv_baseline
-from stickslip.agents.ugv.plots import plot_comparison
-from stickslip.agents.ugv.products import write_products
+from stickslip.agents.ugv.pictures import as_episode, compared
 from stickslip.agents.ugv.task import UGVParts
 from stickslip.agents.ugv.tracks import VIEWED
 from stickslip.agents.ugv.training import make_ugv_task
@@ -88,7 +89,8 @@ class UGVDemonstration(Demonstration):
         say("Drawing ...")
         title = "Over the paper's bump of 10 cm"
         title += "" if trained.finished else f"; {trained.name}"
-        plot_comparison(played, env, bump, directory / "comparison.png", title)
+        episodes = [as_episode(of, env, bump, name) for name, of in played.items()]
+        plot_comparison(episodes, compared(env), directory / "comparison.png", title)
         write_products(trained, played[trained.name], bump)
         self.write_tables(trained, table)
         return text

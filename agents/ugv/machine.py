@@ -12,7 +12,6 @@ from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     import numpy as np
 
@@ -20,15 +19,15 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import TrainingTask
+    from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import Policy
-    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.ugv.evaluate import UGVEpisodes
     from stickslip.agents.ugv.names import UGVPlayer
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.agents.ugv.task import UGVParts
     from stickslip.agents.ugv.training import UGVTask
     from stickslip.agents.untrusted import Json
-    from stickslip.envs.rendering.html.data import Shown
+    from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
@@ -162,34 +161,24 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             f"failures {100 * row['failures']:3.0f} %"
         )
 
-    def write_products(
-        self, trained: Trained[UGVTrainConfig], played: AnyRollout | None = None
-    ) -> list[Path]:
-        """See Machine."""
-        from stickslip.agents.ugv.products import write_products
-
-        return write_products(trained, played)
-
-    def plot_episode(
-        self, played: AnyRollout, env: UGVEnv, params: UGVEnvParams, path: str | Path, title: str
-    ) -> Path:
-        """See Machine."""
-        from stickslip.agents.ugv.plots import plot_drive
-
-        return plot_drive(played, env, params, path, title)
-
-    def shown(
+    def as_episode(
         self,
         played: AnyRollout,
         env: UGVEnv,
         params: UGVEnvParams,
         name: str,
         scale: Scale | None = None,
-    ) -> Shown:
+    ) -> Episode:
         """See Machine."""
-        from stickslip.agents.ugv.shown import shown
+        from stickslip.agents.ugv.pictures import as_episode
 
-        return shown(played, env, params, name, scale)
+        return as_episode(played, env, params, name, scale)
+
+    def learning_panels(self, config: UGVTrainConfig) -> list[LearningPanel]:
+        """See Machine."""
+        from stickslip.agents.ugv.pictures import learning_panels
+
+        return learning_panels(config)
 
     def demonstration(self) -> Demonstration:
         """See Machine."""

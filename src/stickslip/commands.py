@@ -108,7 +108,7 @@ COMMANDS = {
     "view": Command(
         "an animation or a page of a policy or baseline at work",
         "flags:view_flags",
-        "agents.commands:view_command",
+        "agents.pictures.view:view_command",
         {
             "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
             "stickslip view optimal-gait --scene wet --seconds 3 --out gait.png "

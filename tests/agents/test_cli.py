@@ -150,7 +150,7 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
 
 def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
     pytest.importorskip("tensorboard")
-    monkeypatch.setattr("stickslip.agents.biped.pictures.products.FILM_TIME", 0.2)
+    monkeypatch.setattr("stickslip.agents.biped.machine.BipedMachine.film_time", 0.2)
     assert main(["train", "biped", "--out", "a run", *TINY, "slip_weight=2"]) == OK
     printed = capsys.readouterr().out
     assert "Trained 128 steps" in printed

@@ -9,10 +9,10 @@ from stickslip.agents import demo as module
 from stickslip.agents.biped import demo as biped_demo
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import ConstantTorque
-from stickslip.agents.biped.pictures import products
-from stickslip.agents.biped.training import make_task
+from stickslip.agents.biped.machine import BipedMachine
 from stickslip.agents.demo import demo
-from stickslip.agents.pictures import learning as plots_training
+from stickslip.agents.pictures import plots
+from stickslip.agents.pictures import training as plots_training
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.log import MetricsFile
 from stickslip.cli import WRONG_INPUT, main
@@ -48,7 +48,7 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
     rows = MetricsFile(tmp_path / "metrics.csv", ("seconds", "noise"))
     for steps in (384, 768):
         rows.append(steps, {"seconds": steps / 100, "noise": 0.2})
-        products.plot_learning(tmp_path, SMALL, make_task(SMALL).rest)
+        plots_training.plot_learning(tmp_path, SMALL)
     assert titles == [
         "PPO on the biped: 4 s of training, evaluations aside, unfinished: 384 of 768 steps",
         "PPO on the biped: 8 s of training, evaluations aside",
@@ -58,8 +58,6 @@ def test_an_unfinished_training_is_called_one(tmp_path, monkeypatch):
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("tensorboard")
-    from stickslip.agents.biped.pictures import plots
-
     titles: list[str] = []
     for place in (plots, plots_training):
         make = place.make_sheet
@@ -68,7 +66,7 @@ def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeyp
             "make_sheet",
             lambda *how, make=make: titles.append(how[3]) or make(*how),
         )
-    monkeypatch.setattr(products, "FILM_TIME", 0.04)
+    monkeypatch.setattr(BipedMachine, "film_time", 0.04)
     monkeypatch.setattr(biped_demo, "CONTROLLERS", {"constant-torque": ConstantTorque})
     said: list[str] = []
     monkeypatch.setattr(module, "monotonic", clock_until_kept(tmp_path))

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
-from tests.pages import read_episodes
 
 SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 
@@ -39,15 +38,6 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     assert f"{found['value']:.8g} J" in printed
     assert all(one["steps"] == 3 for one in found["replays"].values())
     assert Path("run/gait.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    (walk,) = read_episodes("run/report.html")
-    assert walk.drawing is not None
-    assert len(walk.panels[0].lines[0].values) * walk.period == pytest.approx(
-        3 * np.pi / 4, rel=2e-2
-    )
-    assert [event.kind for event in walk.events] == ["support"] * 2
-    lines = {one.title: one.lines[0].values for one in walk.panels}
-    assert np.ptp(lines["motor torque"]) == pytest.approx(np.ptp(torque), rel=2e-2)
-    assert np.max(lines["friction used"]) <= 0.095 * (1 + 1e-4)
 
 
 def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys):
@@ -60,11 +50,8 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
     printed = capsys.readouterr().out
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed
-    files = {one.name: one for one in Path("runs/biped-energy").iterdir()}
-    assert files.keys() == {"result.json", "report.html"}
-    report = files["report.html"].read_text(encoding="utf-8")
-    assert "mean_rate = 30 rad/s cannot be met" in report
-    assert "no gait found" in report
+    assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
+    assert "no gait found" in printed
 
 
 @pytest.mark.parametrize(

@@ -122,8 +122,7 @@ def test_wheel_has_every_layer_and_needs_no_more_than_it_says(linked: Path, tmp_
 import importlib.util, stickslip as s
 s.envs.BipedEnv, s.optim.PostureProblem, s.dynamics.Scene
 assert not any(map(importlib.util.find_spec, ("torch", "matplotlib", "hypothesis", "tests")))
-from stickslip.envs.rendering.html.data import Page
-from stickslip.envs.rendering.html.document import page_text
+from stickslip.envs.rendering.page import Page, page_text
 assert "Leon Sorokin" in page_text(Page("a page of packaged data"))
 assert {s.agents.load_policy(name).squash for name in s.agents.shipped_names()} == {"clip"}
 print(s.__file__)

@@ -1,6 +1,6 @@
-// What the page holds, as arrays. Python computed every number of it (envs/rendering/html/data.py).
+// What the page holds, as arrays. Python computed every number of it (envs/rendering/page.py).
 
-/** The numbers of `encoded` in encode.py: little-endian float32. */
+/** An array of page.py: little-endian float32. */
 function decode(entry) {
   const bytes = Uint8Array.from(atob(entry.data), (letter) => letter.charCodeAt(0));
   const values = new Float32Array(bytes.buffer);

@@ -34,7 +34,6 @@ from stickslip.records.content import Content
 from stickslip.records.table import json_text
 
 STATIONS, RESULT, PICTURE = "stations.csv", "result.json", "drive.png"
-REPORT = "report.html"
 SPACING, MOST_WAYPOINTS, POLISHED = 0.1, 5000, 2000
 """Waypoints are SPACING [m] apart, or more where there would be more than MOST_WAYPOINTS; a path of
 more than POLISHED is not polished, unless it is asked for."""
@@ -45,9 +44,8 @@ NEEDS = {"cma": "cma"}
 def optimise_ugv_command(flags: Mapping[str, Any]) -> Content:
     """Solve a posture problem, print and write the drive; NOTHING_FOUND without one.
 
-    Writes DIR/stations.csv, result.json, drive.png and report.html, each under a temporary name
-    first; without a drive only result.json and a report that says why. Wrong input is refused
-    before anything is computed or written.
+    Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without
+    a drive only result.json. Wrong input is refused before anything is computed or written.
     """
     out = _folder(flags)
     require_choice("criterion", flags["criterion"], tuple(CRITERIA))
@@ -72,8 +70,8 @@ def optimise_ugv_command(flags: Mapping[str, Any]) -> Content:
     for warning in warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
     found = result_content(problem, result, spent, _asked(flags))
-    files = {RESULT: json_text(found), **_drive(problem, result, spent, flags)}
-    write_all(out, files, (STATIONS, RESULT, PICTURE, REPORT), flags["overwrite"])
+    files = {RESULT: json_text(found), **_drive(problem, result, flags)}
+    write_all(out, files, (STATIONS, RESULT, PICTURE), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     status = OK if result.x is not None else NOTHING_FOUND
     return Content(facts=found | written, units=result_units(problem), status=status)
@@ -136,21 +134,14 @@ def _asked(flags: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _drive(
-    problem: PostureProblem,
-    result: PostureResult,
-    spent: Mapping[str, float],
-    flags: Mapping[str, Any],
+    problem: PostureProblem, result: PostureResult, flags: Mapping[str, Any]
 ) -> dict[str, bytes | str]:
-    """The files of a drive, their contents by name; of none, the report on what was tried."""
+    """The files of a drive, their contents by name; none without one."""
     if result.x is None:
-        track = Path(flags["track"]).name
-        return {REPORT: _page_without(problem, result, track)} if flags["pictures"] else {}
+        return {}
     files: dict[str, bytes | str] = {STATIONS: stations_table(problem.stations(result.x)).csv()}
     if flags["pictures"]:
         say_stage("drawing")
-        from stickslip.agents.ugv.drive_shown import drive_shown
-        from stickslip.envs.rendering.html.document import page_text
-        from stickslip.optimise.page import result_page
         from stickslip.optimise.picture import draw_result
         from stickslip.paper.drawing import png
 
@@ -159,18 +150,5 @@ def _drive(
         off_grid = result.details.get("grid_value", result.value) != result.value
         how = f"{result.method} and scp" if off_grid else result.method
         title = f"{name} {result.value:.5g}{unit} over {Path(flags['track']).name}, by {how}"
-        picture = png(draw_result(problem, result), title)
-        lines = rows(problem, result, spent)
-        page = result_page(title, lines, (drive_shown(problem, result.x, f"drive by {how}"),))
-        files |= {PICTURE: picture, REPORT: page_text(page)}
+        files[PICTURE] = png(draw_result(problem, result), title)
     return files
-
-
-def _page_without(problem: PostureProblem, result: PostureResult, track: str) -> str:
-    """Page of the request and the reason why there is no drive."""
-    from stickslip.envs.rendering.html.document import page_text
-    from stickslip.optimise.page import result_page
-
-    name = problem.criterion.name.replace("_", " ")
-    title = f"{name} over {track}, by {result.method}: no drive found"
-    return page_text(result_page(title, rows(problem, result, {}), ()))

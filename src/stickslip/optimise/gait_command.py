@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from stickslip.agents.biped.pictures.gait_shown import WALKED, gait_shown
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
@@ -23,7 +22,8 @@ from stickslip.records.content import Content
 from stickslip.records.table import json_text
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
-REPORT = "report.html"
+WALKED = 3
+"""Steps that a periodic gait is replayed for."""
 NOT_WALKED = (
     "no replay walks this gait, on the edge of what the model covers; the settings min_normal, "
     "zmp and reserve keep away from it"
@@ -34,9 +34,8 @@ VALUES = ("value", "lower_bound", "every_bound", "held_value")
 def optimise_gait_command(flags: GaitFlags) -> Content:
     """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
 
-    Writes DIR/gait.csv, result.json, gait.png and report.html, each under a temporary name first;
-    without a gait only result.json and a report that says why. Wrong input is refused before
-    anything is computed or written.
+    Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
+    only result.json. Wrong input is refused before anything is computed or written.
     """
     problem = gait_problem_of(flags)
     out = _folder(flags)
@@ -54,26 +53,13 @@ def optimise_gait_command(flags: GaitFlags) -> Content:
         files[NODES] = gait_csv(problem, result)
         if flags["pictures"]:
             say_stage("drawing")
-            from stickslip.envs.rendering.html.document import page_text
             from stickslip.optimise.gait_picture import draw_gait
-            from stickslip.optimise.page import result_page
             from stickslip.paper.drawing import png
 
             unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
             title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
-            picture = png(draw_gait(problem, result), title)
-            floor = None if flags["mu"] is None else min(flags["mu"])
-            walk = gait_shown(problem, result.best, problem.goal.words, floor=floor)
-            lines = gait_rows(problem, result, replays)
-            page = result_page(title, lines, (walk,))
-            files |= {PICTURE: picture, REPORT: page_text(page)}
-    elif flags["pictures"]:
-        from stickslip.envs.rendering.html.document import page_text
-        from stickslip.optimise.page import result_page
-
-        title = f"least {problem.goal.words}: no gait found"
-        files[REPORT] = page_text(result_page(title, gait_rows(problem, result, replays), ()))
-    write_all(out, files, (NODES, RESULT, PICTURE, REPORT), flags["overwrite"])
+            files[PICTURE] = png(draw_gait(problem, result), title)
+    write_all(out, files, (NODES, RESULT, PICTURE), flags["overwrite"])
     written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
     status = OK if result.gait is not None else NOTHING_FOUND

@@ -8,11 +8,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.pictures.histories import Histories, place_on
-from stickslip.agents.biped.pictures.plots import plot_course
+from stickslip.agents.biped.pictures import LEAST_SLID, Course, momentum_of
+from stickslip.agents.pictures.plots import plot_panels
 from stickslip.dynamics.biped.trade.check_batch import precision
 from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import Smoothed
+from stickslip.envs.biped.picture import under_foot
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,36 +26,34 @@ if TYPE_CHECKING:
     from stickslip.simulate.walk import Walk
 
 
-def plot_walk(walk: Walk, scene: Scene, path: Path, title: str) -> Path:
-    """Torque, crank rate, P w, friction use and way slid; return the path."""
-    return plot_course(course_of(walk, scene), scene.floor, path, title)
-
-
 @run_once
-def _places(
+def _along(
     robot: BipedModel, floor: Floor, states: BipedState
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    return jax.vmap(lambda state: place_on(robot, floor, state))(states)
+) -> tuple[Float[Array, " n"], Float[Array, " n"] | None]:
+    """Momentum and static friction under the foot, None where it cannot slip."""
+    friction = jax.vmap(lambda state: under_foot(robot, floor, state)[1][0])(states)
+    return momentum_of(robot, states), friction
 
 
-def course_of(walk: Walk, scene: Scene) -> Histories:
-    """The walk as its episode would be."""
+def plot_walk(walk: Walk, scene: Scene, path: Path, title: str) -> Path:
+    """Plot torque, crank rate, P w, friction used and distance slid; return the path."""
     states = jax.tree.map(lambda leaf: leaf[1:], walk.trajectory.states)
     contacts = walk.trajectory.contacts
     with precision(walk.dtype):
         floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, walk.dtype), scene.floor)
         if isinstance(floor, Smoothed):
             raise ValueError("a smoothed floor has no static friction; accepted: a dry one")
-        momentum, mu_static = _places(walk.robot, floor, jax.tree.map(jnp.asarray, states))
-    carried = np.asarray(mu_static) * np.maximum(contacts.normal_force, 1e-6)
-    return Histories(
-        time=np.asarray(states.time),
+        momentum, mu = _along(walk.robot, floor, jax.tree.map(jnp.asarray, states))
+    time = np.asarray(states.time)
+    course = Course(
         torque=np.asarray(walk.trajectory.torques),
-        crank_rate=np.asarray(states.crank_rate),
+        rate=np.asarray(states.crank_rate),
         momentum=np.asarray(momentum),
-        friction_use=np.abs(contacts.friction_force) / np.maximum(carried, 1e-6),
+        friction=np.asarray(contacts.friction_force),
+        normal=np.asarray(contacts.normal_force),
+        mu_static=np.full(len(time), np.nan) if mu is None else np.asarray(mu),
+        slide=np.asarray(states.foot_position),
         slid=np.cumsum(contacts.slide_distance, dtype=np.float64),
-        sliding=np.asarray(contacts.slide_distance) > 1e-7,
-        commanded_rate=None,
-        cruise=None,
     )
+    slips = np.asarray(contacts.slide_distance) > LEAST_SLID
+    return plot_panels(course.panels(), time, "time [s]", path, title, slips)

@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import sys
 from pathlib import Path
 
 import jax
@@ -15,10 +14,9 @@ from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.demo import BipedDemonstration
 from stickslip.agents.demo import demo, find_directory
 from stickslip.agents.evaluation.rollout import Rollout, rollout
-from stickslip.agents.pictures import learning
+from stickslip.agents.pictures import plots, training
 from stickslip.agents.registry import register, unregister
 from stickslip.agents.training.log import read_columns
-from stickslip.agents.ugv import plots
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.controllers import LevelBody
 from stickslip.agents.ugv.demo import UGVDemonstration, _lines
@@ -108,31 +106,11 @@ def test_a_line_has_the_drives_own_numbers_and_says_where_it_failed(drives):
     assert all("nan of the optimum" in line for line in _lines(backwards, env, params))
 
 
-def test_a_comparison_is_drawn_without_pyplot_and_crosses_out_a_failure(
-    drives, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    pytest.importorskip("matplotlib")
-    played, env, params = drives
-    sheets, make = [], plots.make_sheet
-    monkeypatch.setattr(plots, "make_sheet", lambda *how: sheets.append(make(*how)) or sheets[-1])
-    pyplot = "matplotlib.pyplot" in sys.modules
-    path = plots.plot_comparison(played, env, params, tmp_path / "both.png")
-    assert path.stat().st_size > 1000
-    assert ("matplotlib.pyplot" in sys.modules) == pyplot
-    ((_, axes),) = sheets
-    for axis in axes[1:]:
-        crosses = [line for line in axis.lines if line.get_marker() == "x"]
-        ends = [line.get_xydata()[-1] for line in axis.lines if line.get_label() == "level body"]
-        np.testing.assert_array_equal([one.get_xydata()[0] for one in crosses], ends)
-    with pytest.raises(ValueError, match="played is empty"):
-        plots.plot_comparison({}, env, params, tmp_path / "none.png")
-
-
 @pytest.mark.long
 def test_a_demo_that_was_cut_short_says_so_in_table_and_titles(tmp_path, monkeypatch):
     pytest.importorskip("tensorboard")
     titles: list[str] = []
-    for place in (plots, learning):
+    for place in (plots, training):
         make = place.make_sheet
         monkeypatch.setattr(
             place, "make_sheet", lambda *how, make=make: titles.append(how[3]) or make(*how)

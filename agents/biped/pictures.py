@@ -1,26 +1,37 @@
-"""A walk as a page shows it."""
+"""A walk for plots and pages, and the learning curves of the biped."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import jax
 import numpy as np
 
-from stickslip.agents.reports.course import facts, from_start, panel, reward_panels, samples
+from stickslip.agents.biped.training import make_task
+from stickslip.agents.pictures.episodes import (
+    SCORE,
+    LearningPanel,
+    facts,
+    from_start,
+    panel,
+    reward_panels,
+    samples,
+)
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.rendering.biped import biped_drawing
-from stickslip.envs.rendering.html.data import Event, Line, Panel, Shown
+from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from jaxtyping import Array
 
+    from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.draw import Drawn
-    from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.envs.ranges import Range
@@ -30,56 +41,67 @@ if TYPE_CHECKING:
 LEAST_SLID = 1e-7
 """A foot that moved less in a control step stuck all the while [m]."""
 TERMS = ("tracking", "slip", "energy", "fall")
+RATE, MOMENTUM, SLIDING = "crank rate", "horizontal momentum P(θ) · crank rate", "sliding"
+COMPARED = {RATE: "linear", MOMENTUM: "linear", "friction used": "linear", SLIDING: "symlog"}
+"""Panels of a comparison, and their scales."""
+CEILING = 1.6
+"""Friction use beyond this is cut off: nearly nothing presses the foot down."""
 
 
 class Course(NamedTuple):
-    """What a walk's curves are drawn from, every entry but the last [n], forces in N, torque and
-    `limit` in N m, rates in rad/s. slide: of the foot, forwards +; slid: either way, so far [m]."""
+    """Curves of a walk, each [n]: torques in N m, forces in N, rates in rad/s, momentum in kg m/s.
+
+    slide: of the foot, forwards positive; slid: distance so far, either direction [m]. mu_static:
+    under the foot, NaN where it cannot slip. limit: of the motor; commanded: mean crank rate;
+    cruise: momentum at the commanded mean speed; each None for none.
+    """
 
     torque: np.ndarray
     rate: np.ndarray
-    commanded: np.ndarray
+    momentum: np.ndarray
     friction: np.ndarray
     normal: np.ndarray
+    mu_static: np.ndarray
     slide: np.ndarray
     slid: np.ndarray
-    limit: float
+    limit: float | None = None
+    commanded: np.ndarray | None = None
+    cruise: np.ndarray | None = None
 
     @property
     def use(self) -> np.ndarray:
-        """Friction in parts of the normal force; NaN where nothing is carried."""
+        """Friction ratio |F| / N; NaN where N = 0."""
         return np.abs(self.friction) / np.where(self.normal > 0, self.normal, np.nan)
 
-    def panels(self, frames: Sequence[BipedFrame]) -> tuple[Panel, ...]:
-        """Torque, power, crank rate, friction and sliding. frames: [n], for the friction below."""
-        mu = np.array([np.nan if one.mu_static is None else one.mu_static for one in frames])
-        friction = [Line("|friction| / normal", self.use)]
-        friction += [Line("static friction", mu, dashed=True)] if np.isfinite(mu).any() else []
-        limits = (-self.limit, self.limit)
+    def panels(self) -> tuple[Panel, ...]:
+        """Torque, power, crank rate, momentum, friction and sliding."""
+        limits = () if self.limit is None else (-self.limit, self.limit)
+        mu = self.mu_static if np.isfinite(self.mu_static).any() else None
+        slides = 1e3 * self.slid, 1e3 * self.slide
         return (
             panel("motor torque", "N m", self.torque, limits=limits, steps=True),
             panel("motor power, torque × crank rate", "W", self.torque * self.rate),
-            Panel(
-                "crank rate",
-                "rad/s",
-                (
-                    Line("crank rate", self.rate),
-                    Line("commanded mean", self.commanded, dashed=True),
-                ),
+            _beside(RATE, "rad/s", RATE, self.rate, "commanded mean", self.commanded),
+            _beside(
+                *(MOMENTUM, "kg m/s", "momentum", self.momentum),
+                *("at the commanded mean speed", self.cruise),
             ),
-            Panel("friction used", "-", tuple(friction)),
+            _beside(
+                *("friction used", "-", "|friction| / normal", np.minimum(self.use, CEILING)),
+                *("static friction", mu),
+            ),
             Panel(
-                "sliding of the feet",
+                SLIDING,
                 "mm",
                 (
-                    Line("distance slid, either way", 1e3 * self.slid),
-                    Line("slide, forwards +", 1e3 * self.slide),
+                    Line("distance slid, either direction", slides[0]),
+                    Line("slide, forwards +", slides[1]),
                 ),
             ),
         )
 
     def numbers(self, walked: np.ndarray) -> tuple[tuple[str, np.ndarray, int], ...]:
-        """What stands above the picture; walked: so far [n] m."""
+        """Numbers above the picture; walked: so far [n] m."""
         return (
             ("walked [m]", walked, 2),
             ("crank rate [rad/s]", self.rate, 2),
@@ -89,15 +111,29 @@ class Course(NamedTuple):
         )
 
 
-def shown(
+def _beside(
+    title: str, unit: str, name: str, values: np.ndarray, other: str, dashed: np.ndarray | None
+) -> Panel:
+    """A panel of a line, and of a dashed one where there is one."""
+    lines = [Line(name, values)]
+    lines += [] if dashed is None else [Line(other, dashed, dashed=True)]
+    return Panel(title, unit, tuple(lines))
+
+
+@jax.jit
+def momentum_of(robot: BipedModel, states: BipedState) -> Array:
+    """P(theta) x crank rate [n]: horizontal momentum without a slide's [kg m/s]."""
+    return jax.vmap(lambda one: robot.inertia.at(one.phase).P * one.crank_rate)(states)
+
+
+def as_episode(
     played: Rollout[BipedEnvState],
-    env: BipedEnv,
     params: BipedEnvParams,
     name: str,
-    scale: Scale | None,
-) -> Shown:
+    scale: Scale | None = None,
+) -> Episode:
     """One episode (not a batch). Forces and power are those at the end of each control step; a step
-    in which the foot moved at all counts as slipping. Events are told by the step."""
+    in which the foot moved at all counts as slipping. Events are located to the step."""
     played = played.trimmed()
     states, infos = samples(played)
     frames = biped_frames(states, infos, params)
@@ -106,15 +142,19 @@ def shown(
     robot = drawn_robot(played.start_state.drawn, params)
     scene = drawn_scene(played.start_state.drawn, params)
     drawing, _ = biped_drawing(frames, robot.params, scene, slips)
+    commanded = np.asarray(states.drawn.commanded_rate, float)
     course = Course(
         torque=from_start(played.info["torque"]),
         rate=np.asarray(states.biped.crank_rate, float),
-        commanded=np.asarray(states.drawn.commanded_rate, float),
+        momentum=np.asarray(momentum_of(robot, states.biped), float),
         friction=infos["friction_force"],
         normal=infos["normal_force"],
+        mu_static=np.array([np.nan if f.mu_static is None else f.mu_static for f in frames]),
         slide=np.asarray(states.biped.foot_position, float),
         slid=infos["episode_slid"],
         limit=float(params.torque_limit),
+        commanded=commanded,
+        cruise=float(robot.total_mass * robot.step_length) * commanded / np.pi,
     )
     terms = {one: from_start(played.info[f"reward_{one}"]) for one in TERMS}
     last = played.info
@@ -128,10 +168,10 @@ def shown(
     )
     status = Status(int(last["status"][-1]))
     ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
-    return Shown(
+    return Episode(
         name=name,
         period=float(params.control_period),
-        panels=(*course.panels(frames), *reward_panels(played, terms, "-", scale)),
+        panels=(*course.panels(), *reward_panels(played, terms, "-", scale)),
         events=_events(frames, slips, ended),
         numbers=course.numbers(infos["episode_walked"]),
         slips=slips,
@@ -139,6 +179,28 @@ def shown(
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
     )
+
+
+def learning_panels(config: TrainConfig) -> list[LearningPanel]:
+    """Panels of a run's learning curves."""
+    params = make_task(config).rest
+    drawn = params.randomisation.commanded_rate is not None
+    commanded = None if drawn else float(params.commanded_rate)
+    rate, noise = "mean_crank_rate", float(params.torque_limit)
+    title = "mean crank rate [rad/s]" + ("" if drawn else ", dashed: commanded")
+    whole = LearningPanel("return of a whole episode [-]", None, "return")
+    exploration = LearningPanel("exploration noise [N m]", "noise", None, factor=noise)
+    if config.algorithm == "sac":
+        exploration = LearningPanel("entropy weight [-]", "entropy_weight", None, log=True)
+    slid, energy = "slip_per_metre", "energy_per_metre"
+    return [
+        whole if config.task is None else SCORE,
+        LearningPanel(title, rate, rate, level=commanded),
+        LearningPanel("falls [% of episodes]", "falls", "falls", factor=100.0),
+        LearningPanel("distance slid [m/m]", slid, slid, log=True),
+        LearningPanel("energy [J/m]", energy, energy, log=True),
+        exploration,
+    ]
 
 
 def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:

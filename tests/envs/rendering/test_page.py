@@ -9,10 +9,8 @@ from html.parser import HTMLParser
 import pytest
 
 from stickslip.envs.rendering.drawing import Part
-from stickslip.envs.rendering.html.data import Event, Page, Shown
-from stickslip.envs.rendering.html.document import page_text
-from stickslip.records.table import Column, Table
-from tests.envs.rendering.html.pages import page, walked
+from stickslip.envs.rendering.page import Episode, Event, Page, page_text
+from tests.envs.rendering.pages import page, walked
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
 
@@ -30,9 +28,8 @@ class Elements(HTMLParser):
 
 
 def evil_page() -> Page:
-    table = Table([Column(EVIL, words=True)], [[EVIL]])
     shown = replace(walked(), name=EVIL, ended=EVIL, facts=((EVIL, EVIL),))
-    return Page(EVIL, EVIL, (shown,), ((EVIL, table),))
+    return Page(EVIL, EVIL, (shown,))
 
 
 def test_ten_seconds_stay_far_below_two_megabytes():
@@ -67,8 +64,7 @@ def test_only_the_two_scripts_of_the_package_are_allowed():
 
 def test_names_cannot_bring_elements():
     ordinary = replace(walked(), name="x", ended="x", facts=(("x", "x"),))
-    table = Table([Column("x", words=True)], [["x"]])
-    same = Page("x", "x", (ordinary,), (("x", table),))
+    same = Page("x", "x", (ordinary,))
     tags = [[tag for tag, _ in Elements(page_text(one)).found] for one in (same, evil_page())]
     assert tags[0] == tags[1]
     assert not any(
@@ -91,8 +87,8 @@ def test_the_same_page_is_the_same_text():
     [
         (lambda: Event(3, "jump", ""), "kind = 'jump'; accepted: slip"),
         (lambda: Part("red"), "role = 'red'; accepted: ink"),
-        (lambda: Shown("x", 0.0, walked().panels), "period = 0.0; accepted: > 0 s"),
-        (lambda: Shown("x", 0.1, ()), "panels is empty"),
+        (lambda: Episode("x", 0.0, walked().panels), "period = 0.0; accepted: > 0 s"),
+        (lambda: Episode("x", 0.1, ()), "panels is empty"),
     ],
 )
 def test_what_a_page_cannot_show_is_refused(wrong, said: str):

@@ -1,13 +1,13 @@
-"""An episode sample by sample, and the panels that every machine's page has."""
+"""An episode sample by sample, with the panels that every machine has; panels of learning."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import jax
 import numpy as np
 
-from stickslip.envs.rendering.html.data import MOST_SAMPLES, Line, Panel
+from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 
@@ -17,20 +17,57 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import AnyRollout, Rollout
+    from stickslip.agents.protocol import AnyEnv, Timed
     from stickslip.envs.tasks.known import Scale
 
 T = TypeVar("T")
 
 
+class LearningPanel(NamedTuple):
+    """Columns of metrics.csv (training) and evaluations.csv (test), None for neither."""
+
+    title: str
+    training: str | None
+    test: str | None
+    factor: float = 1.0
+    """From the column's unit to the panel's."""
+    log: bool = False
+    level: float | None = None
+    """Drawn dashed."""
+
+
+SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")
+"""Of a run on a named task."""
+
+
+def standard_episode(
+    played: AnyRollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None
+) -> Episode:
+    """An episode of any machine without a drawing: actions, numbers of the info, reward."""
+    played = played.trimmed()
+    rows = {one: played.action[:, i] for i, one in enumerate(env.action_names)}
+    rows |= {
+        one: values
+        for one, values in played.info.items()
+        if np.ndim(values) == 1 and np.asarray(values).dtype.kind == "f"
+    }
+    panels = [panel(one.replace("_", " "), "-", from_start(values)) for one, values in rows.items()]
+    ended = "ended early" if bool(played.terminated[-1]) else ""
+    return Episode(
+        name=name,
+        period=float(params.control_period),
+        panels=(*panels, *reward_panels(played, {}, "-", scale)),
+        events=(Event(int(played.length), "end", ended),) if ended else (),
+        numbers=tuple((one.title, one.lines[0].values, 3) for one in panels[:5]),
+        ended=ended,
+        facts=facts([("return", float(np.sum(played.reward, dtype=np.float64)), "-")]),
+    )
+
+
 def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
     """The states of one episode with its start before them, every leaf [n + 1], and the infos,
-    zero at the start. ValueError for more than a page holds."""
+    zero at the start."""
     played = played.trimmed()
-    if not 1 <= int(played.length) < MOST_SAMPLES:
-        raise ValueError(
-            f"an episode of {int(played.length)} steps; accepted: 1 to {MOST_SAMPLES - 1} for a "
-            "page, fewer with --seconds"
-        )
     states = jax.tree.map(
         lambda first, rest: np.concatenate([np.asarray(first)[None], rest]),
         played.start_state,
@@ -43,14 +80,9 @@ def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
 
 
 def from_start(values: Array | np.ndarray) -> np.ndarray:
-    """Values of the steps [n, ...] as those of the samples [n + 1, ...]: none at the start."""
+    """Values of the steps [n, ...] as those of the samples [n + 1, ...]: NaN at the start."""
     rows = np.asarray(values, float)
     return np.concatenate([np.full((1, *rows.shape[1:]), np.nan), rows])
-
-
-def total(values: Array | np.ndarray) -> np.ndarray:
-    """Sums so far of what each step brought, [n + 1], zero at the start."""
-    return np.concatenate([[0.0], np.cumsum(np.asarray(values, float))])
 
 
 def panel(
@@ -72,8 +104,8 @@ def reward_panels(
     terms: of each sample, [n + 1]; {} where the reward is one. The score so far is what the
     episode would score if nothing more came.
     """
-    rewards = played.trimmed().reward
-    earned = total(rewards)
+    rewards = np.asarray(played.trimmed().reward, float)
+    earned = np.concatenate([[0.0], np.cumsum(rewards)])
     lines = [Line(name, values) for name, values in terms.items()]
     if len(lines) != 1:
         lines.append(Line("reward", from_start(rewards), dashed=bool(lines)))
@@ -90,13 +122,13 @@ def reward_panels(
 
 
 def scale_of(task: str | None) -> Scale | None:
-    """Of a named task's scores; None without one, or where nothing was measured."""
+    """Scale of a named task's scores; None without one, or where nothing was measured."""
     known = None if task is None else known_of(task_by_name(task))
     return None if known is None else known.scale
 
 
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:
-    """Numbers of a whole episode in words: title, value, unit; those that are none left out."""
+    """Format numbers of a whole episode (title, value, unit); without those that are not finite."""
     return tuple(
         (title, f"{value:.4g}".replace("-", "−") + ("" if unit == "-" else f" {unit}"))
         for title, value, unit in rows

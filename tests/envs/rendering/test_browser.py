@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,13 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from stickslip.envs.rendering.html.data import Page
-from stickslip.envs.rendering.html.document import page_text
-from stickslip.records.table import Column, Table
-from tests.envs.rendering.html.pages import page, walked
-from tests.envs.rendering.html.test_document import evil_page
+from stickslip.envs.rendering.page import Page, page_text
+from tests.envs.rendering.pages import page, walked
+from tests.envs.rendering.test_page import evil_page
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
@@ -188,32 +184,6 @@ def contrast(*colours: str) -> float:
         linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
         light.append(linear @ [0.2126, 0.7152, 0.0722] + 0.05)
     return max(light) / min(light)
-
-
-@pytest.mark.parametrize("night", [False, True])
-def test_a_table_that_scrolls_says_so_and_wraps_in_phrases(
-    opened: Callable[..., Chrome], night: bool
-):
-    names = ("episode", "task", "mu", "payload [kg]", "return in the sweep", "the same")
-    row = ["greatest return", "slippery", "0.15", "3.333", "8.3598", "to the last bit"]
-    wide = Table([Column(one, words=one.islower() and "the" in one) for one in names], [row] * 4)
-    browser = opened(page_text(Page("Wide", tables=(("", wide),))), 390, night)
-    rows = "return [...document.querySelectorAll('td')].map((one) => one.offsetHeight)"
-    assert max(browser.execute_script(rows)) < 60  # two lines
-    ends = []
-    for place in (0, 10_000):
-        browser.execute_script("document.querySelector('.scroll').scrollLeft = arguments[0]", place)
-        shot = base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {})["data"])
-        picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), int)
-        left, top, right = browser.execute_script(
-            "const box = document.querySelector('.scroll').getBoundingClientRect();"
-            "return [box.left, box.top, box.right].map(Math.round)"
-        )
-        lines, page = slice(top + 4, top + 100), picture[2, 2]
-        ends.append(
-            [np.abs(picture[lines, x] - page).sum(1).min() > 40 for x in (left + 1, right - 2)]
-        )
-    assert ends == [[False, True], [True, False]]
 
 
 def test_everything_to_press_has_a_name(opened: Callable[..., Chrome], two: str):

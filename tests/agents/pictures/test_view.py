@@ -1,17 +1,21 @@
-"""`stickslip view --html`: what is on the page is what the episode was."""
+"""`stickslip view --html` and notebooks: what is on the page is what the episode was."""
 
+import html
 import re
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
-from stickslip.agents.evaluation.rollout import rollout, without_resets
+from stickslip.agents import ConstantTorque, CrankSpeedPI, evaluate, rollout, show
+from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.pictures.view import TALL
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.reports.course import total
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
-from stickslip.envs.rendering.html.data import Shown
+from stickslip.envs.rendering.page import Episode
+from stickslip.optim.result import OptimStatus, Result
 from tests.pages import read_episodes
 
 
@@ -20,7 +24,7 @@ def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
 
 
-def line(shown: Shown, title: str, index: int = 0) -> np.ndarray:
+def line(shown: Episode, title: str, index: int = 0) -> np.ndarray:
     return next(one for one in shown.panels if one.title == title).lines[index].values
 
 
@@ -40,14 +44,16 @@ def test_the_page_of_a_walk_holds_its_numbers():
     machine, env = machine_by_name("biped"), without_resets(BipedEnv())
     params = env.default_params.replace(time_limit=0.6)
     played = rollout(env, machine.baseline("constant-torque", env), params, 0).trimmed()
-    shown = machine.shown(played, env, params, "walker")
+    shown = machine.as_episode(played, env, params, "walker")
     assert shown.samples == len(played.reward) + 1
     np.testing.assert_allclose(line(shown, "motor torque")[1:], played.info["torque"])
     terms = next(one for one in shown.panels if one.title == "reward of each step")
     parts = np.sum([one.values[1:] for one in terms.lines if not one.dashed], axis=0)
     np.testing.assert_allclose(parts, played.reward, atol=1e-6)
     assert line(shown, "return so far")[-1] == pytest.approx(played.reward.sum(), rel=1e-5)
-    np.testing.assert_allclose(line(shown, "return so far"), total(played.reward))
+    np.testing.assert_allclose(
+        line(shown, "return so far"), np.append(0.0, np.cumsum(played.reward, dtype=float))
+    )
     slid = shown.slips
     assert slid is not None
     np.testing.assert_array_equal(slid[1:], (played.info["slid"] > 1e-7) | (played.state.mode != 0))
@@ -71,3 +77,50 @@ def test_wrong_input_is_a_line(arguments: str, said: str, capsys: pytest.Capture
     message = capsys.readouterr().err
     assert said in message
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", message)
+
+
+@pytest.mark.long
+def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
+    env = BipedEnv()
+    params = env.default_params.replace(time_limit=0.2)
+    view = show(env, {"a <b>": ConstantTorque(), "steady": CrankSpeedPI()}, params)
+    text = view._repr_html_()
+    (source,) = re.findall(r'srcdoc="([^"]*)"', text)
+    assert "<b>" not in text
+    assert 'sandbox="allow-scripts"' in text
+    assert f"height:{TALL}px" in text
+    assert repr(view) == "View('a <b>, steady on BipedEnv', episodes=2)"
+    path = view.save(tmp_path / "page.html")
+    assert path.read_text(encoding="utf-8") == html.unescape(source)
+    assert [one.name for one in read_episodes(path)] == ["a <b>", "steady"]
+    with pytest.raises(ValueError, match=r"page.html exists"):
+        view.save(path)
+    with pytest.raises(ValueError, match="0 to show"):
+        show(env, {}, params)
+
+
+def test_tables_and_rollouts_show_themselves():
+    env = BipedEnv()
+    params = env.default_params.replace(time_limit=0.2)
+    table = evaluate(env, {"<i>pull": ConstantTorque()}, {"here": params}, episodes=1)
+    text = table._repr_html_()
+    assert "&lt;i&gt;pull" in text
+    assert "<i>" not in text
+    played = rollout(env, ConstantTorque(), params, 0)
+    assert f"{float(np.sum(played.trimmed().reward)):.6g}" in played._repr_html_()
+    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), played)
+    assert "a batch (2,)" in batch._repr_html_()
+
+
+def test_a_result_says_what_is_proved_of_it():
+    found = Result(
+        "dp", OptimStatus.FEASIBLE, np.zeros(2), 3.5, 2.25, True, message="over <angles>"
+    )
+    text = found._repr_html_()
+    assert "3.5" in text
+    assert "2.25" in text
+    assert "over &lt;angles&gt;" in text
+    assert "meets every constraint" in text
+    none = Result("dp", OptimStatus.FAILED, None, np.inf, message="no way")
+    assert "no point" in none._repr_html_()
+    assert "no way" in none._repr_html_()

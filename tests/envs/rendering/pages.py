@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs.rendering.biped import biped_drawing
-from stickslip.envs.rendering.html.data import Event, Line, Page, Panel, Shown
+from stickslip.envs.rendering.page import Episode, Event, Line, Page, Panel
 from tests.envs.rendering.frames import SCENE, walk
 
 PERIOD = 0.02
@@ -17,7 +17,7 @@ SAMPLES = 501
 
 
 @cache
-def walked(name: str = "walker") -> Shown:
+def walked(name: str = "walker") -> Episode:
     """Ten seconds at 50 samples a second; the foot slides all the while in the third second."""
     frames = walk(SAMPLES)
     slide = 0.0
@@ -36,7 +36,7 @@ def walked(name: str = "walker") -> Shown:
     terms = tuple(Line(f"term {i}", np.sin(time + i)) for i in range(4))
     names = ("torque", "power", "crank rate", "friction used", "slid", "return", "score")
     panels = tuple(Panel(one, "-", (Line(one, np.cos(time * 3)),)) for one in names)
-    return Shown(
+    return Episode(
         name=name,
         period=PERIOD,
         panels=(*panels, Panel("reward", "-", terms, limits=(0.0,))),

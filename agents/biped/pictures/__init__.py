@@ -1,1 +1,0 @@
-"""What plots and pages show of a walk."""

@@ -1,0 +1,176 @@
+"""Plots of panels of curves, written as PNG without a display. Needs the extra `viz`."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from stickslip.envs.rendering.page import Episode, Panel
+
+LEVEL = {"color": theme.MUTED, "lw": 0.8, "ls": (0, (4, 3))}
+"""Limits and other dashed lines."""
+STYLES = ("-", "--", "-.", ":")
+ROW = 1.55
+"""Height of a panel [inches]."""
+
+
+def make_sheet(
+    rows: int,
+    columns: int,
+    size: tuple[float, float],
+    title: str,
+    heights: Sequence[float] | None = None,
+) -> tuple[Figure, list[Axes]]:
+    """A figure of `size` [inches] with a title, and its rows * columns axes, which share x.
+
+    heights: of the rows, in parts of each other; None: all the same.
+    """
+    figure = require("matplotlib.figure").Figure(
+        figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"
+    )
+    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False, height_ratios=heights)
+    axes = grid.ravel().tolist()
+    for axis in axes:
+        axis.set_facecolor(theme.PANEL)
+        axis.set_axisbelow(True)
+        axis.grid(color=theme.RULE, lw=0.7)
+        axis.tick_params(colors=theme.MUTED, labelsize=9, length=0, which="both")
+        for spine in axis.spines.values():
+            spine.set_visible(False)
+    return figure, axes
+
+
+def name_below(axis: Axes, words: str) -> None:
+    """Label the horizontal axis with quantity and unit."""
+    axis.set_xlabel(words, fontsize=9.5, color=theme.MUTED)
+
+
+def save_sheet(figure: Figure, path: str | Path) -> Path:
+    """Write the figure as PNG, replacing the file there; return the path."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    return write_whole(path, file.getvalue())
+
+
+def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
+    """Plot all panels of an episode over its axis; return the path. Slips are shaded."""
+    below, x = _axis(episode)
+    return plot_panels(episode.panels, x, below, path, title, episode.slips)
+
+
+def plot_panels(
+    panels: Sequence[Panel],
+    x: np.ndarray,
+    below: str,
+    path: str | Path,
+    title: str,
+    slips: np.ndarray | None = None,
+) -> Path:
+    """Plot panels over x [n], labelled `below`; return the path. slips: shaded where true [n]."""
+    figure, axes = make_sheet(len(panels), 1, (11, ROW * len(panels) + 0.8), title)
+    for axis, panel in zip(axes, panels, strict=True):
+        for line, colour in zip(panel.lines, theme.PLAYERS, strict=False):
+            look = LEVEL if line.dashed else {"color": colour, "lw": 1.2}
+            _curve(axis, x, panel, line.values, label=line.name, **look)
+        _name(axis, panel)
+        if len(panel.lines) > 1:
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False}
+            axis.legend(ncols=len(panel.lines), fontsize=8.5, borderpad=0.2, **place)
+        if slips is not None:
+            _shade(axis, x, slips)
+    return _save(figure, axes, x, below, path)
+
+
+def plot_comparison(
+    episodes: Sequence[Episode], panels: Mapping[str, str], path: str | Path, title: str
+) -> Path:
+    """Plot panels of several episodes over one axis; return the path.
+
+    panels: titles of panels and the scale of each, "linear" or "symlog" (linear up to 1). The
+    second line of a panel is faint, dashed lines and limits are those of the first episode. A cross
+    marks an early end. ValueError without an episode.
+    """
+    if not episodes:
+        raise ValueError("episodes is empty; accepted: at least one")
+    figure, axes = make_sheet(len(panels), 1, (11, 1.25 * ROW * len(panels) + 0.9), title)
+    colours = [*theme.PLAYERS, theme.INK]
+    for axis, (wanted, scale) in zip(axes, panels.items(), strict=True):
+        drawn: list[np.ndarray] = []
+        for index, episode in enumerate(episodes):
+            panel = next(one for one in episode.panels if one.title == wanted)
+            look = {"color": colours[index % 7], "ls": STYLES[index // 7 % 4]}
+            x = _axis(episode)[1]
+            for number, line in enumerate(panel.lines):
+                if line.dashed:
+                    _curve(axis, x, panel, line.values, **LEVEL) if index == 0 else None
+                    continue
+                label = episode.name if number == 0 else None
+                alpha = 1.0 if number == 0 else 0.4
+                _curve(axis, x, panel, line.values, label=label, lw=1.3, alpha=alpha, **look)
+                drawn.append(line.values)
+                if episode.ended:
+                    axis.plot(x[-1], line.values[-1], "x", color=look["color"], ms=7)
+            if index == 0:
+                _name(axis, panel)
+        _limit(axis, np.concatenate(drawn), scale)
+    names = axes[0].get_legend_handles_labels()
+    place = {"loc": "upper right", "frameon": False, "handlelength": 1.2, "columnspacing": 1.2}
+    figure.legend(*names, ncols=6, fontsize=9.5, **place)
+    below, longest = _axis(max(episodes, key=lambda one: one.samples))
+    return _save(figure, axes, longest, below, path)
+
+
+def _axis(episode: Episode) -> tuple[str, np.ndarray]:
+    """Label and values [n] of the horizontal axis."""
+    return episode.axis or ("time [s]", episode.period * np.arange(episode.samples))
+
+
+def _curve(axis: Axes, x: np.ndarray, panel: Panel, values: np.ndarray, **look: Any) -> None:
+    axis.plot(x, values, drawstyle="steps-pre" if panel.steps else "default", **look)
+
+
+def _name(axis: Axes, panel: Panel) -> None:
+    """Title with the unit, and the limits."""
+    axis.set_title(f"{panel.title} [{panel.unit}]", loc="left", fontsize=10, color=theme.INK, pad=3)
+    for level in panel.limits:
+        axis.axhline(level, **LEVEL)
+
+
+def _limit(axis: Axes, values: np.ndarray, scale: str) -> None:
+    """Limits that one controller out of hand does not spoil for the others."""
+    if scale == "symlog":
+        axis.set_yscale("symlog", linthresh=1.0, linscale=0.6)
+        return
+    low, high = np.nanpercentile(values, (2, 98))
+    room = 0.2 * (high - low) or 1.0
+    axis.set_ylim(low - room, high + room)
+
+
+def _shade(axis: Axes, x: np.ndarray, slips: np.ndarray) -> None:
+    """Shade from the sample before each slip to its last one."""
+    edges = np.flatnonzero(np.diff(slips.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    for begin, end in edges:
+        axis.axvspan(x[max(begin - 1, 0)], x[end - 1], color=theme.SLIDES, alpha=0.18, lw=0)
+
+
+def _save(
+    figure: Figure, axes: Sequence[Axes], x: np.ndarray, below: str, path: str | Path
+) -> Path:
+    name_below(axes[-1], below)
+    axes[-1].set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
+    return save_sheet(figure, path)

@@ -1,0 +1,116 @@
+"""Pictures of a finished training run. Needs the extra `viz` (or `train`, which holds it)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from stickslip.agents import load_policy
+from stickslip.agents.evaluation.rollout import AnyRollout, rollout
+from stickslip.agents.pictures.film import write_film
+from stickslip.agents.pictures.plots import LEVEL, make_sheet, name_below, plot_episode, save_sheet
+from stickslip.agents.registry import machine_of_config
+from stickslip.agents.training.log import read_columns
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.extras import require
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from stickslip.agents.pictures.episodes import LearningPanel
+    from stickslip.agents.protocol import Timed
+    from stickslip.agents.training.configuration import Configuration, Trained
+
+COLUMNS = 3
+TRAINING, TEST = "#8FA3B5", "#D55E00"
+EXPLAINED = (
+    "training episodes, with exploration",
+    "evaluation: whole episodes, without (band: 95 %)",
+)
+
+Curves: TypeAlias = dict[str, list[float]]
+"""A run's table by columns."""
+
+
+def write_products(
+    trained: Trained[Configuration], played: AnyRollout | None = None, params: Timed | None = None
+) -> list[Path]:
+    """Write learning.png, episode.png and the machine's film into the run's directory.
+
+    played: the policy's first episode, where it is there already; params: of the episode, by
+    default the tested ones. Return the paths.
+    """
+    config, directory = trained.config, trained.directory
+    machine = machine_of_config(config)
+    task = machine.training_task(config)
+    params = task.tested if params is None else params
+    if played is None:
+        played = rollout(task.env, load_policy(trained.policy), params, 0)
+    title = f"The {trained.name}" + ("" if config.task is None else f" on {config.task}")
+    episode = machine.as_episode(played, task.env, params, trained.name)
+    film = directory / machine.film
+    return [
+        plot_learning(directory, config),
+        plot_episode(episode, directory / "episode.png", title),
+        write_film(task.env, played, params, film, machine.frames, machine.film_time),
+    ]
+
+
+def plot_learning(directory: Path, config: Configuration) -> Path:
+    """Write learning.png into a run's directory from its metrics and evaluations; return it."""
+    machine = machine_of_config(config)
+    panels: Sequence[LearningPanel] = machine.learning_panels(config)
+    metrics = read_columns(directory / "metrics.csv")
+    tests = read_columns(directory / "evaluations.csv")
+    seconds = (metrics.get("seconds") or [0.0])[-1]
+    steps = int((metrics.get("timesteps") or [0])[-1])
+    where = f"the {machine.title}" if config.task is None else config.task
+    title = f"{config.algorithm.upper()} on {where}: {seconds:.0f} s of training, evaluations aside"
+    if steps < config.timesteps:
+        title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
+    rows = -(-len(panels) // COLUMNS)
+    figure, axes = make_sheet(rows, COLUMNS, (12, 3.1 * rows), title)
+    for axis in axes[len(panels) :]:
+        axis.set_visible(False)
+    axes = axes[: len(panels)]
+    unit, scale = ("millions", 1e6) if config.timesteps >= 500_000 else ("thousands", 1e3)
+    for axis, panel in zip(axes, panels, strict=True):
+        _draw(axis, panel, metrics, tests, scale)
+    for axis in axes[-COLUMNS:]:
+        name_below(axis, f"control steps [{unit}]")
+    line = require("matplotlib.lines").Line2D
+    handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
+    # below: beside the title there is no room where a run is unfinished
+    place = {"loc": "outside lower right", "ncols": 2, "frameon": False}
+    figure.legend(handles, EXPLAINED, fontsize=9.5, **place)
+    return save_sheet(figure, directory / "learning.png")
+
+
+def _draw(axis: Axes, panel: LearningPanel, metrics: Curves, tests: Curves, scale: float) -> None:
+    axis.set_title(panel.title, loc="left", fontsize=10, color=theme.INK, pad=4)
+    if panel.log:
+        axis.set_yscale("log")
+    if panel.level is not None:
+        axis.axhline(panel.level, **LEVEL)
+    for table, column, colour, width in (
+        (metrics, panel.training, TRAINING, 1.0),
+        (tests, panel.test, TEST, 1.7),
+    ):
+        if column is None or not table.get(column):
+            continue
+        steps = np.asarray(table["timesteps"]) / scale
+        values = panel.factor * np.asarray(table[column])
+        if panel.log:
+            values = np.where(values > 0, values, np.nan)
+        marker = "o" if len(steps) < 3 else None
+        axis.plot(steps, values, color=colour, lw=width, marker=marker, ms=4)
+        if table is tests and f"{column}_low" in table:
+            low, high = (panel.factor * np.asarray(table[f"{column}_{e}"]) for e in ("low", "high"))
+            if len(steps) == 1:  # where a band has no width
+                axis.vlines(steps, low, high, color=colour, lw=1.0)
+            else:
+                axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)

@@ -1,0 +1,220 @@
+"""Episodes of several players on one page: for a notebook, and `stickslip view`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from stickslip.agents.evaluation.rollout import (
+    planned,
+    require_places,
+    rollout,
+    validated,
+    without_resets,
+)
+from stickslip.agents.pictures.episodes import scale_of
+from stickslip.agents.pictures.film import show_window, write_film
+from stickslip.agents.pictures.plots import plot_episode
+from stickslip.agents.policy.file import policy_path
+from stickslip.agents.policy.shipped import shipped_path
+from stickslip.agents.registry import machine_of_env
+from stickslip.agents.tasks.named import common_task, title_of
+from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
+from stickslip.agents.view_files import require_new, require_suffix, require_writable
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.rendering.animation import require_format
+from stickslip.envs.rendering.page import Page, page_text
+from stickslip.optim.progress import say_stage
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.agents.evaluation.rollout import AnyRollout
+    from stickslip.agents.machine import AnyMachine, Options
+    from stickslip.agents.protocol import AnyEnv, Params, Player, State, Timed
+    from stickslip.agents.tasks.places import Named, Place
+    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.rendering.page import Episode
+
+TALL = 860
+"""Height of a page in a notebook [px]."""
+MOST_PLAYERS = 8
+"""Side by side on a page."""
+PAGES = (".html", ".htm")
+
+
+@dataclass(frozen=True)
+class View:
+    """A page: a notebook shows it in place, `save` writes it to a file."""
+
+    page: Page
+
+    def __repr__(self) -> str:
+        """In a line: a notebook keeps it beside the page itself."""
+        return f"View({self.page.title!r}, episodes={len(self.page.episodes)})"
+
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the page atomically as one .html file and return its path.
+
+        ValueError for another kind of file, and for one that exists unless overwrite.
+        """
+        require_suffix(Path(path), PAGES)
+        return write_whole(path, page_text(self.page), overwrite=overwrite)
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own, which can neither reach the notebook nor a network."""
+        text = escape(page_text(self.page))
+        return (
+            f'<iframe srcdoc="{text}" sandbox="allow-scripts" title="{escape(self.page.title)}" '
+            f'style="width:100%;height:{TALL}px;border:0"></iframe>'
+        )
+
+
+def show(
+    env: FunctionalEnv[State, Params],
+    players: Player[State, Params] | Mapping[str, Player[State, Params]],
+    params: Params,
+    seed: int = 0,
+    *,
+    task: str | None = None,
+) -> View:
+    """Play a seed's first episode of one player, or of several by name, as a page.
+
+    players: controllers, policies or the UGV's planners, eight at most. task: a named one, for its
+    scores. ValueError without a player, and for an environment of no machine.
+    """
+    require_integer("seed", seed, low=0, high=2**32 - 1)
+    named: Mapping[str, Player[State, Params]]
+    named = players if isinstance(players, Mapping) else {type(players).__name__: players}
+    _require_players(len(named))
+    require_places(env, {"params": params})
+    named = {name: validated(f"players[{name!r}]", one) for name, one in named.items()}
+    machine, alone, episodes = machine_of_env(env), without_resets(env), []
+    for name, player in named.items():
+        played = rollout(alone, planned(alone, player, params, seed), params, seed)
+        episodes.append(machine.as_episode(played, alone, params, name, scale_of(task)))
+    where = type(env).__name__ if task is None else task
+    return View(Page(f"{', '.join(named)} on {where}", episodes=tuple(episodes)))
+
+
+class Played(NamedTuple):
+    """A player's episode in a place."""
+
+    name: str
+    place: Place
+    env: AnyEnv
+    params: Timed
+    rollout: AnyRollout
+
+
+def view_command(given: Options) -> None:
+    """`stickslip view`: write a page, or an animation and a plot, or show a window."""
+    who = list(given["who"])
+    _require_flags(given, who)
+    machine = machine_of(who)
+    named = read_named(who, machine)
+    usual = machine.usual_scene(viewed=True)
+    if all(one.policy is None for one in named.values()) and usual != machine.usual_scene():
+        given = {**given, "scenes": given["scenes"] or [usual]}
+    places, task = places_of(named, given, machine, viewed=True), common_task(given)
+    _require_players(sum(len(place.who) for place in places))
+    files = _files(given, who[0], places[0].label, task)
+    require_new(list(files.values()), given["overwrite"])
+    require_writable(list(files.values()))
+    lead = [place.line() for place in places] if task is None else [title_of(task)]
+    if "html" not in files:
+        print(lead[0] if task is None else f"{who[0]}, trained on {lead[0]}")
+    played = [one for place in places for one in _play(given, machine, named, place)]
+    if "html" in files or "plot" in files:
+        episodes = _episodes(machine, played, task)
+        names = ", ".join(dict.fromkeys(one.name for one in episodes))
+        where = task or (places[0].label if len(places) == 1 else None)
+        title = names if where is None else f"{names} on {where}"
+    if "html" in files:
+        view = View(Page(title, "\n".join(lead), tuple(episodes)))
+        print(f"Written: {view.save(files['html'], overwrite=given['overwrite'])}")
+        return
+    if "plot" in files:
+        print(f"Written: {plot_episode(episodes[0], files['plot'], title)}")
+    one = played[0]
+    if given["window"]:
+        title = f"{one.name} on {task or one.place.label}"
+        show_window(one.env, one.rollout, one.params, title, machine.frames)
+        return
+    say_stage(f"drawing {files['out']}")
+    about = (machine.frames, given["seconds"], True)
+    print(f"Written: {write_film(one.env, one.rollout, one.params, files['out'], *about)}")
+
+
+def _require_flags(given: Options, who: list[str]) -> None:
+    """Raise ValueError for flags that contradict each other or are out of range."""
+    others = [f"--{name}" for name in ("out", "plot", "window") if given[name]]
+    if given["html"] is not None and others:
+        raise ValueError(f"--html with {', '.join(others)}; accepted: one or the other")
+    if given["window"] and given["out"] is not None:
+        raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
+    if given["html"] is None and len(who) > 1:
+        raise ValueError(f"view of {', '.join(who)}; accepted: one, or several with --html")
+    require_integer("seed", given["seed"], low=0, high=2**32 - 1)
+    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
+        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
+    _require_players(len(who))
+
+
+def _require_players(count: int) -> None:
+    if not 1 <= count <= MOST_PLAYERS:
+        raise ValueError(f"{count} to show; accepted: 1 to {MOST_PLAYERS} on a page")
+
+
+def _files(given: Options, who: str, place: str, task: str | None) -> dict[str, Path]:
+    """Files to write by flag. ValueError for files of another kind."""
+    files = {name: Path(given[name]) for name in ("html", "plot") if given[name] is not None}
+    for name, accepted in (("html", PAGES), ("plot", (".png",))):
+        if name in files:
+            require_suffix(files[name], accepted)
+    if "html" not in files and not given["window"]:
+        files["out"] = Path(given["out"] or _film_name(who, place, task))
+        require_format(files["out"])
+    return files
+
+
+def _film_name(who: str, place: str, task: str | None) -> str:
+    """Name of the animation: of a shipped policy on its own task the policy's alone."""
+    if shipped_path(who) is not None and task is not None:
+        return f"{who}.gif"
+    path = policy_path(who)
+    name = path.parent.name if path.name == "policy.npz" else path.name
+    name = who if shipped_path(who) is not None else name.removesuffix(".npz")
+    label = Path(place).stem if Path(place).is_file() else place
+    return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + ".gif"
+
+
+def _play(
+    given: Options, machine: AnyMachine, named: Mapping[str, Named], place: Place
+) -> list[Played]:
+    """An episode of each player of a place."""
+    params, seed, found = machine.params_to_view(place.params, given["seconds"]), given["seed"], []
+    for name, env in place.who.items():
+        say_stage(f"playing {name}")
+        controller = controller_of(named[name], name, env, params, machine)
+        played = rollout(env, planned(env, controller, params, seed), params, seed)
+        found.append(Played(Path(name).name, place, env, params, played))
+    return found
+
+
+def _episodes(machine: AnyMachine, played: Sequence[Played], task: str | None) -> list[Episode]:
+    """Episodes with names of their own; where there are several places, the place is a fact."""
+    names, several = [one.name for one in played], len({id(one.place) for one in played}) > 1
+    found = []
+    for one in played:
+        name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.place.label}"
+        episode = machine.as_episode(one.rollout, one.env, one.params, name, scale_of(task))
+        if several:
+            episode = replace(episode, facts=(("on", one.place.label), *episode.facts))
+        found.append(episode)
+    return found

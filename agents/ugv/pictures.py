@@ -1,0 +1,156 @@
+"""A drive for plots and pages, and the learning curves of the UGV."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.agents.pictures.episodes import (
+    SCORE,
+    LearningPanel,
+    facts,
+    from_start,
+    panel,
+    reward_panels,
+    samples,
+)
+from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.dynamics.status import Status
+from stickslip.envs.rendering.page import Episode, Event, Line, Panel
+from stickslip.envs.rendering.ugv import ugv_drawing
+from stickslip.envs.ugv.picture import ugv_frames
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.ugv.config import UGVTrainConfig
+    from stickslip.envs.rendering.ugv import UGVFrame
+    from stickslip.envs.tasks.known import Scale
+    from stickslip.envs.ugv.draw import UGVDrawn
+    from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.envs.ugv.state import UGVEnvState
+
+GROUND, LEGS = "ground under the wheels", "leg angles, 90 straight down"
+TORQUE = "torque on each wheel, negative drives forwards"
+
+
+def as_episode(
+    played: Rollout[UGVEnvState],
+    env: UGVEnv,
+    params: UGVEnvParams,
+    name: str,
+    scale: Scale | None = None,
+) -> Episode:
+    """One episode (not a batch), waypoint by waypoint. Time is that of pictures (params.speed):
+    nothing else of the model knows of it, so there is work for a metre and no power."""
+    played = played.trimmed()
+    states, infos = samples(played)
+    frames = ugv_frames(states, infos, params, env.solver, env.preview)
+    unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
+    totals, cost = played.info, np.asarray(states.cost, float)
+    whole = facts(
+        [
+            ("return", float(totals["episode_return"][-1]), unit),
+            ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
+            ("with legs", float(totals["episode_total_energy"][-1]), "J"),
+            ("shown at", float(params.speed), "m/s"),
+        ]
+    )
+    status = Status(int(totals["status"][-1]))
+    ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
+    slips = np.array([frame.slips for frame in frames])
+    return Episode(
+        name=name,
+        period=float(params.control_period),
+        panels=(
+            *_panels(frames, played, float(params.spacing)),
+            panel(criterion, unit, cost),
+            *reward_panels(played, {}, unit, scale),
+        ),
+        events=_events(slips, ended),
+        numbers=(
+            ("driven [m]", np.array([frame.x - frame.start for frame in frames]), 2),
+            ("pitch [°]", np.degrees([frame.pitch for frame in frames]), 1),
+            ("torque [N m]", np.array([frame.torque for frame in frames]), 1),
+            ("friction / normal", np.array([frame.demand for frame in frames]), 2),
+            (criterion + ("" if unit == "-" else f" [{unit}]"), cost, 2),
+        ),
+        slips=slips,
+        drawing=ugv_drawing(frames, params.vehicle),
+        ended=ended,
+        facts=(*whole, *_drawn(played.start_state.drawn)),
+        states=("GRIP", "SLIP"),
+        axis=("front wheel [m]", np.array([frame.x for frame in frames])),
+    )
+
+
+def compared(env: UGVEnv) -> dict[str, str]:
+    """Panels of a comparison, and their scales."""
+    names = (GROUND, LEGS, TORQUE, env.measure.name.replace("_", " "))
+    return dict.fromkeys(names, "linear")
+
+
+def learning_panels(config: UGVTrainConfig) -> list[LearningPanel]:
+    """Panels of a run's learning curves."""
+    measure = make_ugv_task(config).env.measure
+    name, unit = measure.name.replace("_", " "), measure.unit
+    return [
+        LearningPanel(f"return of a whole episode [{unit}]", None, "return"),
+        LearningPanel(f"{name} [{unit}]", "cost", "cost"),
+        SCORE if config.task else LearningPanel("cost / best over grid [-]", None, "score"),
+        LearningPanel("failures [% of episodes]", "failures", "failures", factor=100.0),
+        LearningPanel("work of motors and legs [J]", "total_energy", "total_energy"),
+        LearningPanel("exploration noise [leg rates]", "noise", None),
+    ]
+
+
+def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
+    """Draws of the episode's reset."""
+    rows = [] if drawn.friction is None else [("friction, drawn", float(drawn.friction), "-")]
+    ground = () if drawn.odometer is None else (("ground", "drawn"),)
+    return (*ground, *facts(rows))
+
+
+def _panels(
+    frames: Sequence[UGVFrame], played: Rollout[UGVEnvState], spacing: float
+) -> tuple[Panel, ...]:
+    """Ground, legs, torque, work, friction and grip, waypoint by waypoint."""
+    wheels = [frame.rear for frame in frames], [frame.front for frame in frames]
+    heights = [np.array([one.contact[1] for one in side]) for side in wheels]
+    angles = [np.degrees([one.leg_angle for one in side]) for side in wheels]
+    work = [from_start(played.info[name]) / spacing for name in ("wheel_work", "total_work")]
+
+    def two(title: str, unit: str, names: tuple[str, str], values: list, steps: bool = False):
+        lines = tuple(Line(name, of) for name, of in zip(names, values, strict=True))
+        return Panel(title, unit, lines, steps=steps)
+
+    sides = "rear", "front"
+    return (
+        two(GROUND, "m", sides, heights),
+        two(LEGS, "°", sides, angles),
+        panel(TORQUE, "N m", np.array([frame.torque for frame in frames])),
+        two("work put in, for each metre", "J/m", ("motors", "with the legs"), work, steps=True),
+        Panel(
+            "friction used",
+            "-",
+            (
+                Line("greater |F| / N", np.array([frame.demand for frame in frames])),
+                Line("friction there is", np.array([frame.mu for frame in frames]), dashed=True),
+            ),
+        ),
+        panel("margin of grip", "kN", np.array([one.grip for one in frames]) / 1000, limits=(0.0,)),
+    )
+
+
+def _events(slips: np.ndarray, ended: str) -> tuple[Event, ...]:
+    found = []
+    for i in range(1, len(slips)):
+        if slips[i] != slips[i - 1]:
+            kind = "slip" if slips[i] else "stick"
+            found.append(Event(i, kind, "a wheel slips" if slips[i] else "both wheels grip"))
+    if ended:
+        found.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
+    return tuple(found)

@@ -1,0 +1,179 @@
+"""An HTML page of one file that plays episodes in a browser, without a network.
+
+Python computes every position; the page interpolates between samples and draws.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from html import escape
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Drawing
+
+MOST_SAMPLES = 20_000
+"""Of one episode."""
+EVENTS = ("slip", "stick", "support", "end")
+FOLDER = Path(__file__).parent / "html"
+SCRIPTS = (*("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js"),)
+"""Of a page, in the order in which they stand in it, as one script."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve. values: [n], NaN where there is none."""
+
+    name: str
+    values: np.ndarray
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over one axis. limits: levels that are drawn dashed, in the panel's unit. steps: a
+    value holds from the sample before to its own, as a torque does."""
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    limits: tuple[float, ...] = ()
+    steps: bool = False
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened by a sample. kind: one of EVENTS."""
+
+    sample: int
+    kind: str
+    words: str
+
+    def __post_init__(self):
+        if self.kind not in EVENTS:
+            raise ValueError(f"kind = {self.kind!r}; accepted: {', '.join(EVENTS)}")
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode of one player, sample by sample. period: between samples [s]. name: of the player.
+
+    numbers: title with unit, values [n] and digits, written above the picture. slips: [n], whether
+    it slips by then. ended: cause of an early end, or "". facts: titles and values of the whole.
+    states: names of the two states of `slips`, the second one slips. axis: of plots, title with
+    unit and values [n]; None: time.
+    """
+
+    name: str
+    period: float
+    panels: tuple[Panel, ...]
+    events: tuple[Event, ...] = ()
+    numbers: tuple[tuple[str, np.ndarray, int], ...] = ()
+    slips: np.ndarray | None = None
+    drawing: Drawing | None = None
+    ended: str = ""
+    facts: tuple[tuple[str, str], ...] = ()
+    states: tuple[str, str] = ("STICK", "SLIP")
+    axis: tuple[str, np.ndarray] | None = None
+
+    def __post_init__(self):
+        if not 0 < self.period < np.inf:
+            raise ValueError(f"period = {self.period}; accepted: > 0 s")
+        if not self.panels or not self.panels[0].lines:
+            raise ValueError("panels is empty; accepted: at least one with a line")
+
+    @property
+    def samples(self) -> int:
+        """The first state and one after every step."""
+        return len(self.panels[0].lines[0].values)
+
+
+@dataclass(frozen=True)
+class Page:
+    """Contents of a page. lead: below the title."""
+
+    title: str
+    lead: str = ""
+    episodes: tuple[Episode, ...] = ()
+
+    def __post_init__(self):
+        for one in self.episodes:
+            if not 2 <= one.samples <= MOST_SAMPLES:
+                raise ValueError(
+                    f"an episode of {one.samples} samples; accepted: 2 to {MOST_SAMPLES} on a page"
+                )
+
+
+def page_text(page: Page) -> str:
+    """The page as HTML. Names are text in it, whatever characters they hold.
+
+    Its policy on contents allows the package's two scripts by their digests and nothing else, so
+    neither a name nor a picture can bring a script or a request with it.
+    """
+    library = f"/*\n{_read('vendor/uPlot.LICENSE')}*/\n{_read('vendor/uPlot.iife.min.js')}"
+    program = '"use strict";\n(() => {\n' + "\n".join(map(_read, SCRIPTS)) + "})();\n"
+    return Template(_read("page.html")).substitute(
+        title=escape(page.title),
+        policy=escape(_policy(library, program)),
+        style=_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
+        lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
+        data=_script_text({"episodes": page.episodes}),
+        library=library,
+        program=program,
+    )
+
+
+def _colours() -> str:
+    """Variables of CSS: by day, by night where the system or the reader asks for it."""
+    day, night = (
+        "".join(f"--{name}:{colour};" for name, colour in one.items())
+        for one in (theme.DAY, theme.NIGHT)
+    )
+    return (
+        f":root{{color-scheme:light;{day}}}\n"
+        "@media (prefers-color-scheme:dark){:root:not([data-theme=light])"
+        f"{{color-scheme:dark;{night}}}}}\n"
+        f":root[data-theme=dark]{{color-scheme:dark;{night}}}\n"
+    )
+
+
+def _policy(*scripts: str) -> str:
+    digests = (hashlib.sha256(one.encode()).digest() for one in scripts)
+    allowed = " ".join(f"'sha256-{base64.b64encode(one).decode()}'" for one in digests)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _script_text(value: object) -> str:
+    """JSON that may stand within a <script>: no character that could end it or begin a comment."""
+    text = json.dumps(_plain(value), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _plain(value: object) -> object:
+    """Dataclasses as dictionaries, arrays as base64 of little-endian float32, the rest as is."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if isinstance(value, np.ndarray):
+        data = base64.b64encode(value.astype("<f4").tobytes()).decode()
+        return {"shape": list(value.shape), "data": data}
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(one) for one in value]
+    value = value.item() if isinstance(value, np.generic) else value
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+@cache
+def _read(name: str) -> str:
+    return (FOLDER / name).read_text(encoding="utf-8")

@@ -1,0 +1,72 @@
+"""Animations, and plots of episodes and of walks."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.agents.biped.controllers import ConstantTorque
+from stickslip.agents.biped.pictures import COMPARED, as_episode
+from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures import plots
+from stickslip.agents.pictures.film import film
+from stickslip.envs import BipedEnv
+from stickslip.envs.rendering.page import Episode, Line, Panel
+
+pytest.importorskip("matplotlib")
+Image = pytest.importorskip("PIL.Image")
+
+ENV = BipedEnv()
+
+
+def test_a_film_has_a_picture_every_period_and_the_end(tmp_path):
+    params = ENV.default_params
+    path = film(ENV, ConstantTorque(0.9), params, 0, tmp_path / "walk.gif", steps=15)
+    with Image.open(path) as animation:
+        assert animation.n_frames == 1 + 8  # the start, every second step, the last one
+    with pytest.raises(ValueError, match="fps = 60"):
+        film(ENV, ConstantTorque(0.9), params, 0, tmp_path / "walk.png", steps=15, fps=60)
+
+
+def test_an_episode_says_what_happened_and_is_plotted_without_pyplot(tmp_path):
+    params = ENV.default_params
+    episode = as_episode(rollout(ENV, ConstantTorque(0.9), params, 0, 15), params, "push")
+    lines = {one.title: one.lines for one in episode.panels}
+    np.testing.assert_allclose(lines["motor torque"][0].values[1:], 0.9, rtol=1e-6)
+    momentum, cruise = (one.values for one in lines["horizontal momentum P(θ) · crank rate"])
+    assert (momentum[0], momentum[-1] > 0) == (0, True)
+    np.testing.assert_allclose(cruise, 1.9403, rtol=1e-4)
+    assert episode.slips is not None
+    assert episode.slips[1], "0.9 N m breaks the foot loose at once"
+    use, mu = (one.values for one in lines["friction used"])
+    np.testing.assert_allclose((use[1], mu[1]), (0.05, 0.06), rtol=1e-3)
+    pyplot = "matplotlib.pyplot" in sys.modules
+    for path in (
+        plots.plot_episode(episode, tmp_path / "one.png", "One"),
+        plots.plot_comparison([episode, episode], COMPARED, tmp_path / "two.png", "Two"),
+    ):
+        with Image.open(path) as picture:
+            assert picture.width > 1000
+            assert len(picture.convert("RGB").getcolors(2**24)) > 50
+    assert ("matplotlib.pyplot" in sys.modules) == pyplot
+
+
+def test_a_comparison_names_everybody_and_crosses_out_an_early_end(tmp_path, monkeypatch):
+    sheets, make = [], plots.make_sheet
+    monkeypatch.setattr(plots, "make_sheet", lambda *how: sheets.append(make(*how)) or sheets[-1])
+    panels = Panel("rate", "rad/s", (Line("a", np.arange(9.0)), Line("b", np.ones(9), True)))
+    one = Episode("computed torque", 0.1, (panels,))
+    other = replace(one, name="falls", ended="topple")
+    path = tmp_path / "both.png"
+    assert plots.plot_comparison([one, other], {"rate": "linear"}, path, "Both") == path
+    ((figure, (axis,)),) = sheets
+    crosses = [line for line in axis.lines if line.get_marker() == "x"]
+    assert [one.get_xydata().tolist() for one in crosses] == [[[0.8, 8.0]]]
+    assert axis.get_title("left") == "rate [rad/s]"
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["computed torque", "falls"]
+    with pytest.raises(ValueError, match="episodes is empty"):
+        plots.plot_comparison([], {"rate": "linear"}, path, "None")
