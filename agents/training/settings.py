@@ -13,7 +13,7 @@ from stickslip.agents.training.configuration import (
     group,
     later_group,
 )
-from stickslip.agents.untrusted import LARGEST_TEXT, Rule
+from stickslip.agents.untrusted import LARGEST, LARGEST_TEXT, Rule
 from stickslip.dynamics.plain_checks import require_memory
 
 T = TypeVar("T")
