@@ -28,7 +28,7 @@ from stickslip.agents.tasks.places import (
     read_named,
     require_one_table,
 )
-from stickslip.agents.training.command_line import settings_given
+from stickslip.agents.training.configuration import settings_given
 from stickslip.agents.view_files import (
     require_folder,
     require_new,

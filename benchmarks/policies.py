@@ -34,7 +34,7 @@ from stickslip.agents.policy.file import load_policy, named_task_entry, save_pol
 from stickslip.agents.policy.record import EARNED, TRAINED, every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.registry import machine_by_name, read_configuration
-from stickslip.agents.training.command_line import command_of
+from stickslip.agents.training.configuration import command_of
 from stickslip.agents.training.directory import CONFIG, VERSIONS, read_config
 from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import best_evaluation

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.scenes import HOLDS, SCENE, SCENES
-from stickslip.agents.training.configuration import entry, group, later_group
+from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.settings import (
     LearningConfiguration,
     PPOSettings,
@@ -135,7 +135,7 @@ class TrainConfig(LearningConfiguration):
 
     ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
     sac: SACSettings = group(SACSettings)
-    shac: SHACSettings = later_group(SHACSettings)
+    shac: SHACSettings = group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
     keep_checkpoints: int = shared("keep_checkpoints", 2)

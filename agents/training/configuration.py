@@ -1,21 +1,30 @@
-"""What configurations of training runs share: checked fields, JSON, digests."""
+"""Configurations of training runs: checked fields, JSON and TOML files, command lines."""
 
 from __future__ import annotations
 
 import hashlib
 import itertools
 import json
+import shlex
+import tomllib
 from dataclasses import Field as DataclassField
 from dataclasses import asdict, field, fields, replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, Unpack
 
-from stickslip.agents.untrusted import RefusedError, Rule, parse_json, require_entries, require_head
+from stickslip.agents.untrusted import (
+    RefusedError,
+    Rule,
+    parse_json,
+    read_text,
+    refusing,
+    require_head,
+)
 from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Mapping
-    from pathlib import Path
+    from collections.abc import Iterable, Mapping
 
     from stickslip.agents.untrusted import Json, Kind, Limits
 
@@ -25,13 +34,10 @@ S = TypeVar("S", bound="Settings")
 Config = TypeVar("Config", bound="Configuration")
 Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
 FORMAT, VERSION = "stickslip training", 2
-FLAT = 1
-"""The version without groups: each field stands by its name. It is still read."""
 UNNAMED = "biped"
-"""The machine of a configuration that names none."""
-BEFORE: dict[str, Json] = {"trainer": "sb3", "task": None, "tracking_weight": 1.0}
-"""Fields that came later, and what runs were until then: a text without one means that, and one
-that means it is without. So earlier files are read, and earlier digests stay as they were."""
+"""The machine of a file that names none."""
+UNNAMED_TRAINER = "sb3"
+"""The trainer of a file that names none."""
 
 
 def entry(default: T, kind: Kind, about: str, **rule: Unpack[Limits]) -> T:
@@ -46,12 +52,6 @@ def group(kind: type[S], **defaults: Any) -> S:
     """
     about = {"group": kind, "defaults": defaults}
     return field(default_factory=partial(kind, **defaults), metadata=about)
-
-
-def later_group(kind: type[S]) -> S:
-    """A group of the algorithm of its name that came later: it is written with this algorithm only,
-    so that files and digests of all others stay as they were."""
-    return field(default_factory=kind, metadata={"group": kind, "defaults": {}, "later": True})
 
 
 class Field(NamedTuple):
@@ -201,71 +201,48 @@ class Configuration(Settings):
         return cls(**left, **groups)
 
     def to_json(self) -> str:
-        """As JSON text that `from_json` reads."""
-        return self._json(VERSION, self._written())
-
-    def _written(self) -> dict[str, Json]:
+        """As JSON text that `from_json` reads; what the named task decides is left out."""
         content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
-        left = set(_unused(type(self), self.algorithm))
-        left |= set() if self.task is None else {*self.FIXED, *self._own()}
-        return {name: value for name, value in content.items() if name not in left}
-
-    def _own(self) -> list[str]:
-        """Fields of training episodes that are the named task's own."""
-        return [name for name in self.USUALLY if getattr(self, name) is None]
-
-    def _json(self, version: int, content: dict[str, Any]) -> str:
-        head: dict[str, Json] = {"format": FORMAT, "version": version}
-        head |= {} if self.machine == UNNAMED else {"machine": self.machine}
-        before = BEFORE if self.task is None else _without(BEFORE, self.USUALLY)
-        told = {name: one for name, one in content.items() if before.get(name, ...) != one}
-        return json.dumps(head | told, indent=2) + "\n"
+        if self.task is not None:
+            own = [name for name in self.USUALLY if getattr(self, name) is None]
+            content = {name: content[name] for name in content if name not in {*self.FIXED, *own}}
+        head = {"format": FORMAT, "version": VERSION, "machine": self.machine}
+        return json.dumps(head | content, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """The configuration in a JSON text, or ValueError saying what is wrong with it."""
+        """The configuration in a JSON text; fields that are missing have the algorithm's defaults.
+
+        ValueError saying what is wrong with it.
+        """
         content = content_of(text)
-        if (machine := content.pop("machine", UNNAMED)) != cls.machine:
-            raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
-        rules = {one.name: rule_of(one) for one in every_field(cls)}
-        entries = {name: BEFORE[name] for name in BEFORE if name in rules} | flat(content, cls)
-        decided: set[str] = set()
-        if entries.get("task") is not None:
-            entries = _without(BEFORE, cls.USUALLY, of=rules) | flat(content, cls)
-            decided = {*cls.FIXED, *cls.USUALLY}
-        unused = _unused(cls, entries.get("algorithm"))
-        entries |= {
-            one.name: one.default
-            for one in every_field(cls)
-            if one.group in unused and one.name not in entries
-        }
-        rules = {name: rules[name] for name in rules if name in entries or name not in decided}
-        return cls._grouped(require_entries(entries, rules))
+        require_machine(content.pop("machine", UNNAMED), cls)
+        entries, rules = flat(content, cls), {one.name: rule_of(one) for one in every_field(cls)}
+        require_known(entries, rules)
+        if "trainer" in rules:
+            entries.setdefault("trainer", UNNAMED_TRAINER)
+        for kind in sorted(entries.keys() & {"algorithm", "trainer"}):
+            require_choice(kind, entries[kind], rules[kind].choices)
+        usual = cls._defaults(str(entries.get("algorithm", "ppo")), entries.get("trainer"))
+        return cls._grouped(usual | entries)
 
     @property
     def digest(self) -> str:
-        """A name for exactly this configuration; the same as before there were groups."""
-        content = flat(self._written(), type(self))
-        return hashlib.sha256(self._json(FLAT, content).encode()).hexdigest()[:16]
+        """A name for exactly this configuration."""
+        return hashlib.sha256(self.to_json().encode()).hexdigest()[:16]
 
 
 def content_of(text: str) -> dict[str, Json]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
-    content = parse_json(text, "it")
-    earlier = isinstance(content, dict) and content.get("version") == FLAT
-    version = FLAT if earlier else VERSION
-    return require_head(content, FORMAT, version, "the configuration of a training run")
+    return require_head(
+        parse_json(text, "it"), FORMAT, VERSION, "the configuration of a training run"
+    )
 
 
-def _without(
-    entries: Mapping[str, Json], names: Container[str], of: Container[str] | None = None
-) -> dict[str, Json]:
-    """The entries but for those names; of: and of these alone."""
-    return {
-        name: one
-        for name, one in entries.items()
-        if name not in names and (of is None or name in of)
-    }
+def require_machine(name: object, kind: type[Configuration]) -> None:
+    """Raise ValueError for the name of another machine."""
+    if name != kind.machine:
+        raise RefusedError(f"it is of the {shown(name)}, not of the {kind.machine}")
 
 
 def flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:
@@ -284,12 +261,6 @@ def flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Js
             raise RefusedError(f"it has {', '.join(twice)} twice")
         found |= entries
     return found
-
-
-def _unused(kind: type[Configuration], algorithm: object) -> list[str]:
-    """The groups that came later and are another algorithm's."""
-    later = (one.name for one in _fields(kind) if one.metadata.get("later"))
-    return [name for name in later if name != algorithm]
 
 
 def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:
@@ -317,6 +288,83 @@ def refuse_fixed(given: Iterable[str], task: str) -> None:
             f"{', '.join(found)} with task = {shown(task)}, whose definition says "
             f"{'it' if len(found) == 1 else 'them'} and never changes; accepted: one or the other"
         )
+
+
+def command_of(config: Configuration, out: str | None = None) -> str:
+    """`stickslip train ...` with all that is not a default; out: the run's directory."""
+    words = ["stickslip", "train"]
+    words += [config.machine] if config.task is None else ["--task", config.task]
+    settings = []
+    for name, value in changes(config).items():
+        if name not in config.FLAGS:
+            settings.append(f"{name}={_text(value)}")
+        elif name != "task":
+            words += ["--" + name.replace("_", "-"), _text(value)]
+    words += [] if out is None else ["--out", out]
+    words += ["--set", *settings] if settings else []
+    return shlex.join(words)
+
+
+def changes(config: Configuration) -> dict[str, object]:
+    """Fields by name that differ from their defaults; `of` makes the configuration of them."""
+    kind = type(config)
+    chosen = {name: getattr(config, name) for name in ("task", "algorithm", "trainer")}
+    usual = kind.of(**{name: one for name, one in chosen.items() if one is not None})
+    trainer = _value(kind.of(algorithm=config.algorithm), "trainer", None)
+    defaults = {"algorithm": kind.algorithm, "trainer": trainer, "task": None}
+    values = {one.name: _value(config, one.name, one.group) for one in every_field(kind)}
+    for one in every_field(kind):
+        default = defaults.get(one.name, _value(usual, one.name, one.group))
+        if values[one.name] == default:
+            del values[one.name]
+    return values
+
+
+def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
+    """Fields by name as parsed arguments give them: those of --config FILE, and before them those
+    of the command line."""
+    found = {} if given.get("config") is None else read_settings(given["config"], kind)
+    own = {one.name: given[one.name] for one in every_field(kind) if one.name in given}
+    return {**found, **own}
+
+
+def from_flags(given: Mapping[str, Any], kind: type[Config]) -> Config:
+    """The configuration that parsed arguments ask for."""
+    return kind.of(**settings_given(given, kind))
+
+
+def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, object]:
+    """Fields by name in a TOML file, or those of a run's config.json that are no defaults.
+
+    ValueError, naming the file, for anything else and for another machine's.
+    """
+    try:
+        text = read_text(path)
+        if Path(path).suffix.lower() == ".json":
+            return changes(kind.from_json(text))
+        with refusing("it"):
+            content = tomllib.loads(text)
+        require_machine(content.pop("machine", kind.machine), kind)
+        found = flat(content, kind)
+        require_known(found, [one.name for one in every_field(kind)])
+    except ValueError as error:
+        raise ValueError(
+            f"{path}: {error}; accepted: a TOML file of settings, or a run's config.json"
+        ) from error
+    return found
+
+
+def _value(config: Configuration, name: str, group: str | None) -> object:
+    return getattr(config if group is None else getattr(config, group), name)
+
+
+def _text(value: object) -> str:
+    """A value as the command line takes it; a whole number without its point."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ",".join(map(_text, value))
+    return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
 
 
 class Trained(NamedTuple, Generic[Config_co]):

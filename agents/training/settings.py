@@ -11,7 +11,6 @@ from stickslip.agents.training.configuration import (
     Settings,
     entry,
     group,
-    later_group,
 )
 from stickslip.agents.untrusted import LARGEST, LARGEST_TEXT, Rule
 from stickslip.dynamics.plain_checks import require_memory
@@ -194,7 +193,7 @@ class StandardConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings)
-    shac: SHACSettings = later_group(SHACSettings)
+    shac: SHACSettings = group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)

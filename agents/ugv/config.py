@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import entry, group, later_group
+from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.settings import (
     MOST_STEPS,
     LearningConfiguration,
@@ -101,7 +101,7 @@ class UGVTrainConfig(LearningConfiguration):
     layers: int = shared("layers", 2)
     threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
-    shac: SHACSettings = later_group(SHACSettings)
+    shac: SHACSettings = group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 65_536)
     keep_checkpoints: int = shared("keep_checkpoints", 2)

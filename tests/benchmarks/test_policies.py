@@ -16,7 +16,7 @@ from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_names
 from stickslip.agents.registry import machine_by_name, read_configuration
-from stickslip.agents.training.command_line import command_of
+from stickslip.agents.training.configuration import command_of
 from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of

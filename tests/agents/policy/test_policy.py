@@ -8,6 +8,7 @@ import os
 import pickle
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp

@@ -14,7 +14,7 @@ from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
 from stickslip.agents.registry import machine_among, read_configuration
-from stickslip.agents.training.command_line import from_flags
+from stickslip.agents.training.configuration import from_flags
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 

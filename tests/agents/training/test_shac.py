@@ -139,8 +139,7 @@ def test_settings_that_do_not_go_together_are_refused(given, words):
         TrainConfig.of(**given)
 
 
-def test_configurations_of_other_algorithms_say_nothing_of_it():
-    assert '"shac"' not in TrainConfig().to_json()
+def test_its_configuration_is_read_as_it_was_written():
     changed = TrainConfig.of(algorithm="shac", horizon=8, batch_size=256)
     assert TrainConfig.from_json(changed.to_json()) == changed
     assert changed.digest != TrainConfig.of(algorithm="shac", batch_size=256).digest
