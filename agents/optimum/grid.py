@@ -54,12 +54,11 @@ class Axis:
         require_kind("periodic", self.periodic, bool, "True or False")
         accepted = "finite numbers in ascending order, at least two"
         require_number(f"nodes of {self.name}", self.nodes, accepted=accepted)
-        if np.ndim(self.nodes) != 1 or np.size(self.nodes) < 2:
-            raise ValueError(
-                f"nodes of {self.name} have shape {np.shape(self.nodes)}; accepted: {accepted}"
-            )
-        if is_concrete(self.nodes) and np.any(np.diff(np.asarray(self.nodes, float)) <= 0):
-            raise ValueError(f"nodes of {self.name} = {shown(self.nodes)}; accepted: {accepted}")
+        nodes, shape = self.nodes, np.shape(self.nodes)
+        if len(shape) != 1 or shape[0] < 2:
+            raise ValueError(f"nodes of {self.name} have shape {shape}; accepted: {accepted}")
+        if is_concrete(nodes) and np.any(np.diff(np.asarray(nodes, float)) <= 0):
+            raise ValueError(f"nodes of {self.name} = {shown(nodes)}; accepted: {accepted}")
         return self
 
     @classmethod
@@ -204,14 +203,12 @@ class Grid:
     def cell(self, place: Place) -> Cell:
         """The cell of a place. A sheet that the grid has not is outside."""
         found = [self._cell_on(index, place) for index in range(len(self.sheets))]
-        base, share, outside = found[0]
+        cell = found[0]
         for index, other in enumerate(found[1:], 1):
             here = place.sheet == index
-            base = jnp.where(here, other.base, base)
-            share = jnp.where(here, other.share, share)
-            outside = jnp.where(here, other.outside, outside)
+            cell = Cell(*(jnp.where(here, a, b) for a, b in zip(other, cell, strict=True)))
         unknown = (place.sheet < 0) | (place.sheet >= len(self.sheets))
-        return Cell(base, share, outside | unknown)
+        return cell._replace(outside=cell.outside | unknown)
 
     def read(self, values: Float[Array, " nodes"], cell: Cell) -> Float[Array, ""]:
         """The values' multilinear interpolation in a cell."""
@@ -223,33 +220,28 @@ class Grid:
     def corners(
         self, base: Int[Array, "*n"], share: Float[Array, "*n rank"]
     ) -> Iterable[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
-        """Index offset and weight of each corner of the cells."""
+        """Index offset and weight of each corner of the cells; a corner along an axis that a sheet
+        lacks is the one before it."""
         bounds = jnp.asarray(self.offsets, jnp.int32)
         sheet = jnp.sum(base[..., None] >= bounds[1:], -1) if len(self.sheets) > 1 else None
         for corner in product((0, 1), repeat=self.rank):
-            table = self._steps(corner)
+            table = [
+                sum(up * stride for up, stride in zip(corner, one.strides, strict=False))
+                for one in self.sheets
+            ]
             step = table[0] if sheet is None else jnp.asarray(table, jnp.int32)[sheet]
             weight = jnp.ones(share.shape[:-1], share.dtype)
             for axis, up in enumerate(corner):
                 weight = weight * (share[..., axis] if up else 1 - share[..., axis])
             yield jnp.asarray(step, jnp.int32), weight
 
-    def _steps(self, corner: tuple[int, ...]) -> list[int]:
-        """Offsets of each sheet; a corner along an axis that a sheet lacks is the one before it."""
-        return [
-            sum(up * stride for up, stride in zip(corner, sheet.strides, strict=False))
-            for sheet in self.sheets
-        ]
-
     def _cell_on(self, index: int, place: Place) -> Cell:
         sheet = self.sheets[index]
         base = jnp.asarray(self.offsets[index], jnp.int32)
         outside = jnp.zeros((), bool)
-        shares = []
+        shares = [jnp.zeros((), place.coordinates.dtype)] * self.rank
         for at, (axis, stride) in enumerate(zip(sheet.axes, sheet.strides, strict=True)):
-            node, share, beyond = axis.cell(place.coordinates[at])
+            node, shares[at], beyond = axis.cell(place.coordinates[at])
             base = base + stride * node
             outside = outside | beyond
-            shares.append(share)
-        rest = [jnp.zeros((), place.coordinates.dtype)] * (self.rank - len(shares))
-        return Cell(base, jnp.stack([*shares, *rest]), outside)
+        return Cell(base, jnp.stack(shares), outside)

@@ -20,7 +20,6 @@ from stickslip.agents.optimum.policy import Ahead, EnvProcess, StateMap, ValuePo
 from stickslip.agents.optimum.value_iteration import (
     Counts,
     Values,
-    average_reward,
     finite_horizon,
     greedy,
     transitions,
@@ -28,34 +27,27 @@ from stickslip.agents.optimum.value_iteration import (
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.registry import machine_of_env
 from stickslip.agents.untrusted import LARGEST, RefusedError, arrays_in, read_bytes, refusing
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.dynamics.checks import require_integer, require_kind
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Int
 
-    from stickslip.agents.optimum.grid import Cell
     from stickslip.envs.functional import FunctionalEnv
-
-OBJECTIVES = ("episode", "average")
-RESTARTS = 256
-"""Starts that are drawn for the average reward."""
 
 
 @dataclass(frozen=True)
 class Solution(Generic[State, Params]):
     """A value function and how it was found.
 
-    values.value: objective "episode": the most that can be earned from a node in `values.sweeps`
-    steps, on the grid; "average": relative to one another, with bounds of the average reward of a
-    step. chosen: number of the action that is best at each node, one step ahead. counts: of the
+    values.value: the most that can be earned from a node in `values.sweeps` steps, on the grid.
+    chosen: number of the action that is best at each node, one step ahead. counts: of the
     transitions. None of it is proved for the environment: `known` replays the policy.
     """
 
     policy: ValuePolicy[State, Params]
     params: Params
     values: Values
-    objective: str
     chosen: Int[Array, " nodes"]
     counts: Counts
     seconds: float
@@ -68,7 +60,6 @@ def solve(
     grid: Grid | None = None,
     fineness: float = 1.0,
     actions: int = 41,
-    objective: str = "episode",
     steps: int | None = None,
     ahead: Ahead | None = None,
     states: StateMap[State, Params] | None = None,
@@ -78,11 +69,10 @@ def solve(
     """The value function of a task, by dynamic programming on the environment's own step.
 
     grid: nodes, default: the machine's usual grid with `fineness` times as many cells along each
-    axis. actions: so many torques (or what the action is), evenly from -1 to 1. objective:
-    "episode", the most that can be earned in `steps` steps (default: an episode), or "average",
-    the most that an endless walk earns a step, beginning anew where it falls. ahead: how far the
-    policy looks. states: the state's coordinates, default: the machine's. checkpoint: a file to
-    keep the values in every few sweeps, and to resume from where it is there.
+    axis. actions: so many torques (or what the action is), evenly from -1 to 1. steps: of the
+    return that is maximised, default: an episode. ahead: how far the policy looks. states: the
+    state's coordinates, default: the machine's. checkpoint: a file to keep the values in every few
+    sweeps, and to resume from where it is there.
 
     ValueError for a task whose rewards depend on more than the coordinates, for a grid that memory
     does not hold, and for a checkpoint of another definition.
@@ -91,7 +81,6 @@ def solve(
     env.check_params(params)
     env = without_resets(env)
     actions = require_integer("actions", actions, low=2, high=10**4)
-    require_choice("objective", objective, OBJECTIVES)
     require_kind("ahead", ahead, (Ahead, type(None)), "an Ahead or None")
     states = machine_of_env(env).state_map(env, params) if states is None else states
     grid = states.grid(params, fineness) if grid is None else grid
@@ -105,34 +94,20 @@ def solve(
     before, report = None, None
     if checkpoint is not None:
         # The sweeps of an episode are those of a longer one, too: `steps` is no part of this.
-        what = version("stickslip"), repr((env, states)), objective, outside
+        what = version("stickslip"), repr((env, states)), outside
         kept = Checkpoint(Path(checkpoint), digest_of(*what, params, grid, tried), grid.size)
         before, report = kept.read(), kept.write
-    if objective == "episode" and before is not None and before.sweeps > steps:
+    if before is not None and before.sweeps > steps:
         raise ValueError(
             f"{checkpoint} holds {before.sweeps} sweeps; accepted: at most steps = {steps}"
         )
     table = transitions(process, outside, progress=progress)
-    restart = None if objective == "episode" else _restarts(process, params)
-    if restart is None:
-        values = finite_horizon(table, steps, start=before, report=report, progress=progress)
-    else:
-        values = average_reward(table, restart, start=before, report=report, progress=progress)
-    chosen = greedy(table, values.value, restart)[1]
+    values = finite_horizon(table, steps, start=before, report=report, progress=progress)
+    chosen = greedy(table, values.value)[1]
     policy = ValuePolicy(values.value, tried, outside, grid, env, states, ahead or Ahead())
     policy.validate()
     seconds = time.perf_counter() - began
-    return Solution(policy, params, values, objective, chosen, table.counts, seconds)
-
-
-def _restarts(process: EnvProcess[State, Params], params: Params) -> Cell:
-    """The cells of starts as the environment draws them."""
-
-    def one(seed: jax.Array) -> Cell:
-        state = process.env.reset_env(episode_key(seed), params)[1]
-        return process.grid.cell(process.place(state))
-
-    return jax.jit(jax.vmap(one))(jnp.arange(RESTARTS, dtype=jnp.uint32))
+    return Solution(policy, params, values, chosen, table.counts, seconds)
 
 
 def digest_of(*parts: object) -> str:
@@ -168,7 +143,6 @@ class Checkpoint:
             definition=np.array(self.definition),
             sweeps=np.array(now.sweeps),
             value=np.asarray(now.value),
-            bounds=np.array([now.low, now.high]),
         )
         write_whole(self.path, file.getvalue())
 
@@ -190,13 +164,12 @@ class Checkpoint:
             ) from error
 
     def _values(self, arrays: dict[str, np.ndarray]) -> Values:
-        wanted = {"definition": ((), "U"), "sweeps": ((), "i")}
-        wanted |= {"value": ((self.nodes,), "f"), "bounds": ((2,), "f")}
+        wanted = {"definition": ((), "U"), "sweeps": ((), "i"), "value": ((self.nodes,), "f")}
         if set(arrays) != set(wanted) or str(arrays["definition"]) != self.definition:
             raise RefusedError("it is of another task, grid or set of actions")
         if any((arrays[name].shape, arrays[name].dtype.kind) != wanted[name] for name in wanted):
             raise RefusedError("its arrays are of other shapes")
-        value, sweeps, (low, high) = arrays["value"], int(arrays["sweeps"]), arrays["bounds"]
-        if sweeps < 0 or not np.all(np.isfinite(value)) or np.isnan(low) or np.isnan(high):
+        value, sweeps = arrays["value"], int(arrays["sweeps"])
+        if sweeps < 0 or not np.all(np.isfinite(value)):
             raise RefusedError("its values hold what is no number")
-        return Values(jnp.asarray(value), sweeps, float(low), float(high))
+        return Values(jnp.asarray(value), sweeps)

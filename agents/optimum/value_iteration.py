@@ -1,4 +1,4 @@
-"""Value iteration over a grid of states: a finite horizon, and the average of an endless process.
+"""Value iteration over a grid of states, for a finite horizon.
 
 Transitions of every action from every node are computed once with the process's own step, then
 swept. Results are exact for the process on the grid, in which a step leads to the corners of the
@@ -24,8 +24,6 @@ from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
-
-    from stickslip.agents.optimum.grid import Cell
 
 State = TypeVar("State")
 
@@ -99,16 +97,10 @@ class Transitions:
 
 
 class Values(NamedTuple):
-    """Values of the nodes after so many sweeps."""
+    """The greatest return from each node in as many steps as sweeps."""
 
     value: Float[Array, " nodes"]
-    """Finite horizon: the greatest return in as many steps as sweeps. Average:
-    relative to one another."""
     sweeps: int
-    low: float
-    high: float
-    """Bounds of the average reward of a step in the process on the grid, from every node; of a
-    finite horizon, the least and the greatest that the last step added at a node."""
 
 
 Report: TypeAlias = Callable[[Values], None]
@@ -186,60 +178,28 @@ def finite_horizon(
     """The most that can be earned from each node in `steps` steps. start: of an earlier call, to
     resume from."""
     steps = require_integer("steps", steps, high=MOST_SWEEPS)
-    now = _begin(table, start)
+    now = Values(jnp.zeros(table.grid.size, table.reward.dtype), 0) if start is None else start
+    if jnp.shape(now.value) != (table.grid.size,):
+        raise ValueError(
+            f"start has values of shape {shown(jnp.shape(now.value))}; accepted: "
+            f"({table.grid.size},), one for each node"
+        )
+    now = now._replace(value=jnp.asarray(now.value, table.reward.dtype))
     with Bar("sweeps", steps, "sweep", progress, at=min(now.sweeps, steps)) as bar:
         while now.sweeps < steps:
             count = min(TOGETHER, steps - now.sweeps)
-            value, low, high = _sweep(table, now.value, None, 1.0, count)
-            now = Values(value, now.sweeps + count, float(low), float(high))
+            now = Values(_sweep(table, now.value, count), now.sweeps + count)
             if report is not None:
                 report(now)
             bar.advance(count)
     return now
 
 
-def average_reward(
-    table: Transitions,
-    restart: Cell,
-    *,
-    tolerance: float = 1e-5,
-    most: int = 20_000,
-    damping: float = 0.9,
-    start: Values | None = None,
-    report: Report | None = None,
-    progress: bool = False,
-) -> Values:
-    """Relative value iteration: the greatest average reward of a step of an endless process.
-
-    What ends, or leaves the grid, begins again at a place drawn from `restart`, cells [n]: so every
-    node has the same average. It lies between `low` and `high` of the result, of the process on the
-    grid, whether or not `tolerance` [reward a step] was reached in `most` sweeps. damping: share
-    of each update that is taken, below 1 for processes with a period.
-    """
-    most = require_integer("most", most, high=MOST_SWEEPS)
-    require_number("tolerance", tolerance, low=0.0, strict=True, accepted="finite, > 0")
-    require_number("damping", damping, low=0.0, high=1.0, strict=True, accepted="in (0, 1]")
-    now = _begin(table, start)
-    with Bar("sweeps", None, "sweep", progress, at=now.sweeps) as bar:
-        while now.sweeps < most and not now.high - now.low <= tolerance:
-            count = min(TOGETHER, most - now.sweeps)
-            value, low, high = _sweep(table, now.value, restart, damping, count)
-            low, high = max(now.low, float(low)), min(now.high, float(high))
-            now = Values(value, now.sweeps + count, low, high)
-            if report is not None:
-                report(now)
-            bar.advance(count, f"{low:.6g} to {high:.6g}")
-    return now
-
-
 @jax.jit
 def greedy(
-    table: Transitions, value: Float[Array, " nodes"], restart: Cell | None = None
+    table: Transitions, value: Float[Array, " nodes"]
 ) -> tuple[Float[Array, " nodes"], Int[Array, " nodes"]]:
     """The value one step on from each node, and the number of the action that earns it."""
-    restarted = jnp.zeros((), value.dtype)
-    if restart is not None:
-        restarted = jnp.mean(jax.vmap(partial(table.grid.read, value))(restart))
 
     def of_block(block: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         base, share, reward = block
@@ -248,7 +208,7 @@ def greedy(
         after = jnp.zeros_like(reward)
         for step, weight in table.grid.corners(base, share):
             after = after + weight * value[base + step]
-        earned = reward + jnp.where(goes_on, after, restarted)
+        earned = reward + jnp.where(goes_on, after, jnp.zeros((), value.dtype))
         return jnp.max(earned, -1), jnp.argmax(earned, -1).astype(jnp.int32)
 
     best, chosen = jax.lax.map(of_block, (table.base, table.share, table.reward))
@@ -256,35 +216,11 @@ def greedy(
     return best.reshape(-1)[:count], chosen.reshape(-1)[:count]
 
 
-@partial(jax.jit, static_argnums=4)
-def _sweep(
-    table: Transitions,
-    value: Float[Array, " nodes"],
-    restart: Cell | None,
-    damping: float,
-    count: int,
-) -> tuple[Array, Array, Array]:
-    """The values after `count` sweeps, least and greatest change of the last one."""
+@partial(jax.jit, static_argnums=2)
+def _sweep(table: Transitions, value: Float[Array, " nodes"], count: int) -> Array:
+    """The values after `count` sweeps."""
 
-    def body(_: int, carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        value = carry[0]
-        change = greedy(table, value, restart)[0] - value
-        after = value + jnp.asarray(damping, value.dtype) * change
-        if restart is not None:  # relative to one another: digits are kept for what differs
-            after = after - after[0]
-        return after, jnp.min(change), jnp.max(change)
+    def body(_: int, value: Array) -> Array:
+        return value + (greedy(table, value)[0] - value)  # to the bit what damped sweeps gave
 
-    nothing = jnp.zeros((), value.dtype)
-    return jax.lax.fori_loop(0, count, body, (value, nothing, nothing))
-
-
-def _begin(table: Transitions, start: Values | None) -> Values:
-    if start is None:
-        nothing = jnp.zeros(table.grid.size, table.reward.dtype)
-        return Values(nothing, 0, float("-inf"), float("inf"))
-    if jnp.shape(start.value) != (table.grid.size,):
-        raise ValueError(
-            f"start has values of shape {shown(jnp.shape(start.value))}; accepted: "
-            f"({table.grid.size},), one for each node"
-        )
-    return start._replace(value=jnp.asarray(start.value, table.reward.dtype))
+    return jax.lax.fori_loop(0, count, body, value)

@@ -42,33 +42,6 @@ class Chain:
 
 @register_pytree
 @dataclass(frozen=True)
-class Cycle:
-    """Six places in a ring. A step goes on, and pays what stands there, or stays, and pays 0.5."""
-
-    actions: jax.Array
-    grid: Grid
-    pays: jax.Array
-
-    @classmethod
-    def of(cls, pays, dtype=jnp.float32):
-        ring = Axis.even("place", 0.0, 6.0, 6, periodic=True)
-        actions = jnp.asarray([[0.0], [1.0]], dtype)
-        return cls(actions, Grid((Sheet("ring", (ring,)),)), jnp.asarray(pays, dtype))
-
-    def state(self, place):
-        return place.coordinates[0]
-
-    def place(self, state):
-        return self.grid.place(0, state)
-
-    def step(self, state, action):
-        here = self.pays[jnp.round(state).astype(int) % 6]
-        reward = jnp.where(action[0] > 0, here, 0.5)
-        return Transition(state + action[0], reward, jnp.zeros((), bool))
-
-
-@register_pytree
-@dataclass(frozen=True)
 class DoubleIntegrator:
     """x' = x + h v, v' = v + h u; reward -h (x^2 + v^2 + u^2 / 4)."""
 

@@ -30,7 +30,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_bits(tmp_path):
     [
         (replace(PARAMS, mu=0.31), {}),
         (PARAMS, {"actions": 6}),
-        (PARAMS, {"objective": "average"}),
+        (PARAMS, {"fineness": 0.3}),
     ],
 )
 def test_another_definition_is_refused_and_the_file_left(tmp_path, params, given):

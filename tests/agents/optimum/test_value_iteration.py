@@ -7,12 +7,11 @@ import pytest
 
 from stickslip.agents.optimum import Axis, Grid, Sheet
 from stickslip.agents.optimum.value_iteration import (
-    average_reward,
     finite_horizon,
     greedy,
     transitions,
 )
-from tests.agents.optimum.processes import Balance, Chain, Cycle, DoubleIntegrator
+from tests.agents.optimum.processes import Balance, Chain, DoubleIntegrator
 
 
 def test_a_chain_has_the_values_counted_by_hand(dtype):
@@ -54,33 +53,6 @@ def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_t
     assert errors[0] / errors[1] > 3
 
 
-def test_the_average_is_that_of_the_best_way_round(dtype):
-    process = Cycle.of([1.0, 0.2, 0.9, 0.1, 1.1, 0.3], dtype)  # 3.6 a round of six: 0.6 > 0.5
-    table = transitions(process, -1.0)
-    found = average_reward(table, _at(process, 0.0, dtype), tolerance=1e-4)
-    assert found.low <= 0.6 + 1e-6
-    assert found.high >= 0.6 - 1e-6
-    assert found.high - found.low <= 1e-4
-    lazy = Cycle.of([1.0, 0.2, 0.3, 0.1, 0.6, 0.3], dtype)  # 2.5 a round: better to stand
-    found = average_reward(transitions(lazy, -1.0), _at(lazy, 0.0, dtype), tolerance=1e-4)
-    assert found.low == pytest.approx(0.5, abs=2e-4)
-
-
-def test_what_ends_begins_again_where_averages_are_taken():
-    process = Chain.of()
-    found = average_reward(transitions(process, -50.0), _at(process, 0.0, jnp.float32))
-    best = (2 - 5 * 0.125) / 5  # five moves to the prize, and again from the left end
-    assert found.low - 1e-5 <= best <= found.high + 1e-5
-    assert found.high - found.low < 1e-4
-
-
-def test_bounds_hold_wherever_sweeping_stops():
-    process = Cycle.of([1.0, 0.2, 0.9, 0.1, 1.1, 0.3])
-    found = average_reward(transitions(process, -1.0), _at(process, 2.0, jnp.float32), most=3)
-    assert found.sweeps == 3
-    assert found.low <= 0.6 <= found.high
-
-
 def test_a_grid_too_large_is_refused_with_its_size_before_it_exists():
     plane = tuple(Axis.even(name, 0.0, 1.0, 30_000) for name in "ab")
     process = Chain(jnp.zeros((3, 1)), Grid((Sheet("plane", plane),)))
@@ -93,8 +65,3 @@ def test_values_of_another_grid_are_refused():
     other = finite_horizon(transitions(Balance.of(9), -9.0), 1)
     with pytest.raises(ValueError, match=r"shape \(10,\); accepted: \(6,\)"):
         finite_horizon(table, 3, start=other)
-
-
-def _at(process, place, dtype):
-    places = process.grid.place(0, jnp.asarray(place, dtype))
-    return jax.tree.map(lambda leaf: leaf[None], process.grid.cell(places))
