@@ -13,7 +13,7 @@ from typing import (
     runtime_checkable,
 )
 
-from stickslip.envs.timed import Timed
+from stickslip.envs.params import Timed
 
 if TYPE_CHECKING:
     from dataclasses import Field

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -27,12 +28,11 @@ from stickslip.dynamics.fused import fused
 from stickslip.dynamics.lanes import where_needed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
 
     from jaxtyping import Array, Bool, Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
-    from stickslip.envs.plain import Entries, Given
 
 AUTORESET = ("same_step", "next_step", "disabled")
 SATURATES = "finite numbers, which saturate beyond [-1, 1]"
@@ -292,3 +292,11 @@ def _choose(condition: Bool[Array, ""], one: Tree, other: Tree) -> Tree:
 pure_step = fused(bare_step, fixed=1)
 """`FunctionalEnv.step` without checks, for use inside a trace: `pure_step(env, key, state, action,
 params)`, one kernel of a processor (see `fused`)."""
+
+
+Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None
+"""A JSON value."""
+Entries: TypeAlias = Mapping[str, Any]
+"""Plain values by name, read."""
+Given: TypeAlias = dict[str, Any]
+"""Arguments by name."""

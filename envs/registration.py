@@ -5,10 +5,10 @@ Registering needs the ids only: the environments are imported when the first one
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
-from stickslip.envs.forked import require_unforked
 from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import threshold
 
@@ -120,7 +120,7 @@ def _vector(
     """Several environments. max_episode_steps: as `gymnasium.make` takes it, -1 or None for the
     parameters' own time limit; a longer one changes nothing."""
     from stickslip.dynamics.checks import require_integer
-    from stickslip.envs.timed import horizon
+    from stickslip.envs.params import horizon
 
     env, params = made
     if max_episode_steps not in (None, -1):
@@ -168,3 +168,24 @@ def register() -> None:
                 max_episode_steps=task.max_episode_steps,
                 kwargs={"task": task.name},
             )
+
+
+_process: int | None = None
+"""The process that the first environment by name was made in; a fork inherits it."""
+
+
+def require_unforked() -> None:
+    """RuntimeError where an environment was made before this process was forked.
+
+    What Gymnasium's AsyncVectorEnv does on Linux: it makes one environment, then forks the others.
+    """
+    global _process
+    if _process is None:
+        _process = os.getpid()
+    if _process != os.getpid():
+        raise RuntimeError(
+            "an environment in a process forked after another one was made, where JAX waits for "
+            "ever; accepted: processes that are spawned (AsyncVectorEnv(..., context='spawn'), "
+            "make_vec(..., vectorization_mode='async', vector_kwargs={'context': 'spawn'})), or "
+            "make_vec without a vectorization_mode: all of them in one compiled call"
+        )

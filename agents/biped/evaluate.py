@@ -16,7 +16,7 @@ from stickslip.agents.evaluation.table import (
     ratio_interval,
 )
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
     from jaxtyping import Array

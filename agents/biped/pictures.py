@@ -18,8 +18,8 @@ from stickslip.agents.pictures.episodes import (
     samples,
 )
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.draw import drawn_robot, drawn_scene
 from stickslip.envs.biped.picture import biped_frames
+from stickslip.envs.biped.state import drawn_robot, drawn_scene
 from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
@@ -31,10 +31,9 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped import BipedModel, BipedState
-    from stickslip.envs.biped.draw import Drawn
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
-    from stickslip.envs.ranges import Range
+    from stickslip.envs.biped.state import BipedEnvState, Drawn
+    from stickslip.envs.params import Range
     from stickslip.envs.rendering.biped import BipedFrame
     from stickslip.envs.tasks.known import Scale
 

@@ -13,10 +13,9 @@ from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.numeric import require_one
 from stickslip.dynamics.scene import Grip, Smoothed, Uniform
-from stickslip.envs.biped.draw import Drawn
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import NUMBERS
-from stickslip.envs.biped.state import BipedEnvState, Totals
+from stickslip.envs.biped.state import BipedEnvState, Drawn, Totals
 
 if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams

@@ -23,7 +23,7 @@ from stickslip.agents.protocol import (
 )
 from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.envs.functional import FunctionalEnv, pure_step
-from stickslip.envs.timed import MOST_STEPS, horizon
+from stickslip.envs.params import MOST_STEPS, horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray

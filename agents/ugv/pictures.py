@@ -28,10 +28,9 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.envs.tasks.known import Scale
-    from stickslip.envs.ugv.draw import UGVDrawn
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
-    from stickslip.envs.ugv.state import UGVEnvState
+    from stickslip.envs.ugv.state import UGVDrawn, UGVEnvState
 
 GROUND, LEGS = "ground under the wheels", "leg angles, 90 straight down"
 TORQUE = "torque on each wheel, negative drives forwards"

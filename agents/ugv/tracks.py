@@ -10,7 +10,7 @@ from stickslip import envs
 from stickslip.agents.built import Built
 from stickslip.dynamics import ugv
 from stickslip.dynamics.plain_checks import nearest, shown
-from stickslip.envs.ugv.names import RANDOM_TRACKS
+from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Track

@@ -5,3 +5,7 @@ TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough
 
 ROUGH_OPTIONS = ("band", "waves", "pieces")
 """Arguments of a rough track beside its constructor's own."""
+
+
+RANDOM_TRACKS = ("random-bump", "random-rough", "random-mixed")
+"""Names that `RandomTrack.named` accepts."""

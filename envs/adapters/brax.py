@@ -11,13 +11,13 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_known
 from stickslip.envs.functional import FunctionalEnv, bare_step, pure_step
+from stickslip.envs.params import horizon
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.timed import horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
-    from stickslip.envs.timed import Timed
+    from stickslip.envs.params import Timed
 
 with warnings.catch_warnings():  # brax loads jaxopt, which says that nobody maintains it
     warnings.simplefilter("ignore", DeprecationWarning)

@@ -8,11 +8,9 @@ import gymnasium
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind
-from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
 from stickslip.envs.adapters.packed import PackedEnvs
-from stickslip.envs.adapters.pictures import Pictures
 from stickslip.envs.adapters.results import ending
-from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.rendering import Window
 

@@ -15,10 +15,9 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.fused import fused
 from stickslip.dynamics.transfers import moves_numbers
-from stickslip.envs.adapters.apart import Apart, kind_of, signature_of, unpack
-from stickslip.envs.adapters.codec import Codec, as_words
+from stickslip.envs.adapters.packing import Codec, Shared, as_words, chosen, row_of, split
 from stickslip.envs.adapters.results import Columns, Results
-from stickslip.envs.adapters.shared import Shared, chosen, row_of, split
+from stickslip.envs.adapters.separate import SeparateEpisodes, kind_of, signature_of, unpack
 from stickslip.envs.functional import bare_step
 
 if TYPE_CHECKING:
@@ -84,8 +83,8 @@ class PackedEnvs:
         self._carry: Array | None = None
         self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
         self._pending = np.zeros(num_envs, bool)
-        self._groups: dict[Any, Apart] = {}
-        self._apart = np.zeros(num_envs, bool)
+        self._groups: dict[Any, SeparateEpisodes] = {}
+        self._separate = np.zeros(num_envs, bool)
         self._ended = np.zeros(num_envs, bool)
         self._given: list[Any] = [None] * num_envs
 
@@ -100,7 +99,7 @@ class PackedEnvs:
     @property
     def begun(self) -> bool:
         """True if there has been a reset."""
-        return self._carry is not None or bool(self._apart.any())
+        return self._carry is not None or bool(self._separate.any())
 
     @moves_numbers
     def state_of(self, index: int) -> Any:
@@ -159,7 +158,7 @@ class PackedEnvs:
             self._carry = carry
         else:
             group.members |= mask
-            self._apart |= mask
+            self._separate |= mask
             for index in map(int, np.flatnonzero(mask)):
                 self._given[index] = params
         return obs
@@ -171,15 +170,15 @@ class PackedEnvs:
     @moves_numbers
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
-        if not (self._groups and self._apart.any()):
+        if not (self._groups and self._separate.any()):
             return self._stepped_together(actions)
         table = np.zeros((self.num_envs, self._layout.numbers), self.dtype)
-        if not self._apart.all():
+        if not self._separate.all():
             table = self._stepped_together(actions)
         for group in self._groups.values():
             if group.members.any():
                 table = np.where(group.members[:, None], group.step(actions), table)
-        self._reset_apart(table)
+        self._reset_separate(table)
         return table
 
     def _stepped_together(self, actions: np.ndarray) -> np.ndarray:
@@ -189,11 +188,11 @@ class PackedEnvs:
         own = np.dtype(f"uint{8 * self.dtype.itemsize}")
         return words.astype(own, copy=False).view(self.dtype).T
 
-    def _reset_apart(self, table: np.ndarray) -> None:
+    def _reset_separate(self, table: np.ndarray) -> None:
         """Autoreset of separate environments, which continue with the batch's parameters."""
         width = self.columns.width
         autoreset = 2 * width + 3
-        ends = self._apart & table[:, autoreset - 2 : autoreset].any(axis=1)
+        ends = self._separate & table[:, autoreset - 2 : autoreset].any(axis=1)
         if self.env.autoreset == "same_step" and ends.any():
             table[ends, :width] = self.reset(ends)[ends]
             table[ends, autoreset] = 1
@@ -214,14 +213,14 @@ class PackedEnvs:
 
     def _leave(self, mask: np.ndarray) -> None:
         """End the separate episodes where the mask is true."""
-        self._apart &= ~mask
+        self._separate &= ~mask
         self._ended &= ~mask
         for group in self._groups.values():
             group.members &= ~mask
         for index in map(int, np.flatnonzero(mask)) if any(self._given) else ():
             self._given[index] = None
 
-    def _group_for(self, params: Any) -> Apart:
+    def _group_for(self, params: Any) -> SeparateEpisodes:
         """Group that steps episodes with parameters of this structure."""
         shared = self._layout.shared
         if shared is None:
@@ -230,7 +229,7 @@ class PackedEnvs:
         key = kind_of(self.env, usual, params)
         if key not in self._groups:
             try:
-                group = Apart(self.env, usual, params, self.num_envs)
+                group = SeparateEpisodes(self.env, usual, params, self.num_envs)
             except (TypeError, ValueError) as error:
                 raise ValueError(
                     "options: such an episode cannot be stepped; accepted: the numbers of one "

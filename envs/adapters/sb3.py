@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
-from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
-from stickslip.envs.adapters.pictures import Pictures
+from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.adapters.results import Results
-from stickslip.envs.adapters.shared import Shared
-from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.rendering.extras import require
 

@@ -18,12 +18,10 @@ from stickslip.dynamics.checks import (
     require_known,
     shown,
 )
-from stickslip.envs.adapters.compiled import Compiled
+from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
 from stickslip.envs.adapters.gym import RENDER_MODES
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
-from stickslip.envs.adapters.pictures import Pictures
 from stickslip.envs.adapters.results import Results, ending
-from stickslip.envs.adapters.spaces import action_space, observation_space
 from stickslip.envs.functional import FunctionalEnv
 
 MODES = {

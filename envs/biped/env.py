@@ -25,13 +25,18 @@ from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.sums import compensated
 from stickslip.dynamics.transfers import moves_numbers
-from stickslip.envs.biped.draw import commanded_at, draw, drawn_robot, drawn_scene
-from stickslip.envs.biped.options import OPTIONS, episode_params, read_by_steps
+from stickslip.envs.biped.options import OPTIONS, episode_params, from_plain, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame
-from stickslip.envs.biped.plain import from_plain
 from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
-from stickslip.envs.biped.state import BipedEnvState, Totals
+from stickslip.envs.biped.state import (
+    BipedEnvState,
+    Totals,
+    commanded_at,
+    draw,
+    drawn_robot,
+    drawn_scene,
+)
 from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
 from stickslip.envs.rendering import BipedRenderer
 
@@ -40,7 +45,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
-    from stickslip.envs.plain import Entries, Given
+    from stickslip.envs.functional import Entries, Given
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -172,7 +177,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv and stickslip.envs.biped.plain."""
+        """See FunctionalEnv and stickslip.envs.biped.options."""
         return from_plain(parameters)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Options of a reset: the biped's parameters for one episode."""
+"""The biped's parameters from options of a reset and from JSON values."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 import jax
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
-from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.checks import require_choice, require_known
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import require_one
-from stickslip.dynamics.scene import PAYLOAD, scene_of
+from stickslip.dynamics.scene import PAYLOAD, Scene, scene_of
+from stickslip.envs.biped.params import Randomisation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.functional import Entries, Given
 
 SLACK = 1e-6
 """Tolerance of a phase at the end of its range, in single precision [rad]."""
@@ -66,3 +68,25 @@ def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
     drawn = jax.tree.map(lambda _: 0.0, drawn)
     mark = None if params.mark is None else 0.0
     return rebuilt(params, randomisation=drawn, commanded_rate=0.0, mark=mark)
+
+
+FLOORS = ("uniform", "patches")
+"""Constructors of Scene that take numbers alone."""
+
+
+def from_plain(parameters: Entries) -> Given:
+    """Arguments of `BipedEnv.make_params` from plain values.
+
+    scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's arguments.
+    randomisation: ranges as pairs, by the names of Randomisation. Numbers stay as they are.
+    """
+    given = dict(parameters)
+    scene = given.get("scene")
+    if isinstance(scene, dict):
+        ((kind, numbers),) = scene.items()
+        require_choice("scene", kind, FLOORS)
+        given["scene"] = getattr(Scene, kind)(**numbers)
+    if "randomisation" in given:
+        ranges = {name: tuple(ends) for name, ends in given["randomisation"].items()}
+        given["randomisation"] = Randomisation(**ranges)
+    return given

@@ -35,7 +35,7 @@ from stickslip.dynamics.numeric import (
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.envs.functional import defaults_of
-from stickslip.envs.ranges import Range, require_range
+from stickslip.envs.params import Range, require_range
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

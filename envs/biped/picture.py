@@ -11,7 +11,7 @@ from stickslip.dynamics.biped import floor_position
 from stickslip.dynamics.biped.floor import friction_on, patch_at
 from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.draw import drawn_robot, drawn_scene
+from stickslip.envs.biped.state import drawn_robot, drawn_scene
 from stickslip.envs.rendering import BipedFrame
 from stickslip.envs.rendering.biped import patches_of
 

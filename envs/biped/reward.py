@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import BipedModel, BipedState, Contact
-    from stickslip.envs.biped.draw import Drawn
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import Drawn
 
 T = TypeVar("T")
 

@@ -1,16 +1,24 @@
-"""State of a biped episode."""
+"""State of a biped episode, and the random draws that a reset puts into it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from stickslip.dynamics.biped import BipedState
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedState
+from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.draw import Drawn
+from stickslip.dynamics.scene import Grip, Scene, Smoothed
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.numeric import Number
+    from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.params import Range
 
 
 class StepOutcome(NamedTuple):
@@ -87,3 +95,94 @@ class BipedEnvState:
     def to_go(self) -> Float[Array, ""] | None:
         """Distance of the mark ahead of the centre of mass [m]; None without a mark."""
         return None if self.drawn.mark is None else self.drawn.mark - self.totals.walked
+
+
+ROUNDING = 1e-3
+"""Tolerance of an interval: a whole number of control periods ends on the last of them."""
+
+
+class Commands(NamedTuple):
+    """Commanded rates of an episode in which they change."""
+
+    key: Array
+    """Random key of later commands, as plain numbers."""
+    interval: Array
+    """Time from one command to the next [s]."""
+    low: Array
+    """Least and greatest of them [rad/s]."""
+    high: Array
+
+
+class Drawn(NamedTuple):
+    """Draws of a reset; entries that are not randomised hold their neutral value."""
+
+    friction: Array
+    mass: Array
+    payload: Array
+    commanded_rate: Array
+    """Current command [rad/s]."""
+    commands: Commands | None = None
+    mark: Array | None = None
+    """Distance of the mark ahead of the centre of mass's start [m]; None without one."""
+
+
+def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
+    """Draw the start of an episode: draws, phase [rad] and crank rate [rad/s]."""
+    ranges = params.randomisation
+    dtype = jnp.result_type(params.robot.total_mass)
+
+    def uniform(index: int, bounds: Range | None, otherwise: Number) -> Array:
+        if bounds is None:
+            return jnp.asarray(otherwise, dtype)
+        low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+        share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
+        return low + (high - low) * share
+
+    commands = None
+    if ranges.command_interval is not None and ranges.commanded_rate is not None:
+        ends = (jnp.asarray(bound, dtype) for bound in ranges.commanded_rate)
+        chain = jax.random.key_data(jax.random.fold_in(key, 7))
+        commands = Commands(chain, uniform(6, ranges.command_interval, 0.0), *ends)
+    drawn = Drawn(
+        friction=uniform(0, ranges.friction, 1.0),
+        mass=uniform(1, ranges.mass, 1.0),
+        payload=uniform(2, ranges.payload, 0.0),
+        commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
+        commands=commands,
+        mark=None if params.mark is None else uniform(8, ranges.mark, params.mark),
+    )
+    phase = uniform(4, ranges.phase, SUPPORT_START)
+    phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
+    return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
+
+
+def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
+    """Commanded rate at a time since the episode's start [s]: another one each interval."""
+    if drawn.commands is None:
+        return drawn
+    chain, interval, low, high = drawn.commands
+    number = jnp.floor(duration / interval + ROUNDING).astype(jnp.int32)
+    key = jax.random.fold_in(jax.random.wrap_key_data(chain), number)
+    share = jax.random.uniform(key, (), low.dtype)
+    rate = jnp.where(number == 0, drawn.commanded_rate, low + (high - low) * share)
+    return drawn._replace(commanded_rate=rate)
+
+
+def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:
+    """The robot with the masses that the reset drew."""
+    ranges = params.randomisation
+    if ranges.mass is None and ranges.payload is None:
+        return params.robot
+    return load(params.robot, params.unit_payload, drawn.mass, drawn.payload)
+
+
+def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:
+    """The scene with the friction that the reset drew; the payload is in the robot already."""
+    scene, factor = params.scene, drawn.friction
+    floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, factor.dtype), scene.floor)
+    if params.randomisation.friction is not None and not isinstance(floor, Grip):
+        scaled = {"mu_kinetic": factor * floor.mu_kinetic}
+        if not isinstance(floor, Smoothed):
+            scaled["mu_static"] = factor * floor.mu_static
+        floor = replace(floor, **scaled)
+    return Scene(floor, None, scene.steps, scene.outputs)

@@ -17,8 +17,7 @@ from stickslip.dynamics.plain_checks import require_choice, require_kind, shown
 if TYPE_CHECKING:
     from typing import Any
 
-    from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.plain import Plain
+    from stickslip.envs.functional import FunctionalEnv, Plain
 
 Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
 """An environment of some machine, and its parameters."""

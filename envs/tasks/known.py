@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike
 
-    from stickslip.envs.plain import Entries
+    from stickslip.envs.functional import Entries
 
 FILE = Path(__file__).with_name("known.json")
 SOLVED = 0.9

@@ -22,14 +22,20 @@ from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
 from stickslip.envs.rendering import UGVRenderer
-from stickslip.envs.ugv.draw import UGVDrawn, draw, ground
-from stickslip.envs.ugv.info import info_of, work_between
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
-from stickslip.envs.ugv.options import OPTIONS, episode_params, read_by_steps
+from stickslip.envs.ugv.options import OPTIONS, episode_params, from_plain, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frame
-from stickslip.envs.ugv.plain import from_plain
-from stickslip.envs.ugv.state import Attitude, UGVEnvState, UGVTotals
+from stickslip.envs.ugv.state import (
+    Attitude,
+    UGVDrawn,
+    UGVEnvState,
+    UGVTotals,
+    draw,
+    ground,
+    info_of,
+    work_between,
+)
 from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.station import Station, station_of, torque_left
@@ -39,7 +45,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.envs.plain import Entries, Given
+    from stickslip.envs.functional import Entries, Given
 
 T = TypeVar("T")
 
@@ -169,7 +175,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv and stickslip.envs.ugv.plain."""
+        """See FunctionalEnv and stickslip.envs.ugv.options."""
         return from_plain(parameters)
 
     @classmethod
@@ -202,7 +208,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of
-        stickslip.dynamics.ugv.TRACKS or stickslip.envs.ugv.names.RANDOM_TRACKS), randomisation,
+        stickslip.dynamics.ugv.TRACKS or stickslip.dynamics.ugv.names.RANDOM_TRACKS), randomisation,
         dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
         name."""
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")

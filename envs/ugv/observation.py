@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.envs.ugv.draw import ground
-from stickslip.envs.ugv.penalty import penalty_for
+from stickslip.envs.ugv.params import penalty_for
+from stickslip.envs.ugv.state import ground
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -1,4 +1,4 @@
-"""Options of a reset: the UGV's parameters for one episode."""
+"""The UGV's parameters from options of a reset and from JSON values."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import jax
 from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import require_one
-from stickslip.envs.ugv.randomisation import ground_of
+from stickslip.dynamics.ugv import Track
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from stickslip.envs.functional import Entries, Given
     from stickslip.envs.ugv.params import UGVEnvParams
 
 OPTIONS = ("track", "friction", "start_angles")
@@ -53,3 +55,28 @@ def read_by_steps(params: UGVEnvParams) -> UGVEnvParams:
     """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
     drawn = jax.tree.map(lambda _: 0.0, replace(params.randomisation, start_angles=None))
     return rebuilt(params, randomisation=drawn, start_angles=0.0)
+
+
+def from_plain(parameters: Entries) -> Given:
+    """Arguments of `UGVEnv.make_params` from plain values.
+
+    track: a name, or {name: {...}} with the named track's arguments. randomisation: ranges as
+    pairs, by the names of UGVRandomisation; its track by the names of RandomTrack. Numbers stay as
+    they are.
+    """
+    given = dict(parameters)
+    track = given.get("track")
+    if isinstance(track, dict):
+        ((name, numbers),) = track.items()
+        given["track"] = Track.named(name, **numbers)
+    if "randomisation" in given:
+        drawn = _ranges(given["randomisation"])
+        if "track" in drawn:
+            drawn["track"] = RandomTrack(**_ranges(drawn["track"]))
+        given["randomisation"] = UGVRandomisation(**drawn)
+    return given
+
+
+def _ranges(given: Entries) -> Given:
+    """Pairs as ranges; what is no pair as it is."""
+    return {name: tuple(one) if isinstance(one, list) else one for name, one in given.items()}

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, place
 from stickslip.envs.rendering import UGVFrame, WheelFrame
-from stickslip.envs.ugv.draw import ground
+from stickslip.envs.ugv.state import ground
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

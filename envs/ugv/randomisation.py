@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -11,30 +11,28 @@ import numpy as np
 
 from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
+    is_concrete,
     require_choice,
     require_integer,
     require_kind,
     require_memory,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
 from stickslip.dynamics.ugv.ground.spline import hermite_table
 from stickslip.dynamics.ugv.ground.surface import Surface, pairs
-from stickslip.dynamics.ugv.names import TRACKS
+from stickslip.dynamics.ugv.names import RANDOM_TRACKS, TRACKS
 from stickslip.dynamics.ugv.track import track_of
-from stickslip.envs.ranges import Range, require_range
-from stickslip.envs.ugv.names import RANDOM_TRACKS
+from stickslip.envs.params import Range, require_range
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Real
 
-    from stickslip.dynamics.numeric import Number
-
+    from stickslip.dynamics.numeric import Number, Numeric
 
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""
@@ -192,3 +190,37 @@ def uniform(key: Array, bounds: Range, dtype: DTypeLike, shape: tuple[int, ...] 
     """Numbers of that shape, each even in the range (low, high)."""
     low, high = (jnp.asarray(bound, dtype) for bound in bounds)
     return low + (high - low) * jax.random.uniform(key, shape, dtype)
+
+
+T = TypeVar("T")
+
+
+def covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
+    """The odometer, or one that reaches from start to end where it does not, or may not."""
+    ends = (odometer.start, odometer.end, start, end)
+    if is_concrete(*ends):
+        first, last, start, end = map(np.asarray, ends)
+        slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
+        if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
+            return odometer
+    if any(np.ndim(given) for given in (odometer.start, start, end)):
+        raise ValueError(
+            "start, end: beyond the odometers of a batch; accepted: parameters made within vmap"
+        )
+    return odometer_over(odometer.track, start, end, jnp.result_type(odometer.start))
+
+
+def odometer_over(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:
+    """Odometer over the track and the drive, whichever reaches farther; of the rounded numbers,
+    so that it comes out the same from those of a file."""
+    track.require_resolved(dtype)
+    track, start, end = (cast(tree, dtype) for tree in (track, start, end))
+    known = is_concrete(track, start, end)
+    least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
+    first, last = least(track.start, start), greatest(track.end, end)
+    return cast(Odometer.along(track, first, last), dtype)
+
+
+def cast(tree: T, dtype: DTypeLike) -> T:
+    """Every number as an array of the type."""
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), tree)

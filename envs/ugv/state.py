@@ -1,16 +1,25 @@
-"""State of an episode of UGVEnv."""
+"""State of an episode of UGVEnv, the random draws that a reset puts into it, and its info."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
 
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.ugv.draw import UGVDrawn
+from stickslip.envs.ugv.randomisation import uniform
+from stickslip.optim.posture.criteria import CRITERIA, step_cost
 from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.ugv import Odometer
+    from stickslip.envs.ugv.params import UGVEnvParams
+    from stickslip.optim.posture.station import Station
 
 
 class Attitude(NamedTuple):
@@ -64,3 +73,67 @@ class UGVEnvState:
     def leg_angles(self) -> Float[Array, "... 2"]:
         """Rear and front [rad]."""
         return self.station.leg_angles
+
+
+class UGVDrawn(NamedTuple):
+    """Draws of a reset; None for what is not drawn."""
+
+    odometer: Odometer | None
+    friction: Float[Array, ""] | None
+    noise: Array | None
+    """Random key of the preview's noise, as plain numbers."""
+
+
+def draw(key: Array, params: UGVEnvParams) -> tuple[UGVDrawn, Float[Array, " 2"]]:
+    """Draw the start of an episode: draws and leg angles [rad]."""
+    ranges, dtype = params.randomisation, jnp.result_type(params.start)
+    keys = [jax.random.fold_in(key, index) for index in range(4)]
+    odometer = friction = noise = None
+    if ranges.track is not None:
+        odometer = ranges.track.draw(keys[0], params.track.start, params.track.end, dtype)
+    if ranges.friction is not None:
+        friction = uniform(keys[1], ranges.friction, dtype)
+    angles = jnp.asarray(params.start_angles, dtype)
+    if ranges.start_angles is not None:
+        angles = uniform(keys[2], ranges.start_angles, dtype, (2,))
+    if params.preview_noise is not None:
+        noise = jax.random.key_data(keys[3])
+    return UGVDrawn(odometer, friction, noise), angles
+
+
+def ground(drawn: UGVDrawn, params: UGVEnvParams) -> tuple[Odometer, Any]:
+    """The episode's ground, with its arc length, and friction coefficient."""
+    odometer = params.odometer if drawn.odometer is None else drawn.odometer
+    return odometer, params.friction if drawn.friction is None else drawn.friction
+
+
+def work_between(before: Station, after: Station, dtype: DTypeLike) -> StepWork:
+    """Work between one station and the next."""
+    wheels, total = CRITERIA["wheel_energy"], CRITERIA["total_energy"]
+    return StepWork(
+        jnp.asarray(step_cost(wheels, before, after), dtype),
+        jnp.asarray(step_cost(total, before, after), dtype),
+    )
+
+
+def info_of(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
+    """Entries of info about the state."""
+    at = state.station
+    return {
+        "x": at.x,
+        "rear_angle": at.leg_angles[0],
+        "front_angle": at.leg_angles[1],
+        "pitch": state.attitude.pitch,
+        "torque": at.torque,
+        "friction_force": at.F_front,
+        "N_rear": at.N_rear,
+        "N_front": at.N_front,
+        "grip": at.grip,
+        "clearance": at.clearance,
+        "episode_return": state.totals.reward,
+        "episode_length": state.elapsed,
+        "episode_cost": state.cost,
+        "episode_distance": at.x - params.start,
+        "episode_wheel_energy": state.totals.wheel_energy,
+        "episode_total_energy": state.totals.total_energy,
+    }

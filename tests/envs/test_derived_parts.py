@@ -15,7 +15,7 @@ from stickslip.dynamics.biped import BipedModel, BipedParams, Table, prepare
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv, UGVEnvParams
-from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.biped.state import drawn_robot
 from stickslip.envs.ugv.randomisation import UGVRandomisation
 from tests.dataclasses_found import dataclasses_of_the_package
 from tests.envs.helpers import task

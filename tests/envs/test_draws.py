@@ -12,8 +12,8 @@ import pytest
 from jax import Array
 
 from stickslip.envs import UGVRandomisation
-from stickslip.envs.biped import draw as of_biped
-from stickslip.envs.ugv import draw as of_ugv
+from stickslip.envs.biped import state as of_biped
+from stickslip.envs.ugv import state as of_ugv
 from tests.envs import helpers
 from tests.envs.ugv import helpers as ugv
 

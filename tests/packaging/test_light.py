@@ -81,7 +81,7 @@ def test_importing_and_listing_packages_loads_nothing_heavy():
 
 
 def test_names_of_scenes_and_tracks_load_nothing_heavy():
-    modules = ("dynamics.names", "dynamics.ugv.names", "envs.ugv.names", "envs.tasks.definition")
+    modules = ("dynamics.names", "dynamics.ugv.names", "envs.tasks.definition")
     assert loaded_after("\n".join(f"import stickslip.{one}" for one in modules)) == []
 
 

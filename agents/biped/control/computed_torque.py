@@ -15,7 +15,7 @@ from stickslip.dynamics.biped import SUPPORT_END, BipedModel
 from stickslip.dynamics.biped.contact import Motion, sticking
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike

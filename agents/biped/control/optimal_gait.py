@@ -17,7 +17,7 @@ from stickslip.dynamics.biped import SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

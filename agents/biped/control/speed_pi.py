@@ -11,7 +11,7 @@ from stickslip.agents.biped.control.action import action_of
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.draw import drawn_robot
+from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike

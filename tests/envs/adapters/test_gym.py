@@ -16,9 +16,9 @@ from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAware
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, check_vector_env, forked
-from stickslip.envs.adapters.shared import Shared
-from stickslip.envs.timed import horizon
+from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, check_vector_env, registration
+from stickslip.envs.adapters.packing import Shared
+from stickslip.envs.params import horizon
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
 
@@ -294,7 +294,7 @@ def test_asynchronous_copies_in_other_processes_work():
 @pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
 def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
     """As in a process that was forked after this one had made an environment."""
-    monkeypatch.setattr(forked, "_process", os.getpid() + 1)
+    monkeypatch.setattr(registration, "_process", os.getpid() + 1)
     with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
         gymnasium.make(f"stickslip/{name}")
     with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):

@@ -24,9 +24,9 @@ from stickslip.envs import (
     task_by_name,
 )
 from stickslip.envs.biped.params import NUMBERS
+from stickslip.envs.params import horizon
 from stickslip.envs.tasks.definition import WITHDRAWN
 from stickslip.envs.tasks.known import known_of
-from stickslip.envs.timed import horizon
 
 DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")

@@ -13,8 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.fused import fused
-from stickslip.envs.adapters.codec import Codec, Tree
-from stickslip.envs.adapters.shared import Shared, row_of, split
+from stickslip.envs.adapters.packing import Codec, Shared, Tree, row_of, split
 from stickslip.envs.functional import Params, bare_step
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def _entries(env: FunctionalEnv, params: Any, other: Any) -> tuple[str, ...]:
 def kind_of(
     env: FunctionalEnv[Any, Params], params: Params, other: Params
 ) -> tuple[tuple[str, ...], Signature]:
-    """Key of the episodes that one `Apart` steps; hashable."""
+    """Key of the episodes that one `SeparateEpisodes` steps; hashable."""
     entries = _entries(env, params, other)
     return entries, signature_of(tuple(getattr(other, name) for name in entries))
 
@@ -64,7 +63,7 @@ Signature: TypeAlias = tuple[Hashable, tuple[tuple[tuple[int, ...], str], ...]]
 """Structure of a pytree, and shape and type of each leaf."""
 
 
-class Apart(Generic[Params]):
+class SeparateEpisodes(Generic[Params]):
     """Those environments of a batch of n whose episodes have parameters of one structure.
 
     Their numbers are their own, so that other numbers compile nothing. They end without a reset:

@@ -1,0 +1,130 @@
+"""Base of the adapters: compiled-in parameters, spaces, and a renderer for each environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Generic, Protocol
+
+import numpy as np
+from gymnasium import spaces
+
+from stickslip.dynamics.checks import require_kind, shown
+from stickslip.envs.functional import Params, State
+from stickslip.envs.params import horizon
+
+if TYPE_CHECKING:
+    from gymnasium.envs.registration import EnvSpec
+
+    from stickslip.envs.adapters.packed import PackedEnvs
+    from stickslip.envs.adapters.results import Results
+    from stickslip.envs.functional import FunctionalEnv
+
+
+class Compiled(Generic[State, Params]):
+    """An adapter with the environment and the parameters that its step was compiled with."""
+
+    _functional: FunctionalEnv[State, Params]
+    _params: Params
+    _spec: EnvSpec | None = None
+
+    def _set_spec(self, spec: EnvSpec | None) -> None:
+        params: Any = self._params
+        with suppress(ValueError):  # an episode without end
+            spec = spec and replace(spec, max_episode_steps=horizon(params))
+        self._spec = spec
+
+    spec: Any = property(lambda self: self._spec, _set_spec)
+    """Gymnasium's EnvSpec, where its `make` or `make_vec` made this, else None; max_episode_steps
+    is that of the parameters."""
+
+    @property
+    def functional(self) -> FunctionalEnv[State, Params]:
+        """The functional environment."""
+        return self._functional
+
+    @property
+    def params(self) -> Params:
+        """Its parameters; fixed, as they are compiled in: make another environment for others."""
+        return self._params
+
+    def _episode_params(self, options: Mapping[str, Any] | None) -> Params | None:
+        """The parameters that the options of a reset ask for; None where they ask for nothing."""
+        if options is None:
+            return None
+        require_kind("options", options, Mapping, "None or a dict")
+        if not options:
+            return None
+        params = self.functional.episode_params(self.params, options)
+        bounds = (self.functional.observation_bounds(each) for each in (self.params, params))
+        if not all(map(np.array_equal, *bounds)):
+            raise ValueError(
+                f"options = {shown(dict(options))} would change what is observed; accepted: a "
+                "scene or track that leaves the observation as it is"
+            )
+        return params
+
+
+def observation_space(env: FunctionalEnv[State, Params], params: Params) -> spaces.Box:
+    """The box of the observation's bounds, float32."""
+    env.check_params(params)
+    low, high = env.observation_bounds(params)
+    return spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+
+
+def action_space(env: FunctionalEnv) -> spaces.Box:
+    """[-1, 1] for every action."""
+    return spaces.Box(-1.0, 1.0, (len(env.action_names),), np.float32)
+
+
+class Renderer(Protocol):
+    """Protocol of an environment's renderer."""
+
+    def reset(self) -> None:
+        """Forget what was drawn before."""
+        ...
+
+    def draw(self, picture: Any, /) -> np.ndarray:
+        """[height, width, 3] of what the environment's `picture` says."""
+        ...
+
+
+class Pictures(Generic[Params]):
+    """A renderer for each environment, made when it is first asked for a picture, and again for
+    episodes with parameters of their own. A copy makes its own."""
+
+    def __init__(self, env: FunctionalEnv[Any, Params], params: Params, envs: PackedEnvs):
+        self._env, self._params, self._envs = env, params, envs
+        self._renderers: dict[int, tuple[Params | None, Renderer]] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the renderers, which hold a canvas that cannot be copied."""
+        return vars(self) | {"_renderers": {}}
+
+    def reset(self) -> None:
+        """Forget what was drawn before."""
+        for _, renderer in self._renderers.values():
+            renderer.reset()
+
+    def after(self, results: Results | None) -> tuple[np.ndarray, ...]:
+        """[height, width, 3] of each environment; results: of the step before, None after a reset.
+
+        ValueError without episodes.
+        """
+        infos: list[dict[str, float]] = [{} for _ in range(self._envs.num_envs)]
+        if results is not None:
+            for i in map(int, np.flatnonzero(~results.autoreset)):
+                infos[i] = results.info_of(i)
+        return tuple(self.of_one(index, info) for index, info in enumerate(infos))
+
+    def of_one(self, index: int, info: dict[str, Any]) -> np.ndarray:
+        """[height, width, 3] of an environment; info: of the step before, {} after a reset."""
+        if not self._envs.begun:
+            raise ValueError("render without an episode; accepted: after reset()")
+        own = self._envs.params_of(index)
+        params = self._params if own is None else own
+        if index not in self._renderers or self._renderers[index][0] is not own:
+            self._renderers[index] = own, self._env.renderer(params)
+        state = self._envs.state_of(index)
+        return self._renderers[index][1].draw(self._env.picture(state, info, params))
