@@ -8,8 +8,7 @@ import pytest
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Weighted, solve
 from stickslip.optim.posture.graph.pareto import pareto_front
-from stickslip.optim.torque_split.family import Family
-from stickslip.optim.torque_split.split import TorqueSplit
+from stickslip.optim.torque_split import Family, TorqueSplit
 from tests.optim.posture.helpers import over_bump
 
 BAD = [

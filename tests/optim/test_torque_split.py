@@ -8,8 +8,7 @@ import pytest
 from stickslip.dynamics.ugv import Track, UGVParams, ground_forces, pose
 from stickslip.dynamics.ugv.statics import five
 from stickslip.optim.result import OptimStatus
-from stickslip.optim.torque_split.family import Family, SplitData
-from stickslip.optim.torque_split.split import SPLIT_CRITERIA, TorqueSplit
+from stickslip.optim.torque_split import SPLIT_CRITERIA, Family, TorqueSplit
 
 PARAMS = UGVParams()
 FRICTION = 0.6
@@ -134,18 +133,6 @@ def test_level_ground_needs_no_friction():
             np.testing.assert_allclose([split.value, split.lower_bound], 0, atol=1e-9)
 
 
-def test_problems_are_parametrised_once_and_forget_the_posture_before(family):
-    for criterion in SPLIT_CRITERIA:
-        solver = TorqueSplit(criterion)
-        assert solver.program.problem.is_dcp(dpp=True)
-        built = solver.program.problem
-        turns = TURNS if criterion == "positive_power" else None
-        one, two = (Family(family.equal[i], family.per_newton[i]) for i in (0, 7))
-        first, _, again = (solver.solve(PARAMS, f, FRICTION, turns) for f in (one, two, one))
-        assert solver.program.problem is built
-        np.testing.assert_allclose(again.value, first.value, rtol=1e-9, atol=1e-9)
-
-
 def test_what_cannot_be_is_said_to_be_and_why(sloping):
     steep = Family(*(part[0] for part in sloping))
     cases = [
@@ -165,37 +152,6 @@ def test_what_cannot_be_is_said_to_be_and_why(sloping):
         assert all(name in split.message for name in names), split.message
         blamed = {name for name, excess in split.residuals.items() if excess > 0}
         assert any(name in split.message or name.startswith("grip") for name in blamed)
-
-
-def test_a_split_without_proof_is_not_called_optimal(family, monkeypatch):
-    solver = TorqueSplit("peak_torque")
-    one = Family(family.equal[0], family.per_newton[0])
-    found = solver.program.solve
-
-    def worse(*numbers):
-        outcome = found(*numbers)
-        return outcome._replace(value=outcome.value + 1e-3)
-
-    monkeypatch.setattr(solver.program, "solve", worse)
-    assert solver.solve(PARAMS, one).status is OptimStatus.INACCURATE
-
-
-def test_the_bound_holds_whatever_the_solver_returns_as_duals(family):
-    one = Family(family.equal[4], family.per_newton[4])
-    solver = TorqueSplit("peak_torque")
-    unit = PARAMS.weight * PARAMS.wheel_radius
-    best = solver.solve(PARAMS, one, FRICTION).value / unit
-    setting = SplitData(one, PARAMS.weight, FRICTION, None, 0.0, None)
-    numbers = setting.terms("peak_torque"), setting.limits(), 3 * best
-    rng = np.random.default_rng(3)
-    bounds = []
-    for _ in range(50):
-        for constraint in solver.program.problem.constraints:
-            dual = constraint.dual_variables[0]
-            dual.save_value(rng.uniform(-1, 1, dual.shape))
-        bounds.append(solver.program._bound(*numbers))
-    assert max(bounds) <= best * (1 + 1e-12)
-    assert np.ptp(bounds) > 0
 
 
 HOLLOW = Family([0.0017, 0.402, 0.0017, 0.598], [-0.5, 0.002, 0.5, 0.0018])
