@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -51,3 +53,19 @@ def refuse_after_fork() -> None:
     """RuntimeError where JAX would wait for ever: in a fork of a process in which it has run."""
     if _jax_ran and os.getpid() != _MADE_IN:
         raise RuntimeError(FORKED)
+
+
+def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function; calls enter double precision, whatever jax_enable_x64 says, and return
+    NumPy arrays."""
+    import jax
+
+    program = jax.jit(function)
+
+    @wraps(function)
+    def run(*arguments: Any) -> Any:
+        refuse_after_fork()
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, program(*arguments))
+
+    return run

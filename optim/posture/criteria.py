@@ -217,14 +217,23 @@ def pointwise_cost(
     return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
 
 
-def drive_cost(criterion: Criterion | Weighted, stations: Station) -> Float[Array, "..."]:
-    """The value of a whole drive; waypoints along the stations' leading axis, [K, ...]."""
+def drive_cost(
+    criterion: Criterion | Weighted, stations: Station, count: Numeric | None = None
+) -> Float[Array, "..."]:
+    """The value of a whole drive; waypoints along the stations' leading axis, [K, ...].
+
+    count: how many of them make up the drive, the others being the last one repeated.
+    """
     if isinstance(criterion, Weighted):
-        return _weighted(criterion, [drive_cost(one, stations) for one, _ in criterion.parts])
+        return _weighted(
+            criterion, [drive_cost(one, stations, count) for one, _ in criterion.parts]
+        )
     if criterion.kind == "max":
         return largest(station_cost(criterion, stations), 0)
-    a, b = steps(stations)
-    return jnp.sum(step_cost(criterion, a, b), 0)
+    cost = step_cost(criterion, *steps(stations))
+    if count is not None:
+        cost = jnp.where(jnp.arange(len(cost), dtype=jnp.int32) < count - 1, cost, 0)
+    return jnp.sum(cost, 0)
 
 
 def steps(stations: Station) -> tuple[Station, Station]:

@@ -21,15 +21,14 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.optim.options import refuse_after_fork
-from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost, steps
+from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost
 from stickslip.optim.posture.station import Station, rows_of, station, torque_left
+from stickslip.optim.options import float64_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Array, Bool, Float
-
+    from jaxtyping import Array, Bool, Float, Int
 
 SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
@@ -68,37 +67,10 @@ class Posture:
         """The ground."""
         return self.odometer.track
 
-    def stations_at(
-        self,
-        x: Float[Array, "..."],
-        friction: Float[Array, "..."],
-        angles: Float[Array, "... 2"],
-    ) -> Station:
-        """Any stations on the problem's track, in one kernel of a processor (see `over_poses`)."""
-        return over_poses(_station, (self.solver,), self.params, self.odometer, x, angles, friction)
-
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
-        """The stations of the waypoints, [K]."""
-        return self.stations_at(self.x, self.friction, angles)
-
-    def objective(self, angles: Float[Array, "K 2"]) -> Float[Array, ""]:
-        """The criterion's value, infinite where a station's numbers are not finite; never NaN."""
-        return finite_cost(self.criterion, self.stations(angles))
-
-    def terms(self, angles: Float[Array, "K 2"]):
-        """The criterion's smooth terms: [K-1, m] of a sum, [K, m] of a maximum.
-
-        For a Weighted: a list with those of each part.
-        """
-        stations = self.stations(angles)
-        a, b = steps(stations)
-
-        def terms_of(criterion: Criterion):
-            return criterion.terms(a, b) if criterion.kind == "sum" else criterion.terms(stations)
-
-        if isinstance(self.criterion, Weighted):
-            return [terms_of(criterion) for criterion, _ in self.criterion.parts]
-        return terms_of(self.criterion)
+        """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
+        given = (self.params, self.odometer, self.x, angles, self.friction)
+        return over_poses(_station, (self.solver,), *given)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
         """Scaled margin of each constraint of a station, by name; satisfied where >= 0.
@@ -130,19 +102,16 @@ class Posture:
         found["pose"] = jnp.where(at.placed, one, -one)[..., None]
         return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}
 
-    def rate_margins(self, angles: Float[Array, "K 2"]) -> Float[Array, "K-1 4"]:
-        """1 -+ each leg's move over what the rate allows; satisfied where >= 0."""
-        share = jnp.diff(angles, axis=0) / (self.leg_rate * jnp.diff(self.x))[:, None]
-        return jnp.concatenate([1 - share, 1 + share], -1)
-
     def constraints(
         self, at: Station, angles: Float[Array, "K 2"]
     ) -> dict[str, Float[Array, "... m"]]:
-        """All margins of stations [K] at these angles: `margins`, and leg_rate if it is limited."""
+        """All margins of stations [K] at these angles: `margins`, and where the rate is limited
+        leg_rate: 1 -+ each leg's move over what the rate allows [K-1, 4]."""
         margins = self.margins(at)
         if self.leg_rate is None:
             return margins
-        return margins | {"leg_rate": self.rate_margins(angles)}
+        share = jnp.diff(angles, axis=0) / (self.leg_rate * jnp.diff(self.x))[:, None]
+        return margins | {"leg_rate": jnp.concatenate([1 - share, 1 + share], -1)}
 
 
 def _station(
@@ -162,6 +131,12 @@ class Rows(NamedTuple):
     numbers: list[Array]
     status: Array
     slopes: list[Array]
+
+    @property
+    def packed(self) -> Float[Array, "rows count"]:
+        """One array, as Station.unpacked reads it, or Station.unpacked_with_slopes."""
+        status = self.status.astype(self.numbers[0].dtype)
+        return jnp.stack([*self.numbers, status, *self.slopes])
 
 
 def _rows(
@@ -185,8 +160,7 @@ def _rows_and_slopes(
     friction: Float[Array, "..."],
 ) -> Rows:
     def numbers(angles: Array) -> tuple[list[Array], Array]:
-        at = _rows(solver, params, odometer, x, angles, friction)
-        return at.numbers, at.status
+        return _rows(solver, params, odometer, x, angles, friction)[:2]
 
     def along(angle: Array) -> tuple[list[Array], list[Array], Array]:
         direction = jnp.broadcast_to(angle, angles.shape)
@@ -197,121 +171,28 @@ def _rows_and_slopes(
     return Rows(at, status, [of[angle] for angle in range(2) for of in slopes])
 
 
+@float64_program
 def packed(
     posture: Posture,
     x: Float[Array, "count"],
     friction: Float[Array, "count"],
     angles: Float[Array, "count 2"],
-    slopes: bool = False,
 ) -> Float[Array, "rows count"]:
-    """Stations, in one kernel and one array, as Station.unpacked reads them, or
-    Station.unpacked_with_slopes."""
+    """Stations, in one kernel and one array, as Station.unpacked reads them."""
     given = posture.params, posture.odometer, x, angles, friction
-    found = over_poses(_rows_and_slopes if slopes else _rows, (posture.solver,), *given)
-    return jnp.stack([*found.numbers, found.status.astype(x.dtype), *found.slopes])
+    return over_poses(_rows, (posture.solver,), *given).packed
 
 
-@jax.jit
-def value(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, ""]:
-    """The criterion's value of stations, packed."""
-    return finite_cost(criterion, Station.unpacked(rows))
-
-
-@jax.jit
-def values(criterion: Criterion | Weighted, rows: Float[Array, "rows B K"]) -> Float[Array, "B"]:
-    """The same of a batch of drives."""
-    return jax.vmap(lambda drive: finite_cost(criterion, Station.unpacked(drive)), 1)(rows)
-
-
-@jax.jit
-def shortfall(
-    posture: Posture, rows: Float[Array, "rows B K"], angles: Float[Array, "B K 2"]
-) -> Float[Array, "B"]:
-    """The scaled margins that a batch of drives misses, summed; rows: their stations, packed."""
-
-    def of_drive(rows: Array, pairs: Array) -> Array:
-        margins = posture.constraints(Station.unpacked(rows), pairs).values()
-        return jnp.sum(jnp.stack([jnp.sum(jnp.maximum(-of, 0)) for of in margins]))
-
-    return jax.vmap(of_drive, (1, 0))(rows, angles)
-
-
-@jax.jit
-def gradient(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, "K 2"]:
-    """Slope of the value in every angle; 0 where it is not finite. rows: the stations with their
-    slopes, packed."""
-    at, slopes = Station.unpacked_with_slopes(rows)
-
-    def cost(numbers: tuple[Array, ...]) -> Array:
-        return finite_cost(criterion, at.with_numbers(numbers))
-
-    by_field = zip(jax.grad(cost)(at.numbers), slopes.numbers, strict=True)
-    parts = [_contract(weight, slope) for weight, slope in by_field]
-    whole = reduce(jnp.add, parts)
-    return jnp.where(jnp.isfinite(whole), whole, 0)
-
-
-def _contract(weight: Array, slope: Array) -> Array:
-    """Slope of the value in the angles [K, 2] through one field, [K] or [K, 2]."""
-    product = weight[..., None] * slope
-    return product if weight.ndim == 1 else jnp.sum(product, 1)
-
-
-@jax.jit
-def margins(
-    posture: Posture, rows: Float[Array, "rows K"], angles: Float[Array, "K 2"]
-) -> Float[Array, "m"]:
-    """`Posture.constraints` at these angles, one after the other; rows: their stations, packed."""
-    found = posture.constraints(Station.unpacked(rows), angles)
-    return jnp.concatenate([jnp.ravel(of) for of in found.values()])
-
-
-@jax.jit
-def value_and_margins(
-    posture: Posture, rows: Float[Array, "rows K"], angles: Float[Array, "K 2"]
-) -> Float[Array, "1+m"]:
-    """The value and then the margins: one array is read faster than two."""
-    first = finite_cost(posture.criterion, Station.unpacked(rows))
-    return jnp.concatenate([first[None], margins(posture, rows, angles)])
-
-
-@jax.jit
-def margins_all(
-    posture: Posture, rows: Float[Array, "rows B K"], angles: Float[Array, "B K 2"]
-) -> Float[Array, "B m"]:
-    """The margins of a batch of drives."""
-    return jax.vmap(margins, (None, 1, 0))(posture, rows, angles)
-
-
-@jax.jit
-def constraints(
-    posture: Posture, at: Station, angles: Float[Array, "K 2"]
-) -> dict[str, Float[Array, "... m"]]:
-    """`Posture.constraints` of stations [K] at these angles."""
-    return posture.constraints(at, angles)
-
-
-@jax.jit
-def margin_slopes(
-    posture: Posture, at: Station, slopes: Station
-) -> dict[str, Float[Array, "K m 2"]]:
-    """Slopes of each station's margins in its own two angles; 0 where not finite."""
-
-    def margins(*numbers):
-        return posture.margins(at.with_numbers(numbers))
-
-    each = []
-    for angle in range(2):
-        along = tuple(slope[..., angle] for slope in slopes.numbers)
-        each.append(jax.jvp(margins, at.numbers, along)[1])
-    both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), *each)
-    return {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}
-
-
-def finite_cost(criterion: Criterion | Weighted, at: Station) -> Float[Array, ""]:
-    """The criterion's value, infinite where a station's numbers are not finite; never NaN."""
-    cost = drive_cost(criterion, at)
-    return jnp.where(jnp.all(at.finite) & jnp.isfinite(cost), cost, jnp.inf)
+@float64_program
+def packed_with_slopes(
+    posture: Posture,
+    x: Float[Array, "count"],
+    friction: Float[Array, "count"],
+    angles: Float[Array, "count 2"],
+) -> Float[Array, "rows count"]:
+    """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
+    given = posture.params, posture.odometer, x, angles, friction
+    return over_poses(_rows_and_slopes, (posture.solver,), *given).packed
 
 
 class Waypoints(NamedTuple):
@@ -336,47 +217,34 @@ class Waypoints(NamedTuple):
         names = ("x", "friction", "leg_rate", "criterion")
         names += ("min_normal", "min_grip", "min_clearance", "min_wheel_clearance", "max_torque")
         calls = [
-            (begin, size, padded(x[begin : begin + size], size), padded(friction[begin:], size))
+            (begin, size, padded(x[begin:], size), padded(friction[begin:], size))
             for begin, size in _calls(len(x))
         ]
         with jax.enable_x64(True):
-            shared = replace(posture, **dict.fromkeys(names))
-            shared, rows = jax.device_put((shared, [of[2:] for of in calls]))
-        made = tuple((*of[:2], *row) for of, row in zip(calls, rows, strict=True))
+            shared = jax.device_put(replace(posture, **dict.fromkeys(names)))
+            made = tuple((*of[:2], *jax.device_put(of[2:])) for of in calls)
         return cls(shared, made, len(x))
 
     def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The stations at these angles, as Station.unpacked reads them."""
-        return self._rows(_stations, pairs)
+        return self._rows(packed, pairs)
 
     def with_slopes(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
-        return self._rows(_slopes, pairs)
+        return self._rows(packed_with_slopes, pairs)
 
-    def _rows(self, program: Callable[..., Array], pairs: np.ndarray) -> np.ndarray:
-        refuse_after_fork()
-        with jax.enable_x64(True):
-            parts = [
-                np.asarray(program(self.shared, x, friction, padded(pairs[begin:], size)))
-                for begin, size, x, friction in self.calls
-            ]
+    def _rows(self, program: Callable[..., np.ndarray], pairs: np.ndarray) -> np.ndarray:
+        parts = [
+            program(self.shared, x, friction, padded(pairs[begin:], size))
+            for begin, size, x, friction in self.calls
+        ]
         rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
         return rows[:, : self.length]
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
     """`Posture.stations` of any batch of drives [..., K], as NumPy arrays."""
-    return stations_at(posture, posture.x, posture.friction, angles)
-
-
-def stations_at(
-    posture: Posture,
-    x: Float[Array | np.ndarray, "..."],
-    friction: Float[Array | np.ndarray, "..."],
-    angles: Float[np.ndarray, "... 2"],
-) -> Station:
-    """`Posture.stations_at`, broadcast, as NumPy arrays."""
-    return Station.unpacked(rows_at(posture, x, friction, angles))
+    return Station.unpacked(rows_at(posture, posture.x, posture.friction, angles))
 
 
 def rows_at(
@@ -385,7 +253,7 @@ def rows_at(
     friction: Float[Array | np.ndarray, "..."],
     angles: Float[np.ndarray, "... 2"],
 ) -> Float[np.ndarray, "rows ..."]:
-    """The same as Station.unpacked reads them."""
+    """Stations at x, with friction and angles, broadcast, as Station.unpacked reads them."""
     x, friction, angles = map(np.asarray, (x, friction, angles))
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
     each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
@@ -394,27 +262,25 @@ def rows_at(
     return rows.reshape(len(rows), *shape)
 
 
-def stations_and_slopes(
-    posture: Posture, angles: Float[np.ndarray, "K 2"]
-) -> tuple[Station, Station]:
-    """The stations and their slopes in their own two angles: a last axis of 2; status left 0."""
-    given = Waypoints.of(posture, posture.x, posture.friction)
-    return Station.unpacked_with_slopes(given.with_slopes(angles))
-
-
-def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Mask of stations [...] that meet each group of constraints; `pose` asks for finite numbers,
-    too."""
-    shape = at.torque.shape
-    rows = jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[len(shape) :]), at)
+def met(
+    posture: Posture, rows: Float[np.ndarray, "rows ..."]
+) -> dict[str, Bool[np.ndarray, "..."]]:
+    """Mask of stations, packed, that meet each group of constraints; `pose` asks for finite
+    numbers, too."""
+    flat = rows.reshape(len(rows), -1).T
     shared = replace(posture, x=None, friction=None, criterion=None)
-    parts = []
-    with jax.enable_x64(True):
-        for begin, size in _calls(len(rows.torque)):
-            part = jax.tree.map(lambda of, b=begin, s=size: padded(of[b : b + s], s), rows)
-            parts.append(jax.tree.map(np.asarray, _met(shared, part)))
-    whole = jax.tree.map(lambda *of: np.concatenate(of)[: len(rows.torque)], *parts)
-    return {name: of.reshape(shape) for name, of in whole.items()}
+    parts = [_met(shared, padded(flat[begin:], size).T) for begin, size in _calls(len(flat))]
+    return {
+        name: np.concatenate([of[name] for of in parts])[: len(flat)].reshape(rows.shape[1:])
+        for name in parts[0]
+    }
+
+
+@float64_program
+def _met(posture: Posture, rows: Float[Array, "rows count"]) -> dict[str, Array]:
+    at = Station.unpacked(rows)
+    met = {name: (of >= 0).all(-1) for name, of in posture.margins(at).items()}
+    return met | {"pose": met["pose"] & at.finite}
 
 
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
@@ -447,17 +313,72 @@ def _sizes(count: int) -> tuple[int, ...]:
     return min(one, several, key=lambda sizes: sum(sizes) + A_CALL * len(sizes))
 
 
-@jax.jit
-def _stations(posture: Posture, x: Array, friction: Array, angles: Array) -> Array:
-    return packed(posture, x, friction, angles)
+def finite_cost(
+    criterion: Criterion | Weighted, at: Station, count: Int[Array, ""] | None = None
+) -> Float[Array, ""]:
+    """The criterion's value of the first `count` stations of a drive (None: of all), the others
+    being the last one repeated; infinite where a station's numbers are not finite, never NaN."""
+    cost = drive_cost(criterion, at, count)
+    return jnp.where(jnp.all(at.finite) & jnp.isfinite(cost), cost, jnp.inf)
 
 
-@jax.jit
-def _slopes(posture: Posture, x: Array, friction: Array, angles: Array) -> Array:
-    return packed(posture, x, friction, angles, slopes=True)
+@float64_program
+def value(
+    criterion: Criterion | Weighted, rows: Float[Array, "rows K"], count: Int[Array, ""]
+) -> Float[Array, ""]:
+    """The criterion's value of the first `count` of stations, packed."""
+    return finite_cost(criterion, Station.unpacked(rows), count)
 
 
-@jax.jit
-def _met(posture: Posture, at: Station) -> dict[str, Array]:
-    met = {name: (of >= 0).all(-1) for name, of in posture.margins(at).items()}
-    return met | {"pose": met["pose"] & at.finite}
+def _value_and_margins(
+    posture: Posture,
+    criterion: Criterion | Weighted,
+    rows: Float[Array, "rows K"],
+    angles: Float[Array, "K 2"],
+) -> Float[Array, "1+m"]:
+    """The value of stations, packed, and then `Posture.constraints` at these angles, one after the
+    other: one array is read faster than two."""
+    at = Station.unpacked(rows)
+    margins = posture.constraints(at, angles).values()
+    return jnp.concatenate([finite_cost(criterion, at)[None], *map(jnp.ravel, margins)])
+
+
+value_and_margins = float64_program(_value_and_margins)
+value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 1, 0)))
+"""The same of a batch of drives, rows [rows, B, K] and angles [B, K, 2]: [B, 1+m]."""
+
+
+@float64_program
+def gradient(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, "K 2"]:
+    """Slope of the value in every angle; 0 where it is not finite. rows: the stations with their
+    slopes, packed."""
+    at, slopes = Station.unpacked_with_slopes(rows)
+
+    def cost(numbers: tuple[Array, ...]) -> Array:
+        return finite_cost(criterion, at.with_numbers(numbers))
+
+    parts = []
+    for weight, slope in zip(jax.grad(cost)(at.numbers), slopes.numbers, strict=True):
+        product = weight[..., None] * slope  # [K, 2], or [K, 2, 2] through a pair
+        parts.append(product if weight.ndim == 1 else jnp.sum(product, 1))
+    whole = reduce(jnp.add, parts)
+    return jnp.where(jnp.isfinite(whole), whole, 0)
+
+
+@float64_program
+def margins_and_slopes(
+    posture: Posture, rows: Float[Array, "rows K"]
+) -> tuple[dict[str, Float[Array, "K m"]], dict[str, Float[Array, "K m 2"]]]:
+    """Each station's margins and their slopes in its own two angles; slopes 0 where not finite.
+    rows: the stations with their slopes, packed."""
+    at, slopes = Station.unpacked_with_slopes(rows)
+
+    def margins(*numbers):
+        return posture.margins(at.with_numbers(numbers))
+
+    each = []
+    for angle in range(2):
+        along = tuple(slope[..., angle] for slope in slopes.numbers)
+        each.append(jax.jvp(margins, at.numbers, along))
+    both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), each[0][1], each[1][1])
+    return each[0][0], {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}

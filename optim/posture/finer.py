@@ -7,45 +7,26 @@ the constraints there, is no part of it. This measures both.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import (
-    Criterion,
-    Weighted,
-    largest,
-    station_cost,
-    step_cost,
-    steps,
-)
-from stickslip.optim.posture.result import PostureResult, missed_by, tolerated
+from stickslip.optim.posture.result import missed_by, tolerated
 from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Float
 
     from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.result import PostureResult
 
 FACTOR = 10
 """Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
 """For the value stations are padded to a power of two, so that few sizes are compiled; no more than
 MOST are looked at, by a lower factor."""
-
-
-class Fine(NamedTuple):
-    """A drive on finer waypoints: the criterion's value, infinite where there are no forces; the
-    longest step [m]; whether the constraints hold, and by how much each is missed at worst."""
-
-    value: float
-    spacing: float
-    feasible: bool
-    residuals: dict[str, float]
 
 
 def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
@@ -63,20 +44,23 @@ def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
 
 def evaluate_finer(
     problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int = FACTOR
-) -> Fine:
-    """A drive between its waypoints, `factor` times finer; less where that makes too many."""
+) -> dict[str, Any]:
+    """Fields of PostureResult of a drive between its waypoints, `factor` times finer; less where
+    that makes too many. The value is infinite where there are no forces."""
     factor = max(min(factor, MOST // len(problem.x)), 1)
     fine = finer(problem, factor)
     angles = _between(problem.angles(x), factor)
     count = len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
-    at = evaluate.stations(fine.posture, angles)
-    with jax.enable_x64(True):
-        whole = jax.tree.map(lambda of: evaluate.padded(of, size), at)
-        value = float(_value(fine.posture.criterion, whole, np.int32(count)))
-    residuals = missed_by(fine, angles, at)
-    kept = all(by <= tolerated(fine, name) for name, by in residuals.items())
-    return Fine(value, float(np.max(np.diff(fine.x))), kept, residuals)
+    rows = evaluate.rows_at(fine.posture, fine.posture.x, fine.posture.friction, angles)
+    whole = evaluate.padded(rows.T, size).T
+    residuals = missed_by(fine, angles, Station.unpacked(rows))
+    return {
+        "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),
+        "fine_spacing": float(np.max(np.diff(fine.x))),
+        "fine_feasible": all(by <= tolerated(fine, name) for name, by in residuals.items()),
+        "fine_residuals": residuals,
+    }
 
 
 def _between(rows: np.ndarray, factor: int) -> np.ndarray:
@@ -86,34 +70,7 @@ def _between(rows: np.ndarray, factor: int) -> np.ndarray:
     return np.concatenate([inner.reshape(-1, *rows.shape[1:]), rows[-1:]])
 
 
-@jax.jit
-def _value(criterion: Criterion | Weighted, at: Station, count: Int[Array, ""]) -> Float[Array, ""]:
-    """The criterion's value over the first `count` stations, the last of which is repeated;
-    infinite where numbers are not finite."""
-
-    def single(criterion: Criterion) -> Array:
-        if criterion.kind == "max":
-            return largest(station_cost(criterion, at), 0)
-        cost = step_cost(criterion, *steps(at))
-        return jnp.sum(jnp.where(jnp.arange(len(cost), dtype=jnp.int32) < count - 1, cost, 0))
-
-    if isinstance(criterion, Weighted):
-        parts = [jnp.asarray(weight, float) * single(part) for part, weight in criterion.parts]
-        value = jnp.sum(jnp.stack(parts))
-    else:
-        value = single(criterion)
-    return jnp.where(jnp.all(at.finite) & jnp.isfinite(value), value, jnp.inf)
-
-
 def result_at(problem: PostureProblem, x: Float[np.ndarray, "n"], **others: Any) -> PostureResult:
-    """See Problem.result."""
+    """See Problem.result: the drive is evaluated between its waypoints, too."""
     x = np.array(x, dtype=float).reshape(-1)
-    fine = evaluate_finer(problem, x)
-    return problem.result(
-        x,
-        fine_value=fine.value,
-        fine_spacing=fine.spacing,
-        fine_feasible=fine.feasible,
-        fine_residuals=fine.residuals,
-        **others,
-    )
+    return problem.result(x, **evaluate_finer(problem, x), **others)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_known
+from stickslip.dynamics.checks import require_known, require_memory
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats, refuse_after_fork
@@ -24,7 +24,6 @@ from stickslip.optim.posture.waypoints import (
     PostureData,
     check_problem,
     longest_wheelbase,
-    require_jacobian,
     require_stations,
     waypoints_along,
 )
@@ -32,9 +31,7 @@ from stickslip.optim.problem import Method, Problem, Structure
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from jaxtyping import Array, Float, Real
+    from jaxtyping import Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
 
@@ -124,13 +121,9 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """A row of stations, each of smooth functions of its own pair."""
         return frozenset({Structure.SMOOTH, Structure.ADDITIVE, Structure.COMPOSITE})
 
-    @property
-    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Least and greatest angles [rad]; the same where an end is given."""
-        return self._bounds
-
     @cached_property
-    def _bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]
+        """Least and greatest angles [rad]; the same where an end is given."""
         low = np.full(self.n, self.params.leg_angle_min, dtype=float)
         high = np.full(self.n, self.params.leg_angle_max, dtype=float)
         if self.start_angles is not None:
@@ -146,60 +139,35 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         first = float(self.x[0]) - longest_wheelbase(self.params)
         first -= 2 * float(self.params.wheel_radius)
         with jax.enable_x64(True):
-            track = jax.tree.map(_number, self.track)
-            odometer = Odometer.along(track, first, float(self.x[-1]))
-            return Posture(
-                params=jax.tree.map(_number, self.params),
-                odometer=jax.tree.map(_number, odometer),
-                x=_number(self.x),
-                friction=_number(np.broadcast_to(self.friction, self.x.shape)),
-                leg_rate=None if self.leg_rate is None else _number(self.leg_rate),
-                min_normal=_number(self.min_normal),
-                min_grip=_number(self.min_grip),
-                min_clearance=_number(self.min_clearance),
-                min_wheel_clearance=_number(self.min_wheel_clearance),
-                max_torque=None if self.max_torque is None else _number(self.max_torque),
-                criterion=jax.tree.map(_number, self.criterion),
-                solver=self.solver,
-            )
+            odometer = Odometer.along(jax.tree.map(_number, self.track), first, float(self.x[-1]))
+            numbers = {
+                "x": self.x,
+                "friction": np.broadcast_to(self.friction, self.x.shape),
+                "params": self.params,
+                "odometer": odometer,
+                "criterion": self.criterion,
+            }
+            names = ("leg_rate", "min_normal", "min_grip", "min_clearance", "min_wheel_clearance")
+            numbers |= {name: getattr(self, name) for name in (*names, "max_torque")}
+            return Posture(**jax.tree.map(_number, numbers), solver=self.solver)
 
     @cached_property
-    def _shared(self) -> Posture:
-        """The posture for what is the same by every criterion, so that all share one program."""
-        return replace(self.posture, criterion=None)
-
-    def objective_of(self, angles: Float[Array, "K 2"]) -> Float[Array, ""]:
-        """The criterion's value of angles [K, 2], for tracing; see Posture for more of the kind."""
-        return self.posture.objective(angles)
-
-    def constraints_of(self, angles: Float[Array, "K 2"]) -> dict[str, Float[Array, "..."]]:
-        """Scaled margins by name, of angles [K, 2], for tracing: see Posture.constraints."""
-        return self.posture.constraints(self.posture.stations(angles), angles)
-
-    @cached_property
-    def _waypoints(self) -> Waypoints:
+    def waypoints(self) -> Waypoints:
         """Shared data of a drive's stations, on the device."""
-        return Waypoints.of(self._shared, self.posture.x, self.posture.friction)
+        return Waypoints.of(self.posture, self.posture.x, self.posture.friction)
 
     @cached_property
-    def _judged(self) -> Posture:
-        """Limits of stations and angles, on the device: no ground."""
+    def limits(self) -> Posture:
+        """Limits of stations and angles, on the device: no ground, and the same by any criterion,
+        so that all share one program."""
+        bare = replace(self.posture, odometer=None, friction=None, criterion=None)
         with jax.enable_x64(True):
-            return jax.device_put(replace(self.posture, odometer=None, friction=None))
-
-    @cached_property
-    def _margins_of(self) -> Posture:
-        """The same by any criterion, so that all share one program."""
-        return replace(self._judged, criterion=None)
-
-    @property
-    def _criterion(self) -> Criterion | Weighted:
-        return self._judged.criterion
+            return jax.device_put(bare)
 
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
-        rows = self._waypoints.stations(angles)
+        rows = self.waypoints.stations(angles)
         value, margins = self._value_and_margins(rows, angles)
         feasible = self.meets(angles.reshape(-1), margins)
         return Evaluation(value, margins, feasible, missed_by(self, angles, Station.unpacked(rows)))
@@ -207,72 +175,57 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         """See Problem."""
         angles = self.angles(x)
-        return self._value_and_margins(self._waypoints.stations(angles), angles)
+        return self._value_and_margins(self.waypoints.stations(angles), angles)
 
     def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
-        with jax.enable_x64(True):
-            found = np.array(evaluate.value_and_margins(self._judged, rows, angles))
+        criterion = self.posture.criterion
+        found = np.array(evaluate.value_and_margins(self.limits, criterion, rows, angles))
         return float(found[0]), found[1:]
-
-    def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
-        """See Problem; compiled once for each power of two that B rounds up to."""
-        angles, count = self._padded(X)
-        if count == 0:
-            return np.zeros(0), np.zeros(0)
-        rows = self._rows(angles)
-        with jax.enable_x64(True):
-            value = evaluate.values(self._criterion, rows)
-            missed = evaluate.shortfall(self._margins_of, rows, angles)
-            return np.array(value)[:count], np.array(missed)[:count]
 
     def objective(self, x: Vector) -> float:
         """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
-        rows = self._waypoints.stations(self.angles(x))
-        with jax.enable_x64(True):
-            return float(evaluate.value(self._criterion, rows))
-
-    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
-        rows = self._waypoints.with_slopes(self.angles(x))
-        with jax.enable_x64(True):
-            return np.array(evaluate.gradient(self._criterion, rows)).reshape(-1)
-
-    def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
-        """The values of a batch; compiled once for each power of two that B rounds up to."""
-        angles, count = self._padded(X)
-        if count == 0:
-            return np.zeros(0)
-        rows = self._rows(angles)
-        with jax.enable_x64(True):
-            return np.array(evaluate.values(self._criterion, rows))[:count]
+        return self.value_and_margins(x)[0]
 
     def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
-        angles = self.angles(x)
-        rows = self._waypoints.stations(angles)
-        with jax.enable_x64(True):
-            return np.array(evaluate.margins(self._margins_of, rows, angles))
+        return self.value_and_margins(x)[1]
+
+    def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
+        """The values of a batch; compiled once for each power of two that B rounds up to."""
+        return self.evaluate_all(X)[0]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; compiled as `objectives` is."""
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
-        rows = self._rows(angles)
-        with jax.enable_x64(True):
-            value = evaluate.values(self._criterion, rows)
-            margins = evaluate.margins_all(self._margins_of, rows, angles)
-            return np.array(value)[:count], np.array(margins)[:count]
+        rows = evaluate.rows_at(self.posture, self.posture.x, self.posture.friction, angles)
+        criterion = self.posture.criterion
+        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
+        return found[:count, 0], found[:count, 1:]
+
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
+        """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
+        rows = self.waypoints.with_slopes(self.angles(x))
+        return np.array(evaluate.gradient(self.posture.criterion, rows)).reshape(-1)
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
-        require_jacobian(self)
-        rows = self._waypoints.with_slopes(self.angles(x))
-        with jax.enable_x64(True):
-            at, slopes = Station.unpacked_with_slopes(rows)
-            blocks = jax.tree.map(np.asarray, evaluate.margin_slopes(self._shared, at, slopes))
-        per_angle = None if self.leg_rate is None else 1 / (self.leg_rate * np.diff(self.x))
-        return whole_jacobian(blocks, self.constraint_groups, per_angle)
+        K, groups = len(self.x), self.constraint_groups
+        require_memory(f"a jacobian of {self.n} angles", "rows", 13.0 * K, 8.0 * self.n)
+        rows = self.waypoints.with_slopes(self.angles(x))
+        found = np.zeros((sum(self._sizes.values()), self.n))
+        for name, slope in evaluate.margins_and_slopes(self.limits, rows)[1].items():
+            block = found[groups[name]].reshape(K, slope.shape[1], K, 2)
+            block[np.arange(K), :, np.arange(K)] = slope
+        if self.leg_rate is not None:
+            step, per_angle = np.arange(K - 1), 1 / (self.leg_rate * np.diff(self.x))
+            block = found[groups["leg_rate"]].reshape(K - 1, 2, 2, K, 2)
+            for leg in range(2):
+                for row, sign in enumerate((-1, 1)):
+                    block[step, row, leg, step, leg] = -sign * per_angle
+                    block[step, row, leg, step + 1, leg] = sign * per_angle
+        return found
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
@@ -309,7 +262,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
-        return Station.unpacked(self._waypoints.stations(self.angles(x)))
+        return Station.unpacked(self.waypoints.stations(self.angles(x)))
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
@@ -318,9 +271,6 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
         """See Problem."""
         return self._batch(X).reshape(-1, self.n)
-
-    def _rows(self, angles: Float[np.ndarray, "P K 2"]) -> Float[np.ndarray, "rows P K"]:
-        return evaluate.rows_at(self._shared, self.posture.x, self.posture.friction, angles)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
         """A batch as angles, repeated up to a power of two, and how many drives it has."""
@@ -348,30 +298,3 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 def _number(value: Any) -> Any:
     """A leaf in double precision."""
     return read_only(np.asarray(value, dtype=np.float64))
-
-
-def whole_jacobian(
-    blocks: Mapping[str, Float[np.ndarray, "K m 2"]],
-    groups: Mapping[str, slice],
-    per_angle: Float[np.ndarray, "K-1"] | None,
-) -> Float[np.ndarray, "all n"]:
-    """Rows as PostureProblem.constraints has them, by the flat decision vector.
-
-    blocks: of each group, the slopes of a station's margins in its own two angles. groups: where
-    each group lies. per_angle: slope of `leg_rate` in a leg's move at each step [1/rad]; None: no
-    such group.
-    """
-    K = len(next(iter(blocks.values())))
-    rows = np.zeros((max(of.stop for of in groups.values()), 2 * K))
-    for name, slope in blocks.items():
-        m = slope.shape[1]
-        block = rows[groups[name]].reshape(K, m, K, 2)
-        block[np.arange(K), :, np.arange(K)] = slope
-    if per_angle is not None:
-        step = np.arange(K - 1)
-        block = rows[groups["leg_rate"]].reshape(K - 1, 2, 2, K, 2)
-        for leg in range(2):
-            for row, sign in enumerate((-1, 1)):
-                block[step, row, leg, step, leg] = -sign * per_angle
-                block[step, row, leg, step + 1, leg] = sign * per_angle
-    return rows

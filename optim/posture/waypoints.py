@@ -261,13 +261,6 @@ def require_waypoint_matrices(
     require_memory(f"method = {method!r} with {K} waypoints", "rows", K, linear + square * K)
 
 
-def require_jacobian(problem: PostureData) -> None:
-    """Refuse a dense matrix of all constraints' slopes that does not fit."""
-    rows = 13.0 * len(problem.x)
-    bytes_each = 8.0 * problem.n
-    require_memory(f"a jacobian of {problem.n} angles", "rows", rows, bytes_each)
-
-
 def require_moves(problem: PostureData, wide: np.ndarray) -> None:
     """Refuse a list of more moves than fit; wide: how many grid steps each leg may turn [2]."""
     count = float(np.prod(2.0 * np.asarray(wide, float) + 1))

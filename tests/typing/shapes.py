@@ -39,7 +39,6 @@ from stickslip.dynamics.biped.bodies.newton_euler import GIVEN
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from stickslip.optim import PostureProblem
-from stickslip.optim.posture import evaluate
 from tests.typing.checked import FUNCTIONS, UNREAD
 
 BARS = BipedParams.from_bars
@@ -183,20 +182,11 @@ def test_poses_and_their_equilibrium(system: str, solver: PoseSolver):
 @pytest.mark.long
 def test_a_posture_problem_as_arrays(criterion: str):
     problem = PostureProblem.along(Track.bump(), criterion, spacing=1.5, leg_rate=1.0)
-    angles = np.full((len(problem.x), 2), 1.5)
-    with jax.enable_x64(True):
-        posture = problem.posture
-        held = evaluate.stations_and_slopes(posture, angles)
-        given = evaluate.Waypoints.of(posture, posture.x, posture.friction)
-        rows, sloped = given.stations(angles), given.with_slopes(angles)
-        jax.eval_shape(evaluate.value, posture.criterion, rows)
-        jax.eval_shape(evaluate.values, posture.criterion, rows[:, None])
-        jax.eval_shape(evaluate.shortfall, posture, rows[:, None], angles[None])
-        jax.eval_shape(evaluate.gradient, posture.criterion, sloped)
-        jax.eval_shape(evaluate.value_and_margins, posture, rows, angles)
-        jax.eval_shape(evaluate.margins_all, posture, rows[:, None], angles[None])
-        jax.eval_shape(evaluate.constraints, posture, held[0], angles)
-        jax.eval_shape(evaluate.margin_slopes, posture, *held)
+    x = np.full(problem.n, 1.5)
+    problem.evaluate(x)
+    problem.evaluate_all(x[None])
+    problem.gradient(x)
+    problem.jacobian(x)
     assert problem.bounds[0].shape == (problem.n,)
 
 

@@ -221,8 +221,8 @@ def _evaluate(
     pairs: Float[np.ndarray, "rows N 2"],
 ) -> Layer:
     """Stations [rows, N] and which constraints they meet."""
-    at = evaluate.stations_at(problem.posture, x[:, None], friction[:, None], pairs)
-    return Layer(at, evaluate.met(problem.posture, at))
+    rows = evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
+    return Layer(Station.unpacked(rows), evaluate.met(problem.posture, rows))
 
 
 def _pair(angles: Any) -> tuple[Any, Any]:

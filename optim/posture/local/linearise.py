@@ -7,7 +7,6 @@ directional derivatives of all stations at once give the whole sparse Jacobian.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cvxpy as cp
@@ -23,6 +22,7 @@ from stickslip.optim.posture.criteria import Criterion, Weighted, steps
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import Station
+from stickslip.optim.options import float64_program
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
@@ -56,7 +56,6 @@ class Near:
 
     def __init__(self, problem: PostureProblem):
         self.problem, self.evaluations = problem, 0
-        self._shared = without_criterion(problem)
         self.criteria = criteria_of(problem.criterion)
         self.weights = weights_of(problem.criterion)
         self._at: np.ndarray | None = None
@@ -71,14 +70,13 @@ class Near:
         return self._linear
 
     def _linearised(self, angles: np.ndarray) -> Linear:
-        with jax.enable_x64(True):
-            posture = self._shared
-            at, slopes = evaluate.stations_and_slopes(posture, angles)
-            terms = linear_terms(self.problem.posture.criterion, at, slopes)
-            terms, term_slopes, placed = jax.tree.map(np.asarray, terms)
-            margins = _smooth(evaluate.constraints(posture, at, angles))
-            margin_slopes = _smooth(evaluate.margin_slopes(posture, at, slopes))
-        return Linear(terms, term_slopes, margins, margin_slopes, placed)
+        rows = self.problem.waypoints.with_slopes(angles)
+        terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, rows)
+        margins, slopes = evaluate.margins_and_slopes(self.problem.limits, rows)
+        # In SMOOTH's order, which a solver's last digits depend on.
+        names = [name for name in SMOOTH if name in margins]
+        kept = ({name: of[name] for name in names} for of in (margins, slopes))
+        return Linear(terms, term_slopes, *kept, placed)
 
     def value(self, at: Linear) -> float:
         """The objective, from the terms; infinite where there is none."""
@@ -93,16 +91,6 @@ class Near:
         small = max(w * outer(one, np.abs(terms)) for one, w, terms in each)
         value = self.value(at)
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
-
-
-def _smooth(margins: dict[str, jax.Array]) -> dict[str, np.ndarray]:
-    """Those with slopes, in SMOOTH's order, which a solver's last digits depend on."""
-    return {name: np.asarray(margins[name]) for name in SMOOTH if name in margins}
-
-
-def without_criterion(problem: PostureProblem) -> evaluate.Posture:
-    """The posture for what is the same by every criterion, so that all share compiled programs."""
-    return replace(problem.posture, criterion=None)
 
 
 def criteria_of(criterion: Criterion | Weighted) -> list[Criterion]:
@@ -122,12 +110,13 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
     return float(np.sum(terms**2 if criterion.outer == "square" else np.maximum(terms, 0)))
 
 
-@jax.jit
-def linear_terms(criterion: Criterion | Weighted, at: Station, slopes: Station):
+@float64_program
+def linear_terms(criterion: Criterion | Weighted, rows: Float[jax.Array, "rows K"]):
     """Terms of each criterion and their slopes, as in Linear, and whether all terms are finite.
 
-    slopes: of the stations in their own two angles, a last axis of 2.
+    rows: the stations with their slopes, packed.
     """
+    at, slopes = Station.unpacked_with_slopes(rows)
     numbers = at._replace(status=jnp.zeros_like(at.torque))
     each = jax.tree.map(lambda of: jnp.moveaxis(of, -1, 0), slopes)
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)

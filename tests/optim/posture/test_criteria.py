@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.dynamics.ugv import PoseSolver, UGVParams, place
 from stickslip.optim import CRITERIA, Criterion, PostureProblem, Station, Weighted, station
-from stickslip.optim.posture.criteria import increase, station_cost, step_cost
+from stickslip.optim.posture.criteria import increase, station_cost, step_cost, steps
 from tests.optim.posture.helpers import TRACK, over_bump, plain_cost, random_x
 
 MIXED = Weighted((("wheel_energy", 0.5), (CRITERIA["grip"], 2.0), ("torque_variation", 1e-3)))
@@ -106,7 +106,9 @@ def signed_work(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 @jax.jit
 def _drive(posture, angles):
     placed = place(posture.params, posture.track, posture.x, angles, PoseSolver(samples=0))
-    return placed.potential_energy(posture.params), posture.terms(angles)
+    return placed.potential_energy(posture.params), posture.criterion.terms(
+        *steps(posture.stations(angles))
+    )
 
 
 def test_a_wheel_that_carries_nothing_demands_much_friction_and_never_less_than_none():

@@ -44,17 +44,6 @@ def test_jacobian_is_the_slope_of_the_constraints():
     np.testing.assert_allclose(slopes, differences(problem.constraints, x), atol=1e-7)
 
 
-def test_traced_objective_is_the_objective():
-    problem = over_bump("torque_variation")
-    x = random_x(problem)
-    with jax.enable_x64(True):
-        traced = float(jax.jit(problem.objective_of)(problem.angles(x)))
-        margins = jax.jit(problem.constraints_of)(problem.angles(x))
-    np.testing.assert_allclose(traced, problem.objective(x), rtol=1e-12)
-    flat = np.concatenate([np.ravel(margins[name]) for name in problem.constraint_names])
-    np.testing.assert_allclose(flat, problem.constraints(x), atol=1e-12)
-
-
 @pytest.mark.parametrize("count", [0, 1, 5, 8])
 def test_a_batch_is_the_drives_one_by_one(count: int):
     problem = over_bump("total_energy")
@@ -301,4 +290,4 @@ def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
 def test_problems_of_one_structure_share_the_compiled_programs():
     weighted = Weighted((("wheel_energy", 1.0), ("grip", 1.0)))
     first, second = over_bump("grip"), over_bump(weighted, friction=0.5)
-    assert jax.tree.structure(first._shared) == jax.tree.structure(second._shared)
+    assert jax.tree.structure(first.waypoints) == jax.tree.structure(second.waypoints)
